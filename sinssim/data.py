@@ -1,0 +1,109 @@
+"""What flows between the stages: IMU increments, navigation states, navigation solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ImuData:
+    """Inertial increments over consecutive intervals, in the sensor block's forward-right-down axes.
+
+    Attributes:
+        time: edges of the intervals, (N+1,) s.
+        dtheta: component-wise integral of the inertial angular rate over each interval, (N, 3) rad.
+        dvel: component-wise integral of the specific force over each interval, (N, 3) m/s.
+    """
+
+    time: Array
+    dtheta: Array
+    dvel: Array
+
+    def __len__(self) -> int:
+        return len(self.dtheta)
+
+
+@dataclass(frozen=True)
+class NavState:
+    """Position, velocity and attitude of the sensor block, at one instant or at many.
+
+    Attributes:
+        latitude: geodetic latitude, () or (N,) rad.
+        longitude: geodetic longitude, () or (N,) rad.
+        height: height above the ellipsoid, () or (N,) m.
+        velocity_ned: velocity relative to the Earth, (3,) or (N, 3) m/s.
+        q_nb: attitude quaternion, scalar first, v_n = C_nb v_b, (4,) or (N, 4).
+    """
+
+    latitude: Array
+    longitude: Array
+    height: Array
+    velocity_ned: Array
+    q_nb: Array
+
+
+@dataclass(frozen=True)
+class SingularityEvent:
+    """A passage of an attitude algorithm through its singular attitude.
+
+    Attributes:
+        start: time at which the algorithm came close, s.
+        end: time at which it was clear again, s.
+        damage: rotation angle between the algorithm's attitude after the passage and the one that a
+            singularity-free algorithm reaches from the same start on the same increments, rad.
+        text: one sentence for a person.
+    """
+
+    start: float
+    end: float
+    damage: float
+    text: str
+
+
+@dataclass(frozen=True)
+class NavSolution:
+    """A navigation solution at the edges of the IMU's intervals, the first row being the initial state.
+
+    Attributes:
+        time: (N+1,) s.
+        latitude, longitude: (N+1,) rad.
+        height: (N+1,) m.
+        velocity_ned: (N+1, 3) m/s.
+        q_nb: attitude quaternion, unit norm, (N+1, 4).
+        defect: what the algorithm's own attitude variables lost: |norm - 1| for a quaternion, the largest
+            element of |BᵀB - I| for a direction cosine matrix, 0 for Euler angles, (N+1,).
+        algorithm: name of the attitude algorithm.
+        events: passages through a singular attitude.
+    """
+
+    time: Array
+    latitude: Array
+    longitude: Array
+    height: Array
+    velocity_ned: Array
+    q_nb: Array
+    defect: Array
+    algorithm: str = ""
+    events: tuple[SingularityEvent, ...] = field(default=())
+
+    def state(self, index: int = -1) -> NavState:
+        """Return the state at one row.
+
+        Args:
+            index: row number, the last one by default.
+
+        Returns:
+            The state at that row.
+        """
+        return NavState(
+            self.latitude[index],
+            self.longitude[index],
+            self.height[index],
+            self.velocity_ned[index],
+            self.q_nb[index],
+        )

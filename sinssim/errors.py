@@ -1,0 +1,39 @@
+"""The errors that sinssim raises on purpose."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class SinssimError(Exception):
+    """Base of every error raised on purpose; its text says what was wrong, where, and what would be right."""
+
+    exit_code = 1
+
+
+class InputError(SinssimError, ValueError):
+    """What the user gave cannot be used: a file, a key, a value, a name (exit code 2)."""
+
+    exit_code = 2
+
+
+class RunError(SinssimError, RuntimeError):
+    """The input was fine but the run could not be finished: a leg that cannot be flown, a full disk (exit code 1)."""
+
+
+def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
+    """Return the error for a name that is not in a list, with the nearest right one and the whole list.
+
+    Args:
+        kind: what the name names, for example "algorithm".
+        name: the name that was given.
+        known: all the names that would be right.
+
+    Returns:
+        The error, ready to raise.
+    """
+    names = sorted(known)
+    near = difflib.get_close_matches(str(name), names, n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    return InputError(f"unknown {kind} {name!r}.{hint} Known: {', '.join(names)}.")

@@ -1,0 +1,95 @@
+"""Compiled scalar kernels: one decorator, and a disk cache that a changed source file can never serve stale.
+
+numba's own cache looks only at the file that holds a kernel, not at the files of the functions it calls, so an
+edited formula in another file would go unnoticed. Here the cache folder carries a digest of every source file
+of the package: any edit means a new folder, and the second process finds everything compiled.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import types
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def cache_root() -> Path:
+    """Return the folder for everything sinssim may keep between runs (`SINSSIM_CACHE`, else the XDG cache)."""
+    explicit = os.environ.get("SINSSIM_CACHE")
+    if explicit:
+        return Path(explicit)
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "sinssim"
+
+
+@cache
+def _kernel_folder() -> str:
+    package = Path(__file__).parent
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(package.rglob("*.py")):
+        digest.update(source.relative_to(package).as_posix().encode())
+        digest.update(source.read_bytes())
+    root = cache_root() / "kernels"
+    folder = root / digest.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        # Keep a few older versions (several checkouts may be in use), drop the rest.
+        for old in sorted(root.iterdir(), key=lambda path: path.stat().st_mtime)[:-6]:
+            shutil.rmtree(old, ignore_errors=True)
+    except OSError:
+        return ""  # nowhere to write: numba then uses its own fallback, or compiles in every process
+    return str(folder)
+
+
+def _jit(function: F, **options: Any) -> F:
+    previous = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = _kernel_folder()
+    try:
+        return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)  # type: ignore[no-any-return]
+    finally:
+        numba.config.CACHE_DIR = previous
+
+
+def kernel(function: F) -> F:
+    """Compile a scalar kernel: cached on disk, releases the GIL, assumes finite numbers (check them outside)."""
+    return _jit(function, fastmath=True)
+
+
+def strict_kernel(function: F) -> F:
+    """Compile a kernel that must see NaN, infinities and the written order of operations."""
+    return _jit(function)
+
+
+def inline(function: F) -> F:
+    """Compile a scalar function that is always inlined into the kernel that calls it."""
+    return _jit(function, fastmath=True, forceinline=True)
+
+
+def bind(template: Callable[..., Any], name: str, **parts: Any) -> Callable[..., Any]:
+    """Make a kernel from a plain function by fixing some of its global names to compiled functions.
+
+    numba does not cache functions that close over other compiled functions; globals it does cache. So an engine
+    is written once as a plain function over global part names, and every combination of parts is a copy of it
+    under a name of its own.
+
+    Args:
+        template: the plain (not compiled) function.
+        name: a name unique among the copies of this template.
+        **parts: the compiled functions for the template's global names.
+
+    Returns:
+        The compiled copy.
+    """
+    copy = types.FunctionType(template.__code__, {**template.__globals__, **parts}, name)
+    copy.__qualname__ = name
+    copy.__module__ = template.__module__
+    return kernel(copy)
