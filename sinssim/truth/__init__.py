@@ -1,0 +1,1 @@
+"""Sources of truth: flights, parked vehicles, analytic motions, and the exact increments along them."""

@@ -1,0 +1,113 @@
+"""What every source of truth offers: a continuous trajectory, and the exact increments along it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from sinssim.data import ImuData, NavState
+    from sinssim.earth import Ellipsoid
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FlightEvent:
+    """Something that happened at one instant: a leg begins, the wheels leave the runway.
+
+    Attributes:
+        time: instant on the trajectory's own time, s.
+        text: one sentence for a person.
+    """
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A quantity logged along a trajectory beside the motion itself: airspeed, a control, the wind.
+
+    Attributes:
+        time: instants, (K,) s.
+        values: one number or one vector per instant, (K,) or (K, m), in `unit`.
+        unit: unit of the values as people write it, "" for a pure number.
+    """
+
+    time: Array
+    values: Array
+    unit: str
+
+
+class Trajectory(Protocol):
+    """The true motion of a sensor block, known at every instant between `start` and `end`.
+
+    Attributes:
+        start: first instant, s.
+        end: last instant, s.
+        events: what happened on the way, in the order of time.
+        gravity: name of the gravity model that the specific force was computed with.
+        ellipsoid: reference ellipsoid of heights and gravity.
+        channels: other logged quantities by name.
+    """
+
+    @property
+    def start(self) -> float: ...
+    @property
+    def end(self) -> float: ...
+    @property
+    def events(self) -> tuple[FlightEvent, ...]: ...
+    @property
+    def gravity(self) -> str: ...
+    @property
+    def ellipsoid(self) -> Ellipsoid: ...
+    @property
+    def channels(self) -> Mapping[str, Channel]: ...
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block.
+
+        Args:
+            t: instants, () or (N,) s.
+
+        Returns:
+            The state at those instants, in arrays of the same leading shape.
+
+        Raises:
+            InputError: an instant outside [start, end].
+        """
+        ...
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return the ideal IMU's increments over consecutive intervals of 1/rate_hz.
+
+        Args:
+            rate_hz: samples per second.
+
+        Returns:
+            Integrals of inertial angular rate and specific force; edges at start + k/rate_hz up to `end`.
+
+        Raises:
+            InputError: a rate that is not positive and finite, or an interval longer than the trajectory.
+        """
+        ...
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return what ideal rate sensors would read at an instant.
+
+        Args:
+            t: instants, () or (N,) s.
+
+        Returns:
+            Inertial angular rate ω_ib^b, (..., 3) rad/s, and specific force f^b, (..., 3) m/s², both in the
+            sensor block's axes.
+
+        Raises:
+            InputError: an instant outside [start, end].
+        """
+        ...
