@@ -1,0 +1,64 @@
+# make demo   set up, fly the demonstration scenario, say what to open
+# make test   set up, run every test
+# make lint   set up, check style, formatting and types
+# make bench  set up, measure the speed of what has to be fast
+#
+# Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and
+# again only when requirements.lock or pyproject.toml change. Another Python: make demo PYTHON=/path/to/python3.12
+
+VENV    ?= .venv
+BIN     := $(VENV)/bin
+READY   := $(VENV)/sinssim-ready
+KERNELS := $(VENV)/sinssim-kernels
+CODE    := $(shell find sinssim -name '*.py')
+
+# The first Python that is new enough.
+PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
+	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
+
+.PHONY: demo test test-slow lint format bench setup clean
+.DEFAULT_GOAL := demo
+
+demo: $(KERNELS)
+	$(BIN)/sinssim run scenarios/first_flight.toml -o runs/first_flight --overwrite
+	@echo "Look at it:  $(BIN)/sinssim view runs/first_flight          (native viewer)"
+	@echo "             $(BIN)/sinssim view runs/first_flight --web    (in a browser)"
+
+test: $(KERNELS)
+	$(BIN)/python -m pytest -n 2
+
+test-slow: $(KERNELS)
+	$(BIN)/python -m pytest -m slow
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(READY)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(KERNELS)
+	$(BIN)/python benchmarks/bench.py
+
+setup: $(KERNELS)
+
+clean:
+	rm -rf runs build dist .pytest_cache .mypy_cache .ruff_cache
+
+$(READY): requirements.lock pyproject.toml
+	@test -n "$(PYTHON)" || { echo "sinssim needs Python 3.11 or newer, and none was found as python3," \
+	  "python3.13, python3.12 or python3.11. Install one, or name it: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "sinssim needs Python 3.11 or" \
+	  "newer; $(PYTHON) is not. Name another: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+# The kernels are compiled here once, so that no run has to wait for it.
+$(KERNELS): $(READY) $(CODE)
+	@echo "Compiling the kernels (once) ..."
+	@$(BIN)/python -m sinssim.precompile
+	@touch $@
