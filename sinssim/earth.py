@@ -1,0 +1,495 @@
+"""The Earth: radii of curvature, geodetic, ECEF and inertial coordinates, gravity.
+
+Every formula exists once, as a scalar kernel (`*_k`); the array functions run that kernel over arrays. Kernels
+take the ellipsoid as the tuple that `parameters(ellipsoid)` returns, and a gravity model by its number in
+`GRAVITY_NUMBERS`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import atan2, cos, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.data import Array
+from sinssim.earth_models import ELLIPSOIDS, GRAVITY_MODELS, OMEGA_IE, WGS84, Ellipsoid
+from sinssim.errors import InputError, unknown_name
+from sinssim.jit import inline, kernel
+from sinssim.rotation import Quaternion, Vector
+
+__all__ = [
+    "ELLIPSOIDS",
+    "GRAVITY_MODELS",
+    "GRAVITY_NUMBERS",
+    "OMEGA_IE",
+    "WGS84",
+    "EarthParameters",
+    "Ellipsoid",
+    "ecef_to_eci",
+    "ecef_to_geodetic",
+    "eci_to_ecef",
+    "ellipsoid_by_name",
+    "geodetic_to_ecef",
+    "gravitation_ecef",
+    "gravity_ned",
+    "gravity_number",
+    "parameters",
+    "q_en",
+    "radii",
+    "surface_gravity",
+]
+
+GRAVITY_NUMBERS: dict[str, int] = {name: number for number, name in enumerate(GRAVITY_MODELS)}
+
+
+class EarthParameters(NamedTuple):
+    """The constants of an ellipsoid that kernels need, all in SI units."""
+
+    a: float
+    e2: float
+    f: float
+    gm: float
+    omega: float
+    e_lin2: float  # squared linear eccentricity E²
+    q_scale: float  # ω²a²/q₀
+    j2: float
+    gamma_e: float
+    k: float
+    m: float
+    beta: float  # the chapter's β = 5q/2 − e²/2, q = ω²a/g_e
+
+
+@cache
+def parameters(ellipsoid: Ellipsoid) -> EarthParameters:
+    """Return the constants of an ellipsoid in the order that kernels expect.
+
+    Args:
+        ellipsoid: the ellipsoid.
+
+    Returns:
+        The constants, SI units.
+    """
+    e = ellipsoid
+    return EarthParameters(
+        a=e.a,
+        e2=e.e2,
+        f=e.f,
+        gm=e.gm,
+        omega=e.omega,
+        e_lin2=e.linear_eccentricity**2,
+        q_scale=e.omega**2 * e.a**2 / e.q0,
+        j2=e.j2,
+        gamma_e=e.gamma_e,
+        k=e.k,
+        m=e.m,
+        beta=2.5 * e.omega**2 * e.a / e.gamma_e - 0.5 * e.e2,
+    )
+
+
+def ellipsoid_by_name(name: str) -> Ellipsoid:
+    """Return the ellipsoid of a name.
+
+    Args:
+        name: one of `ELLIPSOIDS`.
+
+    Returns:
+        The ellipsoid.
+
+    Raises:
+        InputError: for an unknown name, with the list.
+    """
+    try:
+        return ELLIPSOIDS[name]
+    except KeyError:
+        raise unknown_name("ellipsoid", name, ELLIPSOIDS) from None
+
+
+def gravity_number(model: str) -> int:
+    """Return the number by which kernels know a gravity model.
+
+    Args:
+        model: one of `GRAVITY_MODELS`.
+
+    Returns:
+        Its number.
+
+    Raises:
+        InputError: for an unknown name, with the list.
+    """
+    try:
+        return GRAVITY_NUMBERS[model]
+    except KeyError:
+        raise unknown_name("gravity model", model, GRAVITY_MODELS) from None
+
+
+@inline
+def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
+    """Radii of curvature of the meridian R₁ and of the prime vertical R₂ (spec 8.2)."""
+    w = 1.0 / (1.0 - p.e2 * sin_lat * sin_lat)
+    r2 = p.a * sqrt(w)
+    return r2 * (1.0 - p.e2) * w, r2
+
+
+@inline
+def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, float]:
+    """Gravitation of the normal field at distance √ρ² from the axis and height z above the equator's plane.
+
+    Closed form in ellipsoidal-harmonic coordinates u, β (Heiskanen and Moritz, Physical Geodesy, 1967, eqs. 2-62,
+    2-66, 2-67), turned to cylindrical ones. Returns (g_ρ/ρ, g_z), without the centrifugal part. The functions q
+    and dq/du are summed as series in E²/u² (first neglected term below 1e-18 at the Earth's surface).
+    """
+    z2 = z * z
+    w = rho2 + z2 - p.e_lin2
+    d = sqrt(w * w + 4.0 * p.e_lin2 * z2)
+    u2 = 0.5 * (w + d)
+    u = sqrt(u2)
+    c2 = u2 + p.e_lin2
+    inv_u2 = 1.0 / u2
+    y = p.e_lin2 * inv_u2  # x² = (E/u)²
+    s2 = z2 * inv_u2  # sin²β
+    inv_c2 = 1.0 / c2
+    # q/x³ = 2 Σ (−1)^(n+1) n x^(2n−2)/((2n+1)(2n+3))   and   (dq/dx)/x² = 2 Σ (−1)^(n+1) n x^(2n−2)/(2n+3)
+    q = 2 / 15 - y * (
+        4 / 35 - y * (6 / 63 - y * (8 / 99 - y * (10 / 143 - y * (12 / 195 - y * (14 / 255 - y * (16 / 323))))))
+    )
+    dq = 2 / 5 - y * (
+        4 / 7 - y * (6 / 9 - y * (8 / 11 - y * (10 / 13 - y * (12 / 15 - y * (14 / 17 - y * (16 / 19))))))
+    )
+    x = sqrt(y)
+    q_over = p.q_scale * x * y * q  # ω²a² q/q₀
+    # ∂V/∂u, with dq/du = −(x/u) dq/dx
+    v_u = -p.gm * inv_c2 - 0.5 * p.q_scale * (x * y * dq / u) * (s2 - 1.0 / 3.0)
+    inv_d = 1.0 / d
+    g_rho = (u * v_u - q_over * s2) * inv_d
+    g_z = (c2 * v_u / u + q_over * rho2 * inv_c2) * z * inv_d
+    return g_rho, g_z
+
+
+@inline
+def j2_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, float]:
+    """Gravitation of a point mass with its second zonal harmonic: (g_ρ/ρ, g_z)."""
+    r2 = rho2 + z * z
+    inv_r2 = 1.0 / r2
+    mu = p.gm * inv_r2 * sqrt(inv_r2)
+    c = 1.5 * p.j2 * p.a * p.a * inv_r2
+    s = 5.0 * z * z * inv_r2
+    return -mu * (1.0 + c * (1.0 - s)), -mu * (1.0 + c * (3.0 - s)) * z
+
+
+@inline
+def gravity_ned_k(
+    p: EarthParameters, model: int, sin_lat: float, cos_lat: float, r2: float, height: float
+) -> tuple[float, float]:
+    """Gravity, north and down components; r2 is the prime-vertical radius of curvature at the latitude."""
+    if model <= 1:
+        rho = (r2 + height) * cos_lat
+        z = (r2 * (1.0 - p.e2) + height) * sin_lat
+        if model == 0:
+            g_rho, g_z = normal_gravitation_k(p, rho * rho, z)
+        else:
+            g_rho, g_z = j2_gravitation_k(p, rho * rho, z)
+        g_rho = (g_rho + p.omega * p.omega) * rho
+        return cos_lat * g_z - sin_lat * g_rho, -cos_lat * g_rho - sin_lat * g_z
+    s2 = sin_lat * sin_lat
+    x = height / p.a
+    if model == 2:  # Somigliana at the surface, free-air gradient 2g/a
+        return 0.0, p.gamma_e * (1.0 + p.k * s2) / sqrt(1.0 - p.e2 * s2) * (1.0 - 2.0 * x)
+    if model == 3:
+        f, m = p.f, p.m
+        f2 = -f + 2.5 * m + 0.5 * f * f - 26.0 / 7.0 * f * m + 3.75 * m * m
+        f4 = -0.5 * f * f + 2.5 * f * m
+        down = p.gamma_e * (1.0 + f2 * s2 + f4 * s2 * s2)
+        down *= 1.0 - 2.0 * (1.0 + f + m - 2.0 * f * s2) * x + 3.0 * x * x
+        return -p.gamma_e * p.beta * x * 2.0 * sin_lat * cos_lat, down
+    if model == 4:
+        return 0.0, p.gamma_e * (1.0 + p.beta * s2 - 2.0 * x)
+    return 0.0, p.gamma_e * (1.0 - 2.0 * x)
+
+
+@inline
+def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, height: float) -> Vector:
+    """Earth-centred Earth-fixed coordinates."""
+    s, c = sin(latitude), cos(latitude)
+    r2 = p.a / sqrt(1.0 - p.e2 * s * s)
+    rho = (r2 + height) * c
+    return rho * cos(longitude), rho * sin(longitude), (r2 * (1.0 - p.e2) + height) * s
+
+
+@inline
+def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, float, float]:
+    """sin and cos of geodetic latitude, and height, of a point at ρ from the axis and z from the equator's plane.
+
+    Bowring's iteration on the reduced latitude (Survey Review 1976), three times: exact to rounding from 5000 km
+    below the surface to beyond the geostationary orbit.
+    """
+    ratio = sqrt(1.0 - p.e2)
+    b = p.a * ratio
+    # start: reduced latitude of the point's own direction
+    sb, cb = z, ratio * rho
+    s, c = sb, cb
+    for _ in range(3):
+        n = 1.0 / sqrt(sb * sb + cb * cb)
+        sb *= n
+        cb *= n
+        s = z + p.e2 / (1.0 - p.e2) * b * sb * sb * sb
+        c = rho - p.e2 * p.a * cb * cb * cb
+        sb, cb = ratio * s, c
+    n = 1.0 / sqrt(s * s + c * c)
+    s *= n
+    c *= n
+    return s, c, rho * c + z * s - p.a * sqrt(1.0 - p.e2 * s * s)
+
+
+@inline
+def ecef_to_geodetic_k(p: EarthParameters, x: float, y: float, z: float) -> Vector:
+    """Geodetic latitude, longitude and height."""
+    s, c, height = geodetic_sincos_k(p, sqrt(x * x + y * y), z)
+    return atan2(s, c), atan2(y, x), height
+
+
+@inline
+def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: float) -> Vector:
+    """Gravitation (gravity less the centrifugal part) in Earth-fixed axes, any model."""
+    rho2 = x * x + y * y
+    if model == 0:
+        g_rho, g_z = normal_gravitation_k(p, rho2, z)
+        return g_rho * x, g_rho * y, g_z
+    if model == 1:
+        g_rho, g_z = j2_gravitation_k(p, rho2, z)
+        return g_rho * x, g_rho * y, g_z
+    rho = sqrt(rho2)
+    s, c, height = geodetic_sincos_k(p, rho, z)
+    g_n, g_d = gravity_ned_k(p, model, s, c, p.a / sqrt(1.0 - p.e2 * s * s), height)
+    cos_lon, sin_lon = (x / rho, y / rho) if rho > 0.0 else (1.0, 0.0)
+    outward = -s * g_n - c * g_d
+    w2 = p.omega * p.omega
+    return outward * cos_lon - w2 * x, outward * sin_lon - w2 * y, c * g_n - s * g_d
+
+
+@inline
+def q_en_k(latitude: float, longitude: float) -> Quaternion:
+    """Quaternion that takes north-east-down coordinates into Earth-fixed ones: v_e = C_en v_n."""
+    # rotation about z by the longitude, then about y by −(90° + latitude)
+    half_lon = 0.5 * longitude
+    half_lat = -0.5 * latitude - 0.7853981633974483
+    cl, sl = cos(half_lon), sin(half_lon)
+    cp, sp = cos(half_lat), sin(half_lat)
+    return cl * cp, -sl * sp, cl * sp, sl * cp
+
+
+def _columns(*values: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in values))
+    return arrays[0].shape, [np.ascontiguousarray(array).reshape(-1) for array in arrays]
+
+
+def _vectors(r: ArrayLike) -> tuple[tuple[int, ...], Array]:
+    array = np.asarray(r, dtype=np.float64)
+    if array.shape[-1:] != (3,):
+        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {array.shape}.")
+    return array.shape[:-1], np.ascontiguousarray(array).reshape(-1, 3)
+
+
+@kernel
+def _radii_rows(p: EarthParameters, latitude: Array, r1: Array, r2: Array) -> None:
+    for i in range(latitude.shape[0]):
+        r1[i], r2[i] = radii_k(p, sin(latitude[i]))
+
+
+@kernel
+def _to_ecef_rows(p: EarthParameters, latitude: Array, longitude: Array, height: Array, out: Array) -> None:
+    for i in range(latitude.shape[0]):
+        out[i] = geodetic_to_ecef_k(p, latitude[i], longitude[i], height[i])
+
+
+@kernel
+def _to_geodetic_rows(p: EarthParameters, r: Array, latitude: Array, longitude: Array, height: Array) -> None:
+    for i in range(latitude.shape[0]):
+        latitude[i], longitude[i], height[i] = ecef_to_geodetic_k(p, r[i, 0], r[i, 1], r[i, 2])
+
+
+@kernel
+def _gravity_rows(p: EarthParameters, model: int, latitude: Array, height: Array, out: Array) -> None:
+    for i in range(latitude.shape[0]):
+        s, c = sin(latitude[i]), cos(latitude[i])
+        north, down = gravity_ned_k(p, model, s, c, p.a / sqrt(1.0 - p.e2 * s * s), height[i])
+        out[i] = (north, 0.0, down)
+
+
+@kernel
+def _gravitation_rows(p: EarthParameters, model: int, r: Array, out: Array) -> None:
+    for i in range(out.shape[0]):
+        out[i] = gravitation_ecef_k(p, model, r[i, 0], r[i, 1], r[i, 2])
+
+
+@kernel
+def _q_en_rows(latitude: Array, longitude: Array, out: Array) -> None:
+    for i in range(out.shape[0]):
+        out[i] = q_en_k(latitude[i], longitude[i])
+
+
+def radii(latitude: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array, Array]:
+    """Return the radii of curvature.
+
+    Args:
+        latitude: geodetic latitude, (...) rad.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Radius of the meridian R₁ and of the prime vertical R₂, (...) m.
+    """
+    shape, (lat,) = _columns(latitude)
+    r1, r2 = np.empty_like(lat), np.empty_like(lat)
+    _radii_rows(parameters(ellipsoid), lat, r1, r2)
+    return r1.reshape(shape), r2.reshape(shape)
+
+
+def geodetic_to_ecef(
+    latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid = WGS84
+) -> Array:
+    """Return Earth-centred Earth-fixed coordinates.
+
+    Args:
+        latitude, longitude: geodetic, (...) rad.
+        height: above the ellipsoid, (...) m.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Positions, (..., 3) m.
+    """
+    shape, columns = _columns(latitude, longitude, height)
+    out = np.empty((len(columns[0]), 3))
+    _to_ecef_rows(parameters(ellipsoid), *columns, out)
+    return out.reshape(*shape, 3)
+
+
+def ecef_to_geodetic(r: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array, Array, Array]:
+    """Return geodetic coordinates of Earth-fixed positions, exact to rounding (Bowring 1976).
+
+    Args:
+        r: positions, (..., 3) m, further than 1000 km from the Earth's centre.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Latitude in [−π/2, π/2] and longitude in (−π, π], (...) rad; height, (...) m.
+
+    Raises:
+        InputError: for a position too near to the Earth's centre, where geodetic latitude has no meaning.
+    """
+    shape, rows = _vectors(r)
+    if len(rows) and not (np.min(np.einsum("ij,ij->i", rows, rows)) > 1e12):
+        row = int(np.argmin(np.einsum("ij,ij->i", rows, rows)))
+        raise InputError(
+            f"position {rows[row]} m (row {row}) lies within 1000 km of the Earth's centre or is not a number: it has "
+            "no geodetic latitude. Earth-fixed coordinates in metres are expected."
+        )
+    latitude, longitude, height = (np.empty(len(rows)) for _ in range(3))
+    _to_geodetic_rows(parameters(ellipsoid), rows, latitude, longitude, height)
+    return latitude.reshape(shape), longitude.reshape(shape), height.reshape(shape)
+
+
+def surface_gravity(latitude: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return normal gravity on the ellipsoid by Somigliana's formula.
+
+    Args:
+        latitude: geodetic, (...) rad.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Gravity, (...) m/s².
+    """
+    return gravity_ned(latitude, 0.0, "somigliana", ellipsoid)[..., 2]
+
+
+def gravity_ned(latitude: ArrayLike, height: ArrayLike, model: str = "normal", ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return gravity (gravitation plus centrifugal) in north-east-down axes.
+
+    Args:
+        latitude: geodetic, (...) rad.
+        height: above the ellipsoid, (...) m.
+        model: one of `GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Gravity, (..., 3) m/s².
+
+    Raises:
+        InputError: for an unknown model.
+    """
+    shape, columns = _columns(latitude, height)
+    out = np.empty((len(columns[0]), 3))
+    _gravity_rows(parameters(ellipsoid), gravity_number(model), *columns, out)
+    return out.reshape(*shape, 3)
+
+
+def gravitation_ecef(r: ArrayLike, model: str = "normal", ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return gravitation (gravity less the centrifugal part) in Earth-fixed axes.
+
+    Args:
+        r: Earth-fixed positions, (..., 3) m.
+        model: one of `GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Gravitation, (..., 3) m/s².
+
+    Raises:
+        InputError: for an unknown model.
+    """
+    shape, rows = _vectors(r)
+    out = np.empty_like(rows)
+    _gravitation_rows(parameters(ellipsoid), gravity_number(model), rows, out)
+    return out.reshape(*shape, 3)
+
+
+def q_en(latitude: ArrayLike, longitude: ArrayLike) -> Array:
+    """Return the quaternion that takes north-east-down coordinates into Earth-fixed ones.
+
+    Args:
+        latitude, longitude: geodetic, (...) rad.
+
+    Returns:
+        Unit quaternions, (..., 4).
+    """
+    shape, columns = _columns(latitude, longitude)
+    out = np.empty((len(columns[0]), 4))
+    _q_en_rows(*columns, out)
+    return out.reshape(*shape, 4)
+
+
+def _about_z(r: ArrayLike, angle: ArrayLike) -> Array:
+    v = np.asarray(r, dtype=np.float64)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack(
+        np.broadcast_arrays(c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1], v[..., 2]), axis=-1
+    )
+
+
+def ecef_to_eci(r_e: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return Earth-fixed vectors in the inertial frame that coincides with the Earth-fixed one at t = 0.
+
+    Args:
+        r_e: vectors, (..., 3).
+        time: (...) s; broadcasts.
+        ellipsoid: gives the rotation rate.
+
+    Returns:
+        Vectors, (..., 3).
+    """
+    return _about_z(r_e, ellipsoid.omega * np.asarray(time, dtype=np.float64))
+
+
+def eci_to_ecef(r_i: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return inertial vectors in the Earth-fixed frame, which coincides with the inertial one at t = 0.
+
+    Args:
+        r_i: vectors, (..., 3).
+        time: (...) s; broadcasts.
+        ellipsoid: gives the rotation rate.
+
+    Returns:
+        Vectors, (..., 3).
+    """
+    return _about_z(r_i, -ellipsoid.omega * np.asarray(time, dtype=np.float64))
