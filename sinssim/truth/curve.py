@@ -1,0 +1,396 @@
+"""The truth of a flight: a smooth curve through its logged positions and attitudes, and the IMU along it.
+
+Position is a quintic (C⁴) interpolating spline in Earth-fixed coordinates relative to the first knot. Evaluated
+straight from its values at the knots it would jump there by their rounding: 1e-10 m over 1/30 s is 3e-9 m/s, a
+random walk of millimetres in an hour. So only the acceleration is taken from the spline; velocity and position
+are its running integrals, panel by panel, and one more spline through what is left over (knots less integrals)
+brings the curve back through the knots. Position, velocity and acceleration then agree to rounding.
+
+Attitude is a quintic spline through the sign-continuous quaternions as vectors of R⁴, normalised:
+q(t) = s(t)/|s(t)|. Rates follow analytically, ω = 2 vec(s* ∘ ṡ)/|s|², since the change of the norm has no vector
+part. This is one banded linear solve and four times differentiable, where a spline of rotation vectors
+(`scipy.spatial.transform.RotationSpline`) is twice differentiable, needs an iteration, and is cubic: order 4 in
+the knot spacing against 6 here. It holds while the attitude turns by well under half a turn between knots.
+
+Specific force at the sensor block, r_s = r + C_eb l (Groves, Principles of GNSS, Inertial, and Multisensor
+Integrated Navigation Systems, 2nd ed., 2013, eqs. 2.112, 2.165 and 2.169):
+
+    f = C_be [ r̈_s + 2 ω_ie × ṙ_s + ω_ie × (ω_ie × r_s) − gravitation(r_s) ],   ω_ib^b = ω_eb^b + C_be ω_ie
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import earth, rotation
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth_models import WGS84, Ellipsoid
+from sinssim.errors import InputError
+from sinssim.jit import inline, kernel
+from sinssim.rotation import Quaternion, Vector
+from sinssim.truth.times import check_instants, in_blocks, sample_edges
+from sinssim.truth.trajectory import Channel, FlightEvent
+
+_DEGREE = 5
+# Gauss-Legendre points on each piece of a sample interval between knots: five leave 1e-13 relative on pieces of
+# 50 ms of a 4 rad/s roll, six reach rounding, more change nothing.
+_POINTS = 6
+# Neighbouring attitudes further apart than this (cosine of half the angle) do not define a smooth curve.
+_LEAST_COSINE = np.cos(np.pi / 8)
+
+
+class _Curve(NamedTuple):
+    """What the kernels need to know of a curve."""
+
+    time: Array  # (K,) knots, s
+    panels: Array  # (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's knot
+    origin: Vector  # what positions are relative to, m
+    lever: Vector  # from the position's point to the sensor block, in the block's axes, m
+
+
+class _Motion(NamedTuple):
+    """The sensor block's motion at one instant, in Earth-fixed axes unless said otherwise."""
+
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    attitude: Quaternion  # e from block
+    rate: Vector  # of the block relative to the Earth, in the block's axes
+
+
+@inline
+def _value_k(c: Array, i: int, j: int, u: float) -> tuple[float, float, float]:
+    """Value and first two derivatives of component j on panel i."""
+    c0, c1, c2, c3, c4, c5 = c[i, 0, j], c[i, 1, j], c[i, 2, j], c[i, 3, j], c[i, 4, j], c[i, 5, j]
+    return (
+        c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5)))),
+        c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5))),
+        2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5)),
+    )
+
+
+@inline
+def _motion_k(curve: _Curve, i: int, t: float) -> _Motion:
+    c, u = curve.panels, t - curve.time[i]
+    x, vx, ax = _value_k(c, i, 0, u)
+    y, vy, ay = _value_k(c, i, 1, u)
+    z, vz, az = _value_k(c, i, 2, u)
+    s0, d0, e0 = _value_k(c, i, 3, u)
+    s1, d1, e1 = _value_k(c, i, 4, u)
+    s2, d2, e2 = _value_k(c, i, 5, u)
+    s3, d3, e3 = _value_k(c, i, 6, u)
+
+    inverse = 1.0 / (s0 * s0 + s1 * s1 + s2 * s2 + s3 * s3)
+    scale = sqrt(inverse)
+    q0, q1, q2, q3 = scale * s0, scale * s1, scale * s2, scale * s3
+    # ω = 2 vec(s* ∘ ṡ)/|s|²   and   ω̇ = 2 vec(s* ∘ s̈)/|s|² − 2 ω (s·ṡ)/|s|²
+    _, wx, wy, wz = rotation.multiply_k(s0, -s1, -s2, -s3, d0, d1, d2, d3)
+    _, bx, by, bz = rotation.multiply_k(s0, -s1, -s2, -s3, e0, e1, e2, e3)
+    twice = 2.0 * inverse
+    wx, wy, wz = twice * wx, twice * wy, twice * wz
+    growth = twice * (s0 * d0 + s1 * d1 + s2 * d2 + s3 * d3)
+    bx, by, bz = twice * bx - growth * wx, twice * by - growth * wy, twice * bz - growth * wz
+
+    # the block on its lever arm: C l, C (ω × l), C (ω̇ × l + ω × (ω × l))
+    lx, ly, lz = curve.lever
+    px, py, pz = rotation.cross_k(wx, wy, wz, lx, ly, lz)
+    mx, my, mz = rotation.cross_k(wx, wy, wz, px, py, pz)
+    nx, ny, nz = rotation.cross_k(bx, by, bz, lx, ly, lz)
+    lx, ly, lz = rotation.rotate_k(q0, q1, q2, q3, lx, ly, lz)
+    px, py, pz = rotation.rotate_k(q0, q1, q2, q3, px, py, pz)
+    nx, ny, nz = rotation.rotate_k(q0, q1, q2, q3, mx + nx, my + ny, mz + nz)
+    ox, oy, oz = curve.origin
+    return _Motion(
+        (ox + (x + lx), oy + (y + ly), oz + (z + lz)),
+        (vx + px, vy + py, vz + pz),
+        (ax + nx, ay + ny, az + nz),
+        (q0, q1, q2, q3),
+        (wx, wy, wz),
+    )
+
+
+@inline
+def _readings_k(
+    p: earth.EarthParameters, model: int, motion: _Motion
+) -> tuple[float, float, float, float, float, float]:
+    """Inertial angular rate and specific force in the block's axes."""
+    x, y, z = motion.position
+    vx, vy, _ = motion.velocity
+    ax, ay, az = motion.acceleration
+    q0, q1, q2, q3 = motion.attitude
+    gx, gy, gz = earth.gravitation_ecef_k(p, model, x, y, z)
+    w = p.omega
+    fx, fy, fz = rotation.rotate_k(
+        q0, -q1, -q2, -q3, ax - 2.0 * w * vy - w * w * x - gx, ay + 2.0 * w * vx - w * w * y - gy, az - gz
+    )
+    ex, ey, ez = rotation.rotate_k(q0, -q1, -q2, -q3, 0.0, 0.0, w)
+    wx, wy, wz = motion.rate
+    return wx + ex, wy + ey, wz + ez, fx, fy, fz
+
+
+@kernel
+def _increments(
+    curve: _Curve,
+    p: earth.EarthParameters,
+    model: int,
+    edges: Array,
+    nodes: Array,
+    weights: Array,
+    first: int,
+    last: int,
+    dtheta: Array,
+    dvel: Array,
+) -> None:
+    """Integrate over the intervals first...last-1, piece by piece between knots."""
+    knots = curve.time
+    panel = max(0, min(np.searchsorted(knots, edges[first], side="right") - 1, len(knots) - 2))
+    for k in range(first, last):
+        tx = ty = tz = sx = sy = sz = 0.0
+        left = edges[k]
+        while True:
+            while panel < len(knots) - 2 and knots[panel + 1] <= left:
+                panel += 1
+            right = edges[k + 1]
+            if panel < len(knots) - 2:
+                right = min(right, knots[panel + 1])
+            middle, half = 0.5 * (left + right), 0.5 * (right - left)
+            for i in range(len(nodes)):
+                wx, wy, wz, fx, fy, fz = _readings_k(p, model, _motion_k(curve, panel, middle + half * nodes[i]))
+                weight = half * weights[i]
+                tx, ty, tz = tx + weight * wx, ty + weight * wy, tz + weight * wz
+                sx, sy, sz = sx + weight * fx, sy + weight * fy, sz + weight * fz
+            if right >= edges[k + 1]:
+                break
+            left = right
+        dtheta[k, 0], dtheta[k, 1], dtheta[k, 2] = tx, ty, tz
+        dvel[k, 0], dvel[k, 1], dvel[k, 2] = sx, sy, sz
+
+
+@kernel
+def _states(
+    curve: _Curve,
+    p: earth.EarthParameters,
+    t: Array,
+    panel: Array,
+    first: int,
+    last: int,
+    latitude: Array,
+    longitude: Array,
+    height: Array,
+    velocity_ned: Array,
+    q_nb: Array,
+) -> None:
+    for k in range(first, last):
+        motion = _motion_k(curve, panel[k], t[k])
+        x, y, z = motion.position
+        vx, vy, vz = motion.velocity
+        q0, q1, q2, q3 = motion.attitude
+        latitude[k], longitude[k], height[k] = earth.ecef_to_geodetic_k(p, x, y, z)
+        n0, n1, n2, n3 = earth.q_en_k(latitude[k], longitude[k])
+        velocity_ned[k] = rotation.rotate_k(n0, -n1, -n2, -n3, vx, vy, vz)
+        q_nb[k] = rotation.multiply_k(n0, -n1, -n2, -n3, q0, q1, q2, q3)
+
+
+@kernel
+def _rates(
+    curve: _Curve, p: earth.EarthParameters, model: int, t: Array, panel: Array, omega: Array, force: Array
+) -> None:
+    for k in range(len(t)):
+        wx, wy, wz, fx, fy, fz = _readings_k(p, model, _motion_k(curve, panel[k], t[k]))
+        omega[k, 0], omega[k, 1], omega[k, 2] = wx, wy, wz
+        force[k, 0], force[k, 1], force[k, 2] = fx, fy, fz
+
+
+def _second_derivative(step: Array, a: Array, s: Array) -> Array:
+    """Return coefficients of u²...u⁵ on each panel from the second and fourth derivatives at the knots.
+
+    The second derivative of a quintic spline is a cubic spline, given on a panel by its values and its second
+    derivatives at both ends.
+    """
+    h = step[:, None]
+    third = (a[1:] - a[:-1]) / h - h / 6.0 * (2.0 * s[:-1] + s[1:])
+    return np.stack([a[:-1] / 2.0, third / 6.0, s[:-1] / 24.0, (s[1:] - s[:-1]) / (120.0 * h)], axis=1)
+
+
+def _position_panels(time: Array, position: Array, a: Array, s: Array, v0: Array) -> Array:
+    """Return panel coefficients, (K-1, 6, 3), of the re-integrated position curve."""
+    from scipy.interpolate import make_interp_spline
+
+    h = np.diff(time)[:, None]
+    for refinement in (0, 1):
+        c2, c3, c4, c5 = np.moveaxis(_second_derivative(np.diff(time), a, s), 1, 0)
+        v = v0 + np.cumsum(
+            np.concatenate([np.zeros((1, 3)), h * (2.0 * c2 + h * (3.0 * c3 + h * (4.0 * c4 + h * 5.0 * c5)))]), axis=0
+        )
+        r = np.cumsum(np.concatenate([position[:1], h * (v[:-1] + h * (c2 + h * (c3 + h * (c4 + h * c5))))]), axis=0)
+        if refinement == 0:
+            rest = make_interp_spline(time, position - r, k=_DEGREE)
+            a, s, v0 = a + rest(time, 2), s + rest(time, 4), v0 + rest(time[0], 1)
+    return np.stack([r[:-1], v[:-1], c2, c3, c4, c5], axis=1)
+
+
+def _attitude_panels(time: Array, q: Array, a: Array, s: Array) -> Array:
+    """Return panel coefficients, (K-1, 6, 4), of the quaternion curve, which passes exactly through its knots."""
+    h = np.diff(time)[:, None]
+    c2, c3, c4, c5 = np.moveaxis(_second_derivative(np.diff(time), a, s), 1, 0)
+    c1 = (q[1:] - q[:-1]) / h - h * (c2 + h * (c3 + h * (c4 + h * c5)))
+    return np.stack([q[:-1], c1, c2, c3, c4, c5], axis=1)
+
+
+def _checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -> tuple[Array, Array, Array]:
+    t = np.asarray(time, dtype=np.float64)
+    r = np.asarray(position_ecef, dtype=np.float64)
+    q = np.asarray(q_eb, dtype=np.float64)
+    if t.ndim != 1 or r.shape != (len(t), 3) or q.shape != (len(t), 4):
+        raise InputError(
+            f"a curve needs K times, (K, 3) positions and (K, 4) quaternions; got arrays of shapes "
+            f"{t.shape}, {r.shape} and {q.shape}."
+        )
+    if len(t) <= _DEGREE:
+        raise InputError(f"a curve needs at least {_DEGREE + 1} knots, got {len(t)}.")
+    for name, values in (("time", t), ("position", r), ("quaternion", q)):
+        finite = np.isfinite(values.reshape(len(t), -1)).all(axis=1)
+        if not finite.all():
+            raise InputError(f"knot {int(np.argmin(finite))}: its {name} is not a finite number.")
+    if not (np.diff(t) > 0.0).all():
+        worst = int(np.argmin(np.diff(t) > 0.0))
+        raise InputError(
+            f"knot {worst + 1} at {t[worst + 1]!s} s does not come after the one before, at {t[worst]!s} s."
+        )
+    norm = np.linalg.norm(q, axis=1)
+    if not (np.abs(norm - 1.0) < 1e-6).all():
+        worst = int(np.argmax(np.abs(norm - 1.0)))
+        raise InputError(f"knot {worst} at {t[worst]!s} s: its quaternion has norm {norm[worst]:g}, it must be 1.")
+    q = q / norm[:, None]
+    cosine = np.einsum("ij,ij->i", q[1:], q[:-1])
+    if np.abs(cosine).min() < _LEAST_COSINE:
+        worst = int(np.argmin(np.abs(cosine)))
+        raise InputError(
+            f"between the knots at {t[worst]!s} s and {t[worst + 1]!s} s the attitude turns by "
+            f"{2.0 * np.degrees(np.arccos(abs(cosine[worst]))):.0f}°; below 45° a smooth curve is defined: "
+            "knots nearer together are needed."
+        )
+    q[1:] *= np.cumprod(np.where(cosine < 0.0, -1.0, 1.0))[:, None]
+    return t, r, q
+
+
+class Curve:
+    """The true motion of a sensor block carried along a smooth curve through knots; see the module's text.
+
+    Args:
+        time: knots, increasing, (K,) s, K ≥ 6; 20-40 of them per second suit an aircraft.
+        position_ecef: position of the body's reference point at the knots, (K, 3) m.
+        q_eb: attitude of the body at the knots, v_e = C_eb v_b, (K, 4).
+        lever_arm: from the reference point to the sensor block, in body axes, (3,) m.
+        q_bs: mounting of the block, v_b = C_bs v_s, (4,).
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+        events: what happened on the way.
+        channels: other logged quantities.
+
+    Raises:
+        InputError: knots that do not define a curve; the message names the knot.
+    """
+
+    def __init__(
+        self,
+        time: ArrayLike,
+        position_ecef: ArrayLike,
+        q_eb: ArrayLike,
+        lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+        q_bs: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        gravity: str = "normal",
+        ellipsoid: Ellipsoid = WGS84,
+        events: tuple[FlightEvent, ...] = (),
+        channels: Mapping[str, Channel] | None = None,
+    ) -> None:
+        from scipy.interpolate import make_interp_spline
+
+        t, r, q_eb = _checked_knots(time, position_ecef, q_eb)
+        self.events = events
+        self.gravity = gravity
+        self.ellipsoid = ellipsoid
+        self.channels: Mapping[str, Channel] = channels or {}
+        self.start, self.end = float(t[0]), float(t[-1])
+        self._model = earth.gravity_number(gravity)
+        self._parameters = earth.parameters(ellipsoid)
+
+        # The mounting is a constant factor on the right, so the block's own quaternions are splined.
+        q_es = rotation.multiply(q_eb, rotation.normalize(q_bs))
+        relative = r - r[0]
+        spline = make_interp_spline(t, np.concatenate([relative, q_es], axis=1), k=_DEGREE)
+        second, fourth = spline(t, 2), spline(t, 4)
+        panels = np.concatenate(
+            [
+                _position_panels(t, relative, second[:, :3], fourth[:, :3], spline(t[0], 1)[:3]),
+                _attitude_panels(t, q_es, second[:, 3:], fourth[:, 3:]),
+            ],
+            axis=2,
+        )
+        lever = rotation.rotate(rotation.conjugate(rotation.normalize(q_bs)), lever_arm)
+        self._curve = _Curve(t, panels, tuple(map(float, r[0])), tuple(map(float, lever)))  # type: ignore[arg-type]
+
+    def _panel(self, t: Array) -> Array:
+        knots = self._curve.time
+        return np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        instants = check_instants(t, self.start, self.end)
+        times = np.atleast_1d(instants)
+        panel = self._panel(times)
+        latitude, longitude, height = (np.empty(len(times)) for _ in range(3))
+        velocity, q_nb = np.empty((len(times), 3)), np.empty((len(times), 4))
+        in_blocks(
+            len(times),
+            lambda first, last: _states(
+                self._curve,
+                self._parameters,
+                times,
+                panel,
+                first,
+                last,
+                latitude,
+                longitude,
+                height,
+                velocity,
+                q_nb,
+            ),
+        )
+        shape = instants.shape
+        return NavState(
+            latitude.reshape(shape),
+            longitude.reshape(shape),
+            height.reshape(shape),
+            velocity.reshape(*shape, 3),
+            q_nb.reshape(*shape, 4),
+        )
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        instants = check_instants(t, self.start, self.end)
+        times = np.atleast_1d(instants)
+        omega, force = np.empty((len(times), 3)), np.empty((len(times), 3))
+        _rates(self._curve, self._parameters, self._model, times, self._panel(times), omega, force)
+        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return exact increments by Gauss-Legendre quadrature between knots; see `Trajectory.increments`."""
+        edges = sample_edges(self.start, self.end, rate_hz)
+        return ImuData(edges, *self._integrals(edges, _POINTS))
+
+    def _integrals(self, edges: Array, points: int) -> tuple[Array, Array]:
+        nodes, weights = np.polynomial.legendre.leggauss(points)
+        dtheta, dvel = np.empty((len(edges) - 1, 3)), np.empty((len(edges) - 1, 3))
+        in_blocks(
+            len(edges) - 1,
+            lambda first, last: _increments(
+                self._curve, self._parameters, self._model, edges, nodes, weights, first, last, dtheta, dvel
+            ),
+        )
+        return dtheta, dvel
