@@ -15,9 +15,7 @@ def _tuples(value: Any) -> Any:
 class Section(BaseModel):
     """One table of a scenario file: immutable, no unknown keys, no conversions between types, no NaN or infinity."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True)
 
     @model_validator(mode="before")
     @classmethod

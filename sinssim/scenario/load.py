@@ -1,0 +1,76 @@
+"""Loading a scenario: read the TOML file, apply what is set from outside, check everything, report every mistake."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from sinssim.errors import InputError
+from sinssim.scenario.content import find_content
+from sinssim.scenario.schema import Scenario
+from sinssim.scenario.toml_file import read_toml, validate
+
+
+def load_scenario(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+    """Load and check a scenario.
+
+    Args:
+        path: path of a TOML file, or the name of a scenario as in `sinssim list scenarios`.
+        overrides: settings "key.path=value" that replace what the file says, for example
+            "imu.grade=tactical" or "flight.legs.2.altitude_m=9000" (legs are counted from 1); values as in TOML,
+            a plain word needs no quotes.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        InputError: the file cannot be read or holds mistakes; the message names all of them, each with its key,
+            line and what would be right.
+    """
+    file = find_content("scenarios", str(path))
+    text, data = read_toml(file)
+    data.setdefault("name", file.stem)
+    overridden = {_override(data, setting) for setting in overrides}
+    return validate(Scenario, data, text, str(path), overridden)
+
+
+def _override(data: dict[str, Any], setting: str) -> str:
+    """Put one "key.path=value" into the data, and return its path."""
+    path, equals, written = setting.partition("=")
+    path, written = path.strip(), written.strip()
+    if not equals or not path or not written:
+        raise InputError(f"--set {setting}: write key.path=value, for example --set imu.rate_hz=200.")
+    try:
+        value = tomllib.loads(f"value = {written}")["value"]
+    except tomllib.TOMLDecodeError as error:
+        if not re.fullmatch(r"[A-Za-z][\w.-]*", written):
+            raise InputError(
+                f'--set {setting}: {written!r} is not a TOML value. A number, true, a word, "text in quotes" or '
+                "an array such as [1, 2, 3] would be; mind the shell's own quotes."
+            ) from error
+        value = written
+    *tables, key = path.split(".")
+    here: Any = data
+    for index, name in enumerate(tables):
+        here = _step(here, name, ".".join(tables[:index]), setting)
+    if isinstance(here, list):
+        here[_index(here, key, ".".join(tables), setting)] = value
+    else:
+        here[key] = value
+    return path
+
+
+def _step(here: Any, name: str, path: str, setting: str) -> Any:
+    inner = here[_index(here, name, path, setting)] if isinstance(here, list) else here.setdefault(name, {})
+    if not isinstance(inner, dict | list):
+        raise InputError(f"--set {setting}: {f'{path}.{name}'.strip('.')} is a value, not a table.")
+    return inner
+
+
+def _index(array: list[Any], name: str, path: str, setting: str) -> int:
+    if not name.isdecimal() or not 1 <= int(name) <= len(array):
+        raise InputError(f"--set {setting}: {path} has entries 1 to {len(array)}; {name!r} is none of them.")
+    return int(name) - 1

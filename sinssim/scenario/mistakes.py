@@ -1,0 +1,271 @@
+"""Mistakes of a scenario file in words: where (key, line), what is wrong, what would be right."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+import types
+from collections.abc import Collection, Iterator, Mapping
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+# Units that people may write, as (dimension, factor to the dimension's own unit).
+_UNITS: dict[str, tuple[str, float]] = {
+    "m": ("length", 1.0),
+    "km": ("length", 1000.0),
+    "ft": ("length", 0.3048),
+    "nmi": ("length", 1852.0),
+    "mps": ("speed", 1.0),
+    "kt": ("speed", 1852.0 / 3600.0),
+    "kts": ("speed", 1852.0 / 3600.0),
+    "kmh": ("speed", 1.0 / 3.6),
+    "fps": ("speed", 0.3048),
+    "fpm": ("speed", 0.3048 / 60.0),
+    "deg": ("angle", 1.0),
+    "rad": ("angle", math.degrees(1.0)),
+    "mrad": ("angle", math.degrees(1e-3)),
+    "arcmin": ("angle", 1.0 / 60.0),
+    "arcsec": ("angle", 1.0 / 3600.0),
+    "s": ("time", 1.0),
+    "ms": ("time", 1e-3),
+    "min": ("time", 60.0),
+    "h": ("time", 3600.0),
+    "hz": ("frequency", 1.0),
+    "khz": ("frequency", 1000.0),
+    "deg_h": ("angular rate", 1.0),
+    "deg_s": ("angular rate", 3600.0),
+    "rad_s": ("angular rate", math.degrees(3600.0)),
+    "ug": ("acceleration", 1.0),
+    "mg": ("acceleration", 1000.0),
+    "ppm": ("ratio", 1.0),
+    "percent": ("ratio", 1e4),
+}
+
+_BOUNDS = {
+    "greater_than": "greater than",
+    "greater_than_equal": "at least",
+    "less_than": "less than",
+    "less_than_equal": "at most",
+}
+_TYPES = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": 'text in quotes, like "this"',
+    "bool_type": "true or false",
+    "tuple_type": "an array, like [1.0, 2.0, 3.0]",
+    "list_type": "an array, like [1.0, 2.0, 3.0]",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "dict_type": "a table",
+    "finite_number": "a finite number",
+}
+
+
+def describe(
+    error: ErrorDetails, model: type[BaseModel], lines: Mapping[tuple[str, ...], int], overridden: Collection[str]
+) -> str:
+    """Put one of pydantic's findings into a sentence.
+
+    Args:
+        error: the finding.
+        model: the model of the whole file.
+        lines: line number by path of every key and table of the file, as `key_lines` gives it.
+        overridden: paths of the keys that were set from outside the file.
+
+    Returns:
+        The key's path, where it stands and the sentence.
+    """
+    path, holders = _walk(error["loc"], model)
+    text = _sentence(error, path, holders)
+    if error["type"] == "union_tag_invalid":
+        path = (*path, str(error["ctx"]["discriminator"]).strip("'"))
+    dotted = ".".join(path)
+    if any(dotted == key or dotted.startswith(key + ".") for key in overridden):
+        return f"{text} (set from outside the file)"
+    for length in range(len(path), 0, -1):
+        if path[:length] in lines:
+            return f"line {lines[path[:length]]}: {text}"
+    return text
+
+
+def _sentence(error: ErrorDetails, path: tuple[str, ...], holders: list[type[BaseModel]]) -> str:
+    kind, value, context = error["type"], error["input"], error.get("ctx", {})
+    name = ".".join(path)
+    if kind == "extra_forbidden":
+        return _unknown_key(path, value, holders)
+    if kind == "missing":
+        return f"{name} is missing{_explain(path, holders)}"
+    if kind in _BOUNDS:
+        bound = next(iter(context.values()))
+        return f"{name} = {_show(value)} must be {_BOUNDS[kind]} {bound:g}"
+    if kind in _TYPES:
+        return f"{name} must be {_TYPES[kind]}, not {_show(value)}"
+    if kind in ("too_short", "too_long"):
+        wanted = context.get("min_length", context.get("max_length"))
+        word = "at least" if kind == "too_short" else "at most"
+        entries = "entry" if wanted == 1 else "entries"
+        return f"{name} must have {word} {wanted} {entries}, and has {context['actual_length']}"
+    if kind == "string_pattern_mismatch":
+        return f"{name} = {_show(value)}: only letters, digits, '.', '-' and '_', a letter or digit first"
+    if kind in ("literal_error", "enum", "union_tag_invalid"):
+        given = str(context["tag"] if kind == "union_tag_invalid" else value)
+        known = re.findall(r"'([^']*)'", str(context.get("expected", context.get("expected_tags", ""))))
+        near = difflib.get_close_matches(given, known, n=1)
+        hint = f" Did you mean '{near[0]}'?" if near else ""
+        key = str(context["discriminator"]).strip("'") if kind == "union_tag_invalid" else ""
+        return f"{name}{'.' + key if key else ''} = '{given}' is not known.{hint} Known: {', '.join(known)}"
+    if kind == "union_tag_not_found":
+        return f"{name} has no {context['discriminator']}, which says what it is"
+    message = str(context["error"]) if kind == "value_error" else error["msg"]
+    return f"{name}: {message}".removeprefix(": ").removesuffix(".")
+
+
+def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
+    """Name the key that was meant: the same quantity in another unit, or the nearest spelling."""
+    key, table = path[-1], ".".join(path[:-1])
+    known = sorted({field for holder in holders for field in holder.model_fields})
+    stem, unit = _split_unit(key)
+    for field in known:
+        field_stem, field_unit = _split_unit(field)
+        if field_stem == stem and field_unit:
+            say = f"unknown key '{'.'.join(path)}': the unit is part of the name, use '{field}'"
+            same = unit and _UNITS[unit][0] == _UNITS[field_unit][0]
+            if same and isinstance(value, int | float) and not isinstance(value, bool):
+                say += f" ({field} = {value * _UNITS[unit][1] / _UNITS[field_unit][1]:.10g})"
+            return say
+    near = difflib.get_close_matches(key, known, n=1)
+    if near:
+        return f"unknown key '{'.'.join(path)}'. Did you mean '{'.'.join((*path[:-1], near[0]))}'?"
+    place = f"[{table}]" if table else "The file's top level"
+    return f"unknown key '{'.'.join(path)}'. {place} may have: {', '.join(known)}"
+
+
+def _split_unit(key: str) -> tuple[str, str]:
+    """Split a key into the quantity and its unit, "" if it has none: "gyro_bias_deg_h" → "gyro_bias", "deg_h"."""
+    parts = key.split("_")
+    for count in (2, 1):
+        unit = "_".join(parts[-count:])
+        if len(parts) > count and unit in _UNITS:
+            return "_".join(parts[:-count]), unit
+    return key, ""
+
+
+def _explain(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str:
+    for holder in holders:
+        field = holder.model_fields.get(path[-1])
+        if field and field.description:
+            return f" ({field.description})"
+    return ""
+
+
+def _show(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"the text '{value}'"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, tuple | list):
+        return "an array"
+    return f"{value}"
+
+
+def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str, ...], list[type[BaseModel]]]:
+    """Follow a location through the models.
+
+    Returns:
+        The path as written in the file, entries of arrays counted from 1, and the models that may hold its last key.
+    """
+    path: list[str] = []
+    here: list[Any] = [model]
+    holders: list[type[BaseModel]] = [model]
+    for part in loc:
+        if isinstance(part, int):
+            path.append(str(part + 1))
+            here = [entry for kind in here for entry in _entries(kind)]
+            continue
+        models = [kind for kind in here if isinstance(kind, type) and issubclass(kind, BaseModel)]
+        fields = [kind.model_fields[part].annotation for kind in models if part in kind.model_fields]
+        tagged = [kind for kind in models if part in _tags(kind)]
+        if not fields and tagged:  # a location names the member of a union by its tag, a file does not
+            here = tagged
+            continue
+        path.append(part)
+        holders = models or holders
+        here = [option for annotation in fields for option in _options(annotation)]
+    return tuple(path), holders
+
+
+def _options(annotation: Any) -> Iterator[Any]:
+    """Unfold Annotated and unions."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        yield from _options(get_args(annotation)[0])
+    elif origin in (Union, types.UnionType):
+        for option in get_args(annotation):
+            yield from _options(option)
+    else:
+        yield annotation
+
+
+def _entries(annotation: Any) -> Iterator[Any]:
+    """Unfold the entry type of a tuple or list."""
+    if get_origin(annotation) in (tuple, list):
+        for entry in get_args(annotation):
+            if entry is not Ellipsis:
+                yield from _options(entry)
+
+
+def _tags(model: type[BaseModel]) -> list[str]:
+    return [
+        tag
+        for field in model.model_fields.values()
+        if get_origin(field.annotation) is Literal
+        for tag in get_args(field.annotation)
+    ]
+
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([\w.\-\s\"']+?)\s*\]\]?\s*(?:#.*)?$")
+_KEY = re.compile(r"\s*([\w.\-\"']+(?:\s*\.\s*[\w\-\"']+)*)\s*=")
+
+
+def key_lines(text: str) -> dict[tuple[str, ...], int]:
+    """Find the lines on which the keys and tables of a TOML text stand.
+
+    Keys inside inline tables and arrays are not looked for: their table's line stands for them.
+
+    Args:
+        text: a valid TOML text.
+
+    Returns:
+        Line number, from 1, by path; tables in an array are counted from 1.
+    """
+    found: dict[tuple[str, ...], int] = {}
+    counts: dict[tuple[str, ...], int] = {}
+    table: tuple[str, ...] = ()
+    inside = ""  # the quotes of the multi-line string that we are in
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not inside:
+            if header := _HEADER.match(line):
+                table = ()
+                names = _names(header[2])
+                for index, name in enumerate(names, start=1):
+                    table += (name,)
+                    if header[1] == "[[" and index == len(names):
+                        counts[table] = counts.get(table, 0) + 1
+                    if table in counts:
+                        table += (str(counts[table]),)
+                found.setdefault(table, number)
+            elif key := _KEY.match(line):
+                found.setdefault(table + _names(key[1]), number)
+        for quotes in re.findall(r'"""|\'\'\'', line):
+            inside = "" if inside == quotes else inside or quotes
+    return found
+
+
+def _names(dotted: str) -> tuple[str, ...]:
+    return tuple(part.strip().strip("\"'") for part in dotted.split("."))

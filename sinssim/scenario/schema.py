@@ -1,0 +1,145 @@
+"""The scenario file: one typed, frozen model per table, with the unit of every quantity in its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from sinssim.earth_models import ELLIPSOIDS, GRAVITY_MODELS
+from sinssim.errors import unknown_name
+from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
+from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.legs import FlightSection
+from sinssim.scenario.section import Heading, Latitude, Longitude, Positive, Section
+
+
+def _known(kind: str, names: Iterable[str]) -> Callable[[str], str]:
+    """Return a validator that accepts the given names only, and lists them when it refuses."""
+
+    def check(value: str) -> str:
+        if value not in names:
+            raise unknown_name(kind, value, names)
+        return value
+
+    return check
+
+
+Gravity = Annotated[str, AfterValidator(_known("gravity model", GRAVITY_MODELS))]
+EllipsoidName = Annotated[str, AfterValidator(_known("ellipsoid", ELLIPSOIDS))]
+Algorithm = Annotated[str, AfterValidator(_known("algorithm", ALGORITHMS))]
+Frame = Annotated[str, AfterValidator(_known("frame", FRAMES))]
+Curvature = Annotated[str, AfterValidator(_known("curvature", CURVATURES))]
+Vertical = Annotated[str, AfterValidator(_known("vertical channel", VERTICALS))]
+
+
+class ParkedSection(Section):
+    """A vehicle that stands still: any place on the Earth, the poles included, any attitude."""
+
+    latitude_deg: Latitude = Field(description="geodetic latitude, north positive")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude, east positive")
+    altitude_m: float = Field(default=0.0, description="height above the ellipsoid")
+    roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0, description="roll, right side down positive")
+    pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="pitch, nose up positive")
+    heading_deg: Heading = Field(default=0.0, description="heading, clockwise from north")
+    duration_s: Positive = Field(description="how long it stands")
+
+
+class GreatCircleSection(Section):
+    """Steady flight along a great circle of the sphere, wings level: truth in closed form."""
+
+    latitude_deg: Latitude = Field(description="latitude at the start")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude at the start")
+    altitude_m: float = Field(default=0.0, description="height above the ellipsoid")
+    course_deg: Heading = Field(description="course at the start, clockwise from north")
+    speed_mps: float = Field(ge=0.0, description="ground speed")
+    duration_s: Positive = Field(description="how long it flies")
+
+
+class TruthSection(Section):
+    """The Earth that the true specific force is computed for."""
+
+    gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
+    ellipsoid: EllipsoidName = Field(default="wgs84", description=f"one of {', '.join(ELLIPSOIDS)}")
+
+
+class InitialErrorSection(Section):
+    """Errors of the state that navigation starts from, added to the true one."""
+
+    north_m: float = Field(default=0.0, description="position error to the north")
+    east_m: float = Field(default=0.0, description="position error to the east")
+    height_m: float = Field(default=0.0, description="height error, up positive")
+    velocity_north_mps: float = Field(default=0.0, description="velocity error to the north")
+    velocity_east_mps: float = Field(default=0.0, description="velocity error to the east")
+    velocity_down_mps: float = Field(default=0.0, description="velocity error, down positive")
+    roll_arcmin: float = Field(default=0.0, description="roll error")
+    pitch_arcmin: float = Field(default=0.0, description="pitch error")
+    heading_arcmin: float = Field(default=0.0, description="heading error")
+
+
+class NavigationSection(Section):
+    """What turns the measured increments into position, velocity and attitude."""
+
+    algorithms: tuple[Algorithm, ...] = Field(
+        default=("quaternion",),
+        min_length=1,
+        description="attitude algorithms, each navigates on its own; see `sinssim list algorithms`",
+    )
+    frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
+    gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
+    curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
+    vertical: Vertical = Field(default="free", description=f"height channel: {', '.join(VERTICALS)}")
+    baro_time_constant_s: Positive = Field(default=100.0, description='time constant of vertical = "baro-loop"')
+    initial_error: InitialErrorSection = Field(default=InitialErrorSection())
+
+    @model_validator(mode="after")
+    def _algorithms_once(self) -> Self:
+        if len(set(self.algorithms)) < len(self.algorithms):
+            raise ValueError("algorithms names one algorithm twice; once is enough")
+        return self
+
+
+class Scenario(Section):
+    """One run, described: a true motion, an IMU that senses it, the algorithms that navigate on what it sensed.
+
+    Exactly one of `flight`, `parked` and `great_circle` says what the true motion is.
+    """
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$", description="short name; names the run directory")
+    description: str = Field(default="", description="one sentence")
+    seed: int = Field(default=0, ge=0, description="seed of everything random: same seed, same numbers")
+    flight: FlightSection | None = None
+    parked: ParkedSection | None = None
+    great_circle: GreatCircleSection | None = None
+    truth: TruthSection = Field(default=TruthSection())
+    imu: ImuSection = Field(default_factory=ImuSection)
+    navigation: NavigationSection = Field(default=NavigationSection())
+
+    @model_validator(mode="after")
+    def _one_source_of_truth(self) -> Self:
+        sources = {"flight": self.flight, "parked": self.parked, "great_circle": self.great_circle}
+        given = [f"[{name}]" for name, section in sources.items() if section is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "exactly one of [flight], [parked] and [great_circle] says what the true motion is; here "
+                + (f"there are {' and '.join(given)}" if given else "there is none of them")
+            )
+        return self
+
+    def to_toml(self) -> str:
+        """Return the scenario as a TOML file with every default written out.
+
+        Returns:
+            Text that loads back to an equal scenario.
+        """
+        import tomli_w
+
+        return tomli_w.dumps(_without_none(self.model_dump()))
+
+
+def _without_none(value: Any) -> Any:
+    """Drop absent optional values, which TOML cannot write, and turn tuples into arrays, at any depth."""
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return [_without_none(item) for item in value] if isinstance(value, tuple) else value
