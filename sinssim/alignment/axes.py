@@ -1,0 +1,131 @@
+"""Body axes and angles of the parked-vehicle theory, and its one conversion to the package's axes."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim.errors import InputError
+
+Array = NDArray[np.float64]
+
+SINGULAR_ZONE = np.radians(0.05)
+"""Half-width of the zones round the poles and round the vertical attitude in which angles are not determined, rad."""
+
+
+class Attitude(NamedTuple):
+    """Attitude of a parked vehicle, all in rad, arrays of any shapes that broadcast together.
+
+    Attributes:
+        heading: clockwise from north.
+        roll: right wing down positive.
+        pitch: nose up positive.
+    """
+
+    heading: ArrayLike
+    roll: ArrayLike
+    pitch: ArrayLike
+
+
+class Angles(NamedTuple):
+    """One number for each angle that a parked vehicle determines: an error, a mean, a standard deviation, rad.
+
+    Attributes:
+        heading: of the heading.
+        roll: of the roll.
+        pitch: of the pitch.
+        latitude: of the latitude.
+    """
+
+    heading: Array
+    roll: Array
+    pitch: Array
+    latitude: Array
+
+
+def paper_axes(vector: ArrayLike) -> Array:
+    """Turn components forward-right-down into right-forward-up, the axes of eqs. (1)-(26), or back.
+
+    The conversion is its own inverse: X right, Y forward, Z up is (right, forward, -down).
+
+    Args:
+        vector: (..., 3) components of one vector (or of the coefficients by which a vector is multiplied).
+
+    Returns:
+        The same vector in the other axes, (..., 3).
+    """
+    v = np.asarray(vector, dtype=np.float64)
+    return np.stack([v[..., 1], v[..., 0], -v[..., 2]], axis=-1)
+
+
+class BodyAxes(NamedTuple):
+    """Components of the body axes right, forward, up on east, north and up, each (..., 3)."""
+
+    east: Array
+    north: Array
+    up: Array
+
+
+def body_axes(attitude: Attitude) -> BodyAxes:
+    """Resolve the body axes X right, Y forward, Z up on east, north and up.
+
+    Args:
+        attitude: heading, roll, pitch, rad, broadcasting.
+
+    Returns:
+        E, N, H of the first-order error theory, last axis X, Y, Z.
+    """
+    heading, roll, pitch = np.broadcast_arrays(*(np.asarray(angle, dtype=np.float64) for angle in attitude))
+    sin_k, cos_k = np.sin(heading), np.cos(heading)
+    sin_g, cos_g = np.sin(roll), np.cos(roll)
+    sin_t, cos_t = np.sin(pitch), np.cos(pitch)
+    # The table above eqs. (7)-(10).
+    east = [cos_k * cos_g + sin_k * sin_t * sin_g, sin_k * cos_t, cos_k * sin_g - sin_k * sin_t * cos_g]
+    north = [-sin_k * cos_g + cos_k * sin_t * sin_g, cos_k * cos_t, -sin_k * sin_g - cos_k * sin_t * cos_g]
+    up = [-cos_t * sin_g, sin_t, cos_t * cos_g]
+    return BodyAxes(np.stack(east, -1), np.stack(north, -1), np.stack(up, -1))
+
+
+def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, Array]:
+    """Check that angles are finite and in their ranges.
+
+    Args:
+        attitude: heading, roll, pitch, rad.
+        latitude: rad.
+
+    Returns:
+        The same as float arrays.
+
+    Raises:
+        InputError: an angle is not finite, or a pitch or latitude is beyond +-90 deg.
+    """
+    named = dict(zip(("heading", "roll", "pitch"), attitude, strict=True), latitude=latitude)
+    arrays = {name: np.asarray(value, dtype=np.float64) for name, value in named.items()}
+    for name, value in arrays.items():
+        if not np.all(np.isfinite(value)):
+            raise InputError(f"the {name} is not a finite number{where(~np.isfinite(value))}; give radians.")
+    for name in ("pitch", "latitude"):
+        beyond = np.abs(arrays[name]) > np.pi / 2 * (1 + 1e-12)
+        if np.any(beyond):
+            found = np.degrees(arrays[name][beyond].flat[0])
+            raise InputError(
+                f"the {name} is {found:.6g} deg{where(beyond)}; it lies between -90 and 90 deg and is given in radians."
+            )
+    return Attitude(arrays["heading"], arrays["roll"], arrays["pitch"]), arrays["latitude"]
+
+
+def where(bad: NDArray[Any]) -> str:
+    """Say for a message which element of an array is the first bad one.
+
+    Args:
+        bad: boolean array, true where the value is bad.
+
+    Returns:
+        " (element [i, j])", or nothing for a single number.
+    """
+    if bad.ndim == 0:
+        return ""
+    index = ", ".join(str(i) for i in np.argwhere(bad)[0])
+    return f" (element [{index}])"

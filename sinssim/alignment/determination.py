@@ -1,0 +1,274 @@
+"""Heading, roll, pitch and latitude of a parked vehicle from the mean readings of its gyros and accelerometers.
+
+Eqs. (1)-(4). "Up" is the direction that accelerometers feel: the plumb line. Where gravity has a component along
+the ellipsoid's horizon (at height: 8e-6 m/s² per km at mid-latitudes, and the deflection of the vertical on the
+real Earth), the angles and the latitude are the astronomic ones, against the plumb line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array, Attitude, body_axes, checked_angles, paper_axes, where
+from sinssim.earth_models import OMEGA_IE
+from sinssim.errors import InputError
+from sinssim.units import DEG_H
+
+if TYPE_CHECKING:
+    from sinssim.alignment.theory import InstrumentErrors
+
+GRAVITY_RANGE = (9.3, 10.3)
+"""Specific forces that a parked vehicle on the Earth can measure with instruments worth the name, m/s²."""
+EARTH_RATE_TOLERANCE = 0.25
+"""Relative error of the measured Earth rate beyond which heading and latitude are not determined."""
+LARGEST_RATE = 1000.0 * DEG_H
+"""Rate beyond which a vehicle is not parked, or the unit is wrong, rad/s."""
+LARGEST_SIGMA = np.radians(30.0)
+"""Expected standard deviation of an angle beyond which it is called undetermined, rad."""
+
+
+class Flags(NamedTuple):
+    """One yes or no for each angle, boolean arrays."""
+
+    heading: NDArray[np.bool_]
+    roll: NDArray[np.bool_]
+    pitch: NDArray[np.bool_]
+    latitude: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Determination:
+    """What a parked vehicle determines; an angle that the readings do not determine is NaN and explained.
+
+    Attributes:
+        heading: clockwise from north, in [0, 2π), (...) rad.
+        roll: right wing down positive, in (-π, π], (...) rad.
+        pitch: nose up positive, (...) rad.
+        latitude: north positive, (...) rad.
+        earth_rate: length of the measured rate, (...) rad/s.
+        gravity: length of the measured specific force, (...) m/s².
+        undetermined: which angles are NaN.
+        warnings: one sentence for each reason why something is undetermined or doubtful.
+    """
+
+    heading: Array
+    roll: Array
+    pitch: Array
+    latitude: Array
+    earth_rate: Array
+    gravity: Array
+    undetermined: Flags
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def attitude(self) -> Attitude:
+        """Heading, roll and pitch."""
+        return Attitude(self.heading, self.roll, self.pitch)
+
+
+def ideal_readings(
+    heading: ArrayLike,
+    roll: ArrayLike,
+    pitch: ArrayLike,
+    latitude: ArrayLike,
+    *,
+    earth_rate: float = OMEGA_IE,
+    gravity: ArrayLike | None = None,
+) -> tuple[Array, Array]:
+    """Return what perfect instruments on a parked vehicle read, eqs. (3) and (4).
+
+    Args:
+        heading, roll, pitch: attitude, rad, broadcasting.
+        latitude: rad, broadcasting.
+        earth_rate: U, rad/s.
+        gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
+
+    Returns:
+        Angular rate, rad/s, and specific force, m/s², each (..., 3) forward-right-down.
+
+    Raises:
+        InputError: an angle is not finite or out of its range.
+    """
+    attitude, phi = checked_angles(Attitude(heading, roll, pitch), latitude)
+    axes = body_axes(attitude)
+    g = local_gravity(phi, gravity)
+    # (3): the Earth's rotation is U cosφ along north and U sinφ along up, seen on N and H of each body axis.
+    rate = earth_rate * (np.cos(phi)[..., None] * axes.north + np.sin(phi)[..., None] * axes.up)
+    # (4): the support pushes up with g.
+    shape = np.broadcast_shapes(g.shape, rate.shape[:-1])
+    force = np.broadcast_to(g[..., None] * axes.up, (*shape, 3))
+    return paper_axes(np.broadcast_to(rate, (*shape, 3))), paper_axes(force)
+
+
+def local_gravity(latitude: Array, gravity: ArrayLike | None) -> Array:
+    """Return g: the one that is given, or normal gravity on the ellipsoid.
+
+    Args:
+        latitude: (...) rad.
+        gravity: (...) m/s², or None.
+
+    Returns:
+        (...) m/s².
+
+    Raises:
+        InputError: a given value is not a positive number.
+    """
+    if gravity is None:
+        from sinssim.earth import surface_gravity
+
+        return np.asarray(surface_gravity(latitude), dtype=np.float64)
+    g = np.asarray(gravity, dtype=np.float64)
+    if not np.all(g > 0.0):
+        raise InputError(f"gravity must be a positive number of m/s²{where(~(g > 0.0))}.")
+    return g
+
+
+def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
+    """Solve eq. (1) as it stands, without any check: for studies that mean to go where it breaks down.
+
+    Args:
+        gyro: mean angular rates, (..., 3) rad/s, forward-right-down.
+        accel: mean specific forces, (..., 3) m/s², forward-right-down.
+
+    Returns:
+        Angles with the heading in [0, 2π), U_m in rad/s, g_m in m/s².
+    """
+    w, a = np.asarray(gyro, dtype=np.float64), np.asarray(accel, dtype=np.float64)
+    # paper_axes, component by component: stacking them would cost a third of the time
+    wx, wy, wz = w[..., 1], w[..., 0], -w[..., 2]
+    ax, ay, az = a[..., 1], a[..., 0], -a[..., 2]
+    horizontal2 = ax * ax + az * az
+    g_m = np.sqrt(horizontal2 + ay * ay)
+    u_m = np.sqrt(wx * wx + wy * wy + wz * wz)
+    # The arctangent forms are equal to the arcsines of (1) and keep their precision near ±90°; they also say
+    # which way up the vehicle stands.
+    a_term = (wx * az - wz * ax) * g_m
+    b_term = wy * horizontal2 - (wx * ax + wz * az) * ay
+    heading = np.arctan2(-a_term, b_term)
+    heading = np.where(heading < 0.0, heading + 2.0 * np.pi, heading)
+    heading = np.where(heading >= 2.0 * np.pi, 0.0, heading)  # a tiny negative angle plus 2π rounds to 2π
+    roll = np.arctan2(-ax, az)
+    pitch = np.arctan2(ay, np.sqrt(horizontal2))
+    # |ω × a| / (g_m U_m) is the cosine whose sine (1) gives
+    cross = np.sqrt((wy * az - wz * ay) ** 2 + (wz * ax - wx * az) ** 2 + (wx * ay - wy * ax) ** 2)
+    latitude = np.arctan2(wx * ax + wy * ay + wz * az, cross)
+    return Angles(heading, roll, pitch, latitude), u_m, g_m
+
+
+def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None = None) -> Determination:
+    """Determine heading, roll, pitch and latitude of parked vehicles from mean readings, eq. (1).
+
+    Where the readings say that an angle is not determined it is NaN: the heading at the poles, heading and roll
+    when the vehicle's longitudinal axis is vertical (both within `SINGULAR_ZONE`), heading and latitude when the
+    gyros do not find the Earth's rate within `EARTH_RATE_TOLERANCE`. With `sigmas` an angle is also NaN where its
+    expected standard deviation is beyond `LARGEST_SIGMA`.
+
+    Args:
+        gyro: mean angular rates, (..., 3) rad/s, forward-right-down.
+        accel: mean specific forces, (..., 3) m/s², forward-right-down; broadcasts with `gyro`.
+        sigmas: standard deviations of the instruments' errors, if known.
+
+    Returns:
+        The determination, arrays of the broadcast shape.
+
+    Raises:
+        InputError: readings that are not vectors of 3, not finite or all zeros, a specific force that is not
+            gravity's, a rate at which no parked vehicle turns.
+    """
+    w, a = _checked_vectors(gyro, "gyro", "rad/s"), _checked_vectors(accel, "accel", "m/s²")
+    try:
+        np.broadcast_shapes(w.shape, a.shape)
+    except ValueError as error:
+        raise InputError(f"the shapes of gyro {w.shape} and accel {a.shape} do not fit together.") from error
+    angles, u_m, g_m = solve(w, a)
+    _check_lengths(u_m, g_m)
+    warnings: list[str] = []
+
+    cos_pitch, cos_latitude = np.cos(angles.pitch), np.cos(angles.latitude)
+    vertical = cos_pitch < np.sin(SINGULAR_ZONE)
+    polar = cos_latitude < np.sin(SINGULAR_ZONE)
+    wrong_rate = np.abs(u_m - OMEGA_IE) > EARTH_RATE_TOLERANCE * OMEGA_IE
+    no_heading, no_roll, no_latitude = vertical | polar | wrong_rate, vertical, wrong_rate
+    no_pitch = np.zeros_like(vertical)
+    if np.any(vertical):
+        pitch = np.degrees(angles.pitch[vertical].flat[0])
+        warnings.append(
+            f"heading and roll are not determined{where(vertical)}: the longitudinal axis is vertical "
+            f"(pitch {pitch:.3f} deg)."
+        )
+    if np.any(polar):
+        latitude = np.degrees(angles.latitude[polar].flat[0])
+        warnings.append(
+            f"the heading is not determined{where(polar)}: at latitude {latitude:.3f} deg the Earth's rate has no "
+            "horizontal part."
+        )
+    if np.any(wrong_rate):
+        found = u_m[wrong_rate].flat[0] / DEG_H
+        warnings.append(
+            f"heading and latitude are not determined{where(wrong_rate)}: the gyros read {found:.4g} deg/h where the "
+            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or the unit "
+            "is not rad/s."
+        )
+    if sigmas is not None:
+        from sinssim.alignment.theory import error_statistics
+
+        fine = ~(vertical | polar | wrong_rate)
+        usable = Angles(*(np.where(fine, angle, 0.5) for angle in angles))
+        sigma = error_statistics(Attitude(*usable[:3]), usable.latitude, None, sigmas, gravity=g_m).sigma
+        values = np.broadcast_arrays(*sigma)
+        doubtful = Flags(*(fine & (value > LARGEST_SIGMA) for value in values))
+        for name, mask, value in zip(Flags._fields, doubtful, values, strict=True):
+            if np.any(mask):
+                warnings.append(
+                    f"the {name} is not determined{where(mask)}: with these instruments its standard deviation would "
+                    f"be {np.degrees(value[mask].flat[0]):.3g} deg."
+                )
+        no_heading, no_roll = no_heading | doubtful.heading, no_roll | doubtful.roll
+        no_pitch, no_latitude = doubtful.pitch, no_latitude | doubtful.latitude
+    undetermined = Flags(no_heading, no_roll, no_pitch, no_latitude)
+    if warnings:
+        angles = Angles(*(np.where(mask, np.nan, value) for mask, value in zip(undetermined, angles, strict=True)))
+    return Determination(*angles, u_m, g_m, undetermined, tuple(warnings))
+
+
+def _checked_vectors(values: ArrayLike, name: str, unit: str) -> Array:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers; give mean readings (..., 3) in {unit}.") from error
+    if array.shape[-1:] != (3,):
+        raise InputError(f"{name} has shape {array.shape}; give mean readings (..., 3) in {unit}, forward-right-down.")
+    bad = ~np.isfinite(array).all(axis=-1) if not np.isfinite(array.sum()) else np.False_
+    if np.any(bad):
+        raise InputError(
+            f"{name} holds NaN or infinity{where(np.asarray(bad))}; every reading must be finite, in {unit}."
+        )
+    return array
+
+
+def _check_lengths(u_m: Array, g_m: Array) -> None:
+    """Raise for readings that no parked vehicle gives, with the value found."""
+    if not np.all(g_m > 0.0):
+        raise InputError(f"the accelerometers read zero{where(~(g_m > 0.0))}: no data, or a vehicle in free fall.")
+    if not np.all(u_m > 0.0):
+        raise InputError(f"the gyros read zero on all axes{where(~(u_m > 0.0))}: no data; the Earth turns.")
+    low, high = GRAVITY_RANGE
+    if np.min(g_m, initial=low) < low or np.max(g_m, initial=high) > high:
+        bad = (g_m < low) | (g_m > high)
+        found = g_m[bad].flat[0]
+        raise InputError(
+            f"the measured specific force is {found:.6g} m/s²{where(bad)}, a parked vehicle on the Earth reads {low} "
+            f"to {high} m/s²: check the unit (m/s², or m/s per increment), the scale factors, and that the vehicle "
+            "stood still."
+        )
+    if np.max(u_m, initial=0.0) > LARGEST_RATE:
+        bad = u_m > LARGEST_RATE
+        found = u_m[bad].flat[0]
+        raise InputError(
+            f"the measured rate is {found / DEG_H:.6g} deg/h ({found:.4g} rad/s){where(bad)}, the Earth turns at "
+            f"{OMEGA_IE / DEG_H:.3f} deg/h: the vehicle turned, or the unit is not rad/s."
+        )
