@@ -1,4 +1,4 @@
-"""The names by which a scenario chooses among built-in parts, each with a sentence for a person.
+"""The names by which a scenario chooses among the navigation engine's parts, each with a sentence for a person.
 
 They stand apart from what they name, so that checking a scenario and listing the choices needs no compiler.
 """
@@ -6,22 +6,22 @@ They stand apart from what they name, so that checking a scenario and listing th
 from __future__ import annotations
 
 ALGORITHMS: dict[str, str] = {
-    "quaternion": "attitude quaternion relative to the navigation frame, eq. (8.18)",
-    "poisson": "direction cosine matrix by Poisson's equation",
-    "euler": "Euler angles; singular at a pitch of ±90°, where it reports when and with what damage",
+    "quaternion": "quaternion relative to the navigation frame (8.18), advanced by the exact rotation of each interval",
+    "poisson": "direction cosine matrix from Poisson's equation, fourth-order steps, never re-orthonormalised",
+    "euler": "roll, pitch and heading integrated as such (Runge-Kutta 4), singular at pitch ±90°",
 }
 
 FRAMES: dict[str, str] = {
-    "level": "local level, north orientation",
+    "level": "local geodetic level with north orientation (north, east, down)",
 }
 
 CURVATURES: dict[str, str] = {
-    "exact": "exact radii of curvature",
-    "simplified": "first order in e² and H/a, eq. (8.16)",
+    "exact": "radii of curvature of the ellipsoid",
+    "simplified": "the chapter's first-order radii (8.16), in error by up to 4.5e-5",
 }
 
-VERTICALS: dict[str, str] = {
-    "free": "pure inertial height (diverges)",
-    "baro-loop": "third-order loop on a height reference",
-    "truth": "height held at the height reference",
+VERTICAL_CHANNELS: dict[str, str] = {
+    "free": "pure inertial height, unstable: an error grows 277-fold in an hour",
+    "baro-loop": "third-order loop to a height reference (baro-inertial)",
+    "truth": "height and vertical velocity held to the height reference",
 }

@@ -1,0 +1,383 @@
+"""The command line: run, check, view, list. What it does is done elsewhere; here it is asked for and shown."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sinssim import __version__
+from sinssim.errors import SinssimError
+
+if TYPE_CHECKING:
+    from sinssim.run import RunResult
+
+app = typer.Typer(
+    name="sinssim",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted.",
+)
+
+_debug = False
+
+
+def _set_debug(value: bool) -> bool:
+    global _debug
+    _debug = _debug or value
+    return value
+
+
+def _print_version(value: bool) -> None:
+    if value:
+        print(f"sinssim {__version__}")
+        raise typer.Exit
+
+
+ScenarioArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A scenario's TOML file, or the name of one that `sinssim list scenarios` shows.",
+        show_default=False,
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Replace a value of the scenario; may be given several times. Keys are paths with dots, legs are "
+        "counted from 1: `--set imu.grade=tactical --set flight.legs.2.altitude_m=9000`.",
+        show_default=False,
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
+DebugOption = Annotated[
+    bool, typer.Option("--debug", callback=_set_debug, help="Show Python's traceback with an error.")
+]
+
+
+@app.callback()
+def _main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Simulate strapdown inertial navigation from end to end.
+
+    JSBSim flies an aircraft along a flight plan, an inertial measurement unit with the errors of its grade senses
+    the flight, navigation algorithms compute where they think they are, and everything goes into one Rerun
+    recording.
+
+    Begin with `sinssim run first_flight`, then `sinssim view runs/first_flight`.
+    """
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Run directory to write.", show_default="runs/<name>"),
+    ] = None,
+    settings: SetOption = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run directory if it exists.")] = False,
+    view: Annotated[
+        str | None,
+        typer.Option("--view", metavar="NAME", help="Open this view when done; see `sinssim list views`."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Fly, sense, navigate and record one scenario.
+
+    Writes a run directory with the recording (recording.rrd), every stream as Parquet (streams/), the errors in
+    numbers (summary.json) and the scenario with all its defaults (scenario.toml). A flight that was flown before
+    is taken from the cache.
+
+    Examples:
+
+        sinssim run first_flight
+
+        sinssim run my_flight.toml -o runs/tactical --set imu.grade=tactical --set seed=3
+    """
+    from sinssim.scenario import find_content, load_scenario
+
+    plan = load_scenario(scenario, settings or ())
+    if view is not None:
+        find_content("viz", view)
+    directory = out or Path("runs") / plan.name
+    from sinssim.run import run as run_scenario
+
+    try:
+        with _progress(show=not quiet) as progress:
+            result = run_scenario(plan, directory, overwrite=overwrite, progress=progress)
+    except KeyboardInterrupt:
+        typer.echo(f"Interrupted. {_kept(directory)}", err=True)
+        raise typer.Exit(130) from None
+    if as_json:
+        print(json.dumps(result.summary, indent=2))
+    elif not quiet:
+        _show_result(result, directory)
+    if view is not None:
+        from sinssim.recording.viewer import open_viewer
+
+        open_viewer(directory, view=view)
+
+
+@app.command()
+def check(
+    scenario: ScenarioArgument, settings: SetOption = None, as_json: JsonOption = False, debug: DebugOption = False
+) -> None:
+    """Check a scenario without flying it, and show its plan.
+
+    Checks everything that can be known beforehand: the file, the aircraft, every leg, every name. Exit code 2 if
+    something is wrong, with every mistake listed.
+
+    Example:
+
+        sinssim check my_flight.toml --set flight.aircraft=f16
+    """
+    from sinssim.scenario import load_scenario
+    from sinssim.scenario.duration import expected_duration
+    from sinssim.scenario.summary import plan_lines
+
+    plan = load_scenario(scenario, settings or ())
+    if as_json:
+        duration = expected_duration(plan)
+        print(json.dumps({"expected_duration_s": round(duration), "scenario": plan.model_dump()}, indent=2))
+    else:
+        print("\n".join(plan_lines(plan)))
+
+
+@app.command()
+def view(
+    run_or_recording: Annotated[
+        Path, typer.Argument(metavar="DIR_OR_RRD", help="A run directory or a recording.", show_default=False)
+    ],
+    name: Annotated[
+        str | None,
+        typer.Option("--view", metavar="NAME", help="View to show first; see `sinssim list views`."),
+    ] = None,
+    web: Annotated[bool, typer.Option("--web", help="Show it in a browser, served to this machine only.")] = False,
+    screenshot: Annotated[
+        Path | None, typer.Option("--screenshot", metavar="FILE", help="Write a picture (PNG) and open no window.")
+    ] = None,
+    debug: DebugOption = False,
+) -> None:
+    """Look at a run.
+
+    Examples:
+
+        sinssim view runs/first_flight --view navigation
+
+        sinssim view runs/first_flight --web
+
+        sinssim view runs/first_flight --view sensors --screenshot sensors.png
+    """
+    if web and screenshot is not None:
+        raise typer.BadParameter("give one of --web and --screenshot")
+    from sinssim.recording import viewer
+
+    if screenshot is not None:
+        viewer.screenshot(run_or_recording, screenshot, view=name)
+    elif web:
+        viewer.serve(run_or_recording, view=name)
+    else:
+        viewer.open_viewer(run_or_recording, view=name)
+
+
+class Kind(StrEnum):
+    """What can be listed."""
+
+    AIRCRAFT = "aircraft"
+    SCENARIOS = "scenarios"
+    ALGORITHMS = "algorithms"
+    FRAMES = "frames"
+    GRAVITY = "gravity"
+    GRADES = "grades"
+    VIEWS = "views"
+
+
+@app.command("list")
+def list_names(
+    kind: Annotated[Kind, typer.Argument(help="What to list.", show_default=False)],
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """List the names that scenarios and options may use, each with a sentence.
+
+    Aircraft, scenarios and views are content: those in the folders `aircraft`, `scenarios` and `viz` of the
+    current folder come first, then those that come with the package.
+
+    Example:
+
+        sinssim list grades
+    """
+    names = _names(kind)
+    if as_json:
+        print(json.dumps(names, indent=2, ensure_ascii=False))
+        return
+    width = max((len(name) for name in names), default=0)
+    for name, sentence in names.items():
+        print(f"{name:<{width}}  {sentence}".rstrip())
+
+
+def _names(kind: Kind) -> Mapping[str, str]:
+    match kind:
+        case Kind.ALGORITHMS:
+            from sinssim.names import ALGORITHMS
+
+            return ALGORITHMS
+        case Kind.FRAMES:
+            from sinssim.names import FRAMES
+
+            return FRAMES
+        case Kind.GRAVITY:
+            from sinssim.earth_models import GRAVITY_MODELS
+
+            return GRAVITY_MODELS
+        case Kind.GRADES:
+            from sinssim.scenario.grades import GRADES
+
+            return GRADES
+        case Kind.AIRCRAFT | Kind.SCENARIOS:
+            from sinssim.scenario.content import list_content
+
+            files = list_content("aircraft" if kind is Kind.AIRCRAFT else "scenarios")
+            return {name: _description(file) for name, file in files.items()}
+        case Kind.VIEWS:
+            import ast
+
+            from sinssim.scenario.content import list_content
+
+            return {
+                name: (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").split("\n")[0]
+                for name, file in list_content("viz").items()
+            }
+
+
+def _description(file: Path) -> str:
+    """Return what a TOML file says about itself; a broken one must not hide the others."""
+    from sinssim.scenario.toml_file import read_toml
+
+    try:
+        return str(read_toml(file)[1].get("description", ""))
+    except SinssimError as error:
+        return f"(cannot be used: {error})"
+
+
+@contextmanager
+def _progress(show: bool) -> Iterator[Callable[[str, float], None] | None]:
+    """Show a bar for each stage of a run while it lasts, on a terminal only, on standard error."""
+    if not show or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    words = {
+        "flight": "Flying",
+        "truth": "Fitting the true motion",
+        "imu": "Sensing",
+        "navigate": "Navigating",
+        "record": "Recording",
+    }
+    columns = (TextColumn("{task.description:<24}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bars:
+        tasks: dict[str, TaskID] = {}
+
+        def report(stage: str, fraction: float) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(words.get(stage, stage), total=1.0)
+            bars.update(tasks[stage], completed=fraction)
+
+        yield report
+
+
+def _kept(directory: Path) -> str:
+    """Say what an interrupted run left."""
+    files = sorted(path.name for path in directory.iterdir()) if directory.is_dir() else []
+    return f"{directory} holds {', '.join(files)}." if files else "Nothing was kept of this run."
+
+
+def _number(value: float) -> str:
+    """Write a number with four significant digits, without an exponent where a person can do without."""
+    if value == 0.0:
+        return "0"
+    if not math.isfinite(value) or not 1e-4 <= abs(value) < 1e9:
+        return f"{value:.2e}"
+    return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
+
+
+def _show_result(result: RunResult, directory: Path) -> None:
+    """Print each algorithm's errors, the time that each stage took, and what to open."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{result.scenario.name}: errors against the truth", title_justify="left")
+    table.add_column("algorithm")
+    for heading in (
+        "horizontal\nfinal, m",
+        "\nrms, m",
+        "\nmax, m",
+        "\nmax, nmi",
+        "velocity\nfinal, m/s",
+        "\nmax, m/s",
+        "attitude\nfinal, ′",
+        "\nmax, ′",
+    ):
+        table.add_column(heading, justify="right")
+    for name, errors in result.summary["algorithms"].items():
+        table.add_row(
+            name,
+            _number(errors["final_horizontal_error_m"]),
+            _number(errors["rms_horizontal_error_m"]),
+            _number(errors["max_horizontal_error_m"]),
+            _number(errors["max_horizontal_error_m"] / 1852.0),
+            _number(errors["final_velocity_error_mps"]),
+            _number(errors["max_velocity_error_mps"]),
+            _number(errors["final_attitude_error_arcsec"] / 60.0),
+            _number(errors["max_attitude_error_arcsec"] / 60.0),
+        )
+    console = Console(highlight=False)
+    console.print(table)
+    for name, solution in result.solutions.items():
+        for event in solution.events:
+            console.print(f"{name}: {event.text}", markup=False)
+    timing = {stage.removesuffix("_s"): seconds for stage, seconds in result.summary["timing"].items()}
+    print("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
+    print(f"Look at it: sinssim view {directory}    (in a browser: sinssim view {directory} --web)")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; errors raised on purpose become one paragraph on standard error and an exit code.
+
+    Args:
+        arguments: command-line arguments without the program's name; those of the process by default.
+
+    Raises:
+        SystemExit: always, with the exit code.
+    """
+    global _debug
+    _debug = False
+    try:
+        app(args=None if arguments is None else list(arguments), prog_name="sinssim")
+    except SinssimError as error:
+        if _debug:
+            raise
+        typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+        typer.echo(str(error), err=True)
+        sys.exit(error.exit_code)

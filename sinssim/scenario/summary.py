@@ -1,0 +1,68 @@
+"""What a scenario will do, in a few lines for a person."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import BaseModel
+
+from sinssim.scenario.duration import expected_duration, leg_durations
+from sinssim.scenario.schema import Scenario
+
+
+def plan_lines(scenario: Scenario) -> Iterator[str]:
+    """Say what a scenario will do.
+
+    Args:
+        scenario: the scenario.
+
+    Yields:
+        Lines of text.
+
+    Raises:
+        InputError: the aircraft's description is not right.
+    """
+    duration = expected_duration(scenario)
+    yield f"{scenario.name}: {scenario.description}".rstrip(": ")
+    if scenario.flight is not None:
+        flight = scenario.flight
+        start = flight.start
+        place = f"{start.latitude_deg:g}°, {start.longitude_deg:g}°, {start.altitude_m:g} m"
+        where = "on the runway" if start.on == "runway" else "in the air"
+        yield f"flight      {flight.aircraft}, starts {where} at {place}, heading {start.heading_deg:g}°"
+        for number, (leg, seconds) in enumerate(zip(flight.legs, leg_durations(flight), strict=True), start=1):
+            about = f"about {_clock(seconds)}" if seconds else ""
+            yield f"  leg {number:<3} {leg.type:<12} {about:<16} {_given(leg, {'type', 'timeout_s'})}".rstrip()
+        yield f"wind        {_given(flight.wind, set()) or 'none'}"
+        yield f"turbulence  {_given(flight.turbulence, set()) or 'as by default' if flight.turbulence else 'none'}"
+    elif scenario.parked is not None:
+        yield f"parked      {_given(scenario.parked, set())}"
+    elif scenario.great_circle is not None:
+        yield f"great circle  {_given(scenario.great_circle, set())}"
+    navigation = scenario.navigation
+    yield f"duration    about {_clock(duration)}, {duration * scenario.imu.rate_hz:.2g} samples"
+    yield f"imu         {scenario.imu.grade}, {_given(scenario.imu, {'grade'}) or 'as the grade has it'}"
+    yield f"navigation  {', '.join(navigation.algorithms)}; {_given(navigation, {'algorithms'}) or 'all by default'}"
+    yield f"seed        {scenario.seed}"
+
+
+def _given(section: BaseModel, without: set[str]) -> str:
+    """Return the values that are not the defaults, as "key = value"."""
+    values = section.model_dump(exclude_defaults=True, exclude=without)
+    return ", ".join(f"{key} = {_value(value)}" for key, value in values.items())
+
+
+def _value(value: object) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _clock(seconds: float) -> str:
+    """Write a duration in hours, minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
+    return " ".join(f"{number} {unit}" for number, unit in parts if number) or "0 s"
