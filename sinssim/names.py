@@ -20,7 +20,7 @@ CURVATURES: dict[str, str] = {
     "simplified": "the chapter's first-order radii (8.16), in error by up to 4.5e-5",
 }
 
-VERTICAL_CHANNELS: dict[str, str] = {
+VERTICALS: dict[str, str] = {
     "free": "pure inertial height, unstable: an error grows 277-fold in an hour",
     "baro-loop": "third-order loop to a height reference (baro-inertial)",
     "truth": "height and vertical velocity held to the height reference",

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from sinssim.earth_models import ELLIPSOIDS, GRAVITY_MODELS
 from sinssim.errors import unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICAL_CHANNELS
+from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.legs import FlightSection
 from sinssim.scenario.section import Heading, Latitude, Longitude, Positive, Section
@@ -31,7 +31,7 @@ EllipsoidName = Annotated[str, AfterValidator(_known("ellipsoid", ELLIPSOIDS))]
 Algorithm = Annotated[str, AfterValidator(_known("algorithm", ALGORITHMS))]
 Frame = Annotated[str, AfterValidator(_known("frame", FRAMES))]
 Curvature = Annotated[str, AfterValidator(_known("curvature", CURVATURES))]
-Vertical = Annotated[str, AfterValidator(_known("vertical channel", VERTICAL_CHANNELS))]
+Vertical = Annotated[str, AfterValidator(_known("vertical channel", VERTICALS))]
 
 
 class ParkedSection(Section):
@@ -89,7 +89,7 @@ class NavigationSection(Section):
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
     curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
-    vertical: Vertical = Field(default="free", description=f"height channel: {', '.join(VERTICAL_CHANNELS)}")
+    vertical: Vertical = Field(default="free", description=f"height channel: {', '.join(VERTICALS)}")
     baro_time_constant_s: Positive = Field(default=100.0, description='time constant of vertical = "baro-loop"')
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
 
