@@ -1,0 +1,259 @@
+"""Navigation in the local-level, north-pointing frame: one interval after the other, to at least the fourth order.
+
+Within an interval nothing is frozen at its start. The compensated increments are exact to the sixth order in the
+interval (see `coning_sculling`); gravity, Coriolis acceleration and the velocities that move the position are
+integrated by Simpson's rule, with the values at mid-interval from cubic Hermite interpolation between its ends.
+
+Position (spec 8.2):   φ̇ = v_N/(R₁+h),  λ̇ = v_E/((R₂+h) cos φ),  ḣ = −v_D
+Velocity:              v̇ = C_nb f + g − (2ω_ie + ω_en) × v
+Frame rate:            ω_in = ω_ie + ω_en,  ω_ie = (ω cos φ, 0, −ω sin φ),
+                       ω_en = (v_E/(R₂+h), −v_N/(R₁+h), −v_E tan φ/(R₂+h))
+
+The engine is a template over the attitude algorithm: `start_k`, `dcm_k`, `step_k` and `quaternion_k`, imported here
+from the quaternion, are bound to each algorithm's own by `sinssim.jit.bind`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from math import cos, pi, sin
+
+from sinssim.data import Array
+from sinssim.earth import EarthParameters, gravity_ned_k, radii_k
+from sinssim.jit import bind, inline
+from sinssim.rotation import cross_k
+from sinssim.strapdown.coning_sculling import logarithm_k, velocity_increment_k
+from sinssim.strapdown.fit import WINDOW
+from sinssim.strapdown.interval import Interval
+from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+
+FREE, BARO_LOOP, HELD = 0, 1, 2
+"""Vertical channels by number."""
+
+_HALF = WINDOW // 2
+_EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
+
+
+@inline
+def _curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tuple[float, float, float]:
+    """1/(R₁+h), 1/(R₂+h) and R₂."""
+    r1, r2 = radii_k(p, s)
+    if simplified:  # (8.16)
+        x = h / p.a
+        return (1.0 + p.e2 * (1.0 - 1.5 * s * s) - x) / p.a, (1.0 - 0.5 * p.e2 * s * s - x) / p.a, r2
+    inverse = 1.0 / ((r1 + h) * (r2 + h))
+    return (r2 + h) * inverse, (r1 + h) * inverse, r2
+
+
+@inline
+def _coriolis_k(
+    omega: float, s: float, c: float, k1: float, k2: float, vn: float, ve: float, vd: float
+) -> tuple[float, float, float]:
+    """−(2ω_ie + ω_en) × v."""
+    wn = 2.0 * omega * c + ve * k2
+    we = -vn * k1
+    wd = -2.0 * omega * s - ve * k2 * s / c
+    return wd * ve - we * vd, wn * vd - wd * vn, we * vn - wn * ve
+
+
+@inline
+def _mid_k(x0: float, x1: float, d0: float, d1: float) -> float:
+    """Value half-way, cubic Hermite: d0, d1 are the derivatives at the ends times the interval."""
+    return 0.5 * (x0 + x1) + 0.125 * (d0 - d1)
+
+
+def _navigate(
+    time: Array,
+    dtheta: Array,
+    dvel: Array,
+    weights: Array,
+    uniform: bool,
+    p: EarthParameters,
+    gravity: int,
+    simplified: bool,
+    vertical: int,
+    height_reference: Array,
+    climb_reference: Array,
+    time_constant: float,
+    latitude: Array,
+    longitude: Array,
+    height: Array,
+    velocity: Array,
+    q_nb: Array,
+    defect: Array,
+) -> None:
+    count = dtheta.shape[0]
+    window = min(count, WINDOW)
+    lat, lon, h = latitude[0], longitude[0], height[0]
+    vn, ve, vd = velocity[0, 0], velocity[0, 1], velocity[0, 2]
+    attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
+    q0, q1, q2, q3, defect[0] = quaternion_k(attitude)
+    s, c = sin(lat), cos(lat)
+    k1, k2, r2 = _curvatures_k(p, simplified, s, h)
+    gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
+    # third-order baro loop: k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³ (spec 06)
+    loop1 = 3.0 / time_constant
+    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gd * k2
+    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    loop_sum = 0.0
+
+    for k in range(count):
+        dt = time[k + 1] - time[k]
+        first = min(max(k - _HALF, 0), count - window)
+        row = k - first if uniform else k
+
+        # --- increments of the interval and their fitted moments over it
+        a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
+        x2, y2, z2, t2, m2, n2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        x3, y3, z3, t3, m3, n3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(window):
+            w2, w3, i = weights[row, j], weights[row, WINDOW + j], first + j
+            x2, x3 = x2 + w2 * dtheta[i, 0], x3 + w3 * dtheta[i, 0]
+            y2, y3 = y2 + w2 * dtheta[i, 1], y3 + w3 * dtheta[i, 1]
+            z2, z3 = z2 + w2 * dtheta[i, 2], z3 + w3 * dtheta[i, 2]
+            t2, t3 = t2 + w2 * dvel[i, 0], t3 + w3 * dvel[i, 0]
+            m2, m3 = m2 + w2 * dvel[i, 1], m3 + w3 * dvel[i, 1]
+            n2, n3 = n2 + w2 * dvel[i, 2], n3 + w3 * dvel[i, 2]
+        px, py, pz, nx, ny, nz = logarithm_k(a0, (x2, y2, z2, t2, m2, n2), (x3, y3, z3, t3, m3, n3))
+        dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz)
+
+        # specific force times dt at the interval's start and end, the end's in the body axes of the start
+        f1x, f1y, f1z = a0[3] - t3 / 12, a0[4] - m3 / 12, a0[5] - n3 / 12
+        fsx, fsy, fsz = f1x - 0.5 * t2 + 0.25 * t3, f1y - 0.5 * m2 + 0.25 * m3, f1z - 0.5 * n2 + 0.25 * n3
+        fex, fey, fez = fsx + t2, fsy + m2, fsz + n2
+        ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
+        bx, by, bz = cross_k(px, py, pz, ax, ay, az)
+        fex, fey, fez = fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz
+
+        # --- into the navigation axes of the start
+        c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
+        dn = c11 * dvx + c12 * dvy + c13 * dvz
+        de = c21 * dvx + c22 * dvy + c23 * dvz
+        dd = c31 * dvx + c32 * dvy + c33 * dvz
+        sn = c11 * fsx + c12 * fsy + c13 * fsz
+        se = c21 * fsx + c22 * fsy + c23 * fsz
+        sd = c31 * fsx + c32 * fsy + c33 * fsz
+        en = c11 * fex + c12 * fey + c13 * fez
+        ee = c21 * fex + c22 * fey + c23 * fez
+        ed = c31 * fex + c32 * fey + c33 * fez
+
+        # --- start of the interval: frame rate times dt, acceleration times dt
+        omega = p.omega
+        un0, ue0, ud0 = dt * (omega * c + ve * k2), -dt * vn * k1, -dt * (omega * s + ve * k2 * s / c)
+        gn0, ge0, gd0 = _coriolis_k(omega, s, c, k1, k2, vn, ve, vd)
+        an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
+
+        # --- predicted end: the frame's rotation during the interval turns the increment by −∫ζ × a, and the
+        # acceleration's own change acts through Coriolis
+        hn, he, hd = 0.5 * dn + (sn - en) / 12, 0.5 * de + (se - ee) / 12, 0.5 * dd + (sd - ed) / 12  # ∫∫a/dt
+        rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
+        wn, we, wd = _coriolis_k(omega, s, c, k1, k2, 0.5 * an0, 0.5 * ae0, 0.5 * ad0)
+        vn1 = vn + dn - rn + dt * (gn0 + gn + wn)
+        ve1 = ve + de - re + dt * (ge0 + we)
+        vd1 = vd + dd - rd + dt * (gd0 + gd + wd)
+        # the end's specific force in the navigation axes of the end
+        ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
+        en, ee, ed = en - ax, ee - ay, ed - az
+        an1, ae1, ad1 = en + dt * (gn0 + gn + 2 * wn), ee + dt * (ge0 + 2 * we), ed + dt * (gd0 + gd + 2 * wd)
+        dlat = dt * k1 * (0.5 * (vn + vn1) + (an0 - an1) / 12.0)
+        h1 = h - dt * (0.5 * (vd + vd1) + (ad0 - ad1) / 12.0)
+        h_taken = h1
+        if k % _EXACT_EVERY == 0:
+            s1, c1 = sin(lat + dlat), cos(lat + dlat)
+        else:
+            y = dlat * dlat
+            sy, cy = dlat * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
+            s1, c1 = s - s * cy + c * sy, c - c * cy - s * sy
+        k1_1, k2_1, r2_1 = _curvatures_k(p, simplified, s1, h1)
+        gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2_1, h1)
+
+        # --- middle and end
+        bn1, be1, bd1 = _coriolis_k(omega, s1, c1, k1_1, k2_1, vn1, ve1, vd1)
+        an1, ae1, ad1 = en + dt * (bn1 + gn1), ee + dt * be1, ed + dt * (bd1 + gd1)
+        vnm, vem, vdm = _mid_k(vn, vn1, an0, an1), _mid_k(ve, ve1, ae0, ae1), _mid_k(vd, vd1, ad0, ad1)
+        climb = 0.125 * dt * (vd - vd1)  # for what varies with height: ⅛ (ẋ₀ − ẋ₁) dt = x' · climb · (−1)
+        lat_bend = 0.125 * dt * (vn * k1 - vn1 * k1_1)
+        sm, cm = 0.5 * (s + s1) + c1 * lat_bend, 0.5 * (c + c1) - s1 * lat_bend
+        k1m = 0.5 * (k1 + k1_1) + k1_1 * k1_1 * climb
+        k2m = 0.5 * (k2 + k2_1) + k2_1 * k2_1 * climb
+        gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1) + 2.0 * gd1 * k2_1 * climb
+        bnm, bem, bdm = _coriolis_k(omega, sm, cm, k1m, k2m, vnm, vem, vdm)
+        sixth = dt / 6.0
+        unm, uem, udm = dt * (omega * cm + vem * k2m), -dt * vnm * k1m, -dt * (omega * sm + vem * k2m * sm / cm)
+        un1, ue1, ud1 = dt * (omega * c1 + ve1 * k2_1), -dt * vn1 * k1_1, -dt * (omega * s1 + ve1 * k2_1 * s1 / c1)
+        # −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
+        wn, we, wd = un0 + (un1 - un0) / 3.0, ue0 + (ue1 - ue0) / 3.0, ud0 + (ud1 - ud0) / 3.0
+        rn, re, rd = cross_k(wn, we, wd, dn - hn, de - he, dd - hd)
+        qn, qe, qd = cross_k(wn, we, wd, dn, de, dd)
+        qn, qe, qd = cross_k(wn, we, wd, qn, qe, qd)
+        vn1 = vn + dn - rn + qn / 6.0 + sixth * (gn0 + 4.0 * bnm + bn1 + gn + 4.0 * gnm + gn1)
+        ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
+        vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
+        dlat = sixth * (vn * k1 + 4.0 * vnm * k1m + vn1 * k1_1)
+        lon += sixth * (ve * k2 / c + 4.0 * vem * k2m / cm + ve1 * k2_1 / c1)
+        h1 = h - sixth * (vd + 4.0 * vdm + vd1)
+
+        # --- vertical channel
+        if vertical == BARO_LOOP:
+            e0 = h - height_reference[k]
+            e1 = h1 - dt * loop1 * e0 - height_reference[k + 1]
+            e = 0.5 * (e0 + e1)
+            h1 -= dt * loop1 * e
+            vd1 += dt * (loop2 * e + loop_sum + 0.5 * dt * loop3 * e)
+            loop_sum += dt * loop3 * e
+        elif vertical == HELD:
+            h1 = height_reference[k + 1]
+            vd1 = climb_reference[k + 1]
+
+        # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
+        interval = Interval(
+            px, py, pz,
+            (un0 + 4.0 * unm + un1) / 6.0, (ue0 + 4.0 * uem + ue1) / 6.0, (ud0 + 4.0 * udm + ud1) / 6.0,
+            a0[0] - x3 / 12, a0[1] - y3 / 12, a0[2] - z3 / 12, x2, y2, z2, x3, y3, z3,
+            un0, ue0, ud0, un1, ue1, ud1,
+        )  # fmt: skip
+        attitude = step_k(attitude, interval)
+
+        lat += dlat
+        if lon > pi:
+            lon -= 2.0 * pi
+        elif lon <= -pi:
+            lon += 2.0 * pi
+        vn, ve, vd, h = vn1, ve1, vd1, h1
+        s, c, k1, k2, gn, gd = s1, c1, k1_1, k2_1, gn1, gd1
+        if vertical != FREE:  # the height was moved after gravity and radii were taken
+            moved = h - h_taken
+            gd -= 2.0 * gd * k2 * moved
+            k1 -= k1 * k1 * moved
+            k2 -= k2 * k2 * moved
+
+        latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, h
+        velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = vn, ve, vd
+        b0, b1, b2, b3, defect[k + 1] = quaternion_k(attitude)
+        if q0 * b0 + q1 * b1 + q2 * b2 + q3 * b3 < 0.0:  # the sign that makes the stream continuous
+            b0, b1, b2, b3 = -b0, -b1, -b2, -b3
+        q0, q1, q2, q3 = b0, b1, b2, b3
+        q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
+
+
+@cache
+def engine(algorithm: str) -> Callable[..., None]:
+    """Return the compiled engine of an attitude algorithm.
+
+    Args:
+        algorithm: one of `sinssim.names.ALGORITHMS`.
+
+    Returns:
+        The kernel; it fills the solution's arrays, whose first rows hold the initial state.
+    """
+    part = import_module(f"sinssim.strapdown.{algorithm.replace('-', '_')}")
+    return bind(
+        _navigate,
+        f"level_{algorithm.replace('-', '_')}",
+        start_k=part.start_k,
+        dcm_k=part.dcm_k,
+        step_k=part.step_k,
+        quaternion_k=part.quaternion_k,
+    )

@@ -1,0 +1,196 @@
+"""`navigate`: increments and an initial state in, a navigation solution out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
+from sinssim.errors import InputError, RunError, unknown_name
+from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
+from sinssim.strapdown.fit import is_uniform, weight_table
+from sinssim.strapdown.level import BARO_LOOP, FREE, HELD, engine
+from sinssim.strapdown.singularity import singularity_events
+
+_VERTICAL_NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
+
+POLAR_LIMIT = math.radians(89.9)
+"""Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
+
+_BLOCK = 65536  # rows looked at together when checking, so that no temporary is as long as the data
+
+
+def _not_finite(array: Array) -> int | None:
+    """Return the first row that holds a NaN or an infinity."""
+    for start in range(0, len(array), _BLOCK):
+        block = array[start : start + _BLOCK]
+        if not math.isfinite(float(np.sum(block))) and not np.all(np.isfinite(block)):
+            finite = np.isfinite(block).reshape(len(block), -1).all(axis=1)
+            return start + int(np.argmin(finite))
+    return None
+
+
+def _check_imu(imu: ImuData) -> tuple[Array, Array, Array]:
+    time, dtheta, dvel = (np.ascontiguousarray(a, dtype=np.float64) for a in (imu.time, imu.dtheta, imu.dvel))
+    n = len(dtheta)
+    if n < 1 or dtheta.shape != (n, 3) or dvel.shape != (n, 3) or time.shape != (n + 1,):
+        raise InputError(
+            f"IMU data of shapes time {time.shape}, dtheta {dtheta.shape}, dvel {dvel.shape} do not belong together: "
+            "N intervals (N ≥ 1) have N+1 edges in time and (N, 3) values in dtheta and dvel."
+        )
+    for name, array, unit in (("time", time, "s"), ("dtheta", dtheta, "rad"), ("dvel", dvel, "m/s")):
+        row = _not_finite(array)
+        if row is not None:
+            raise InputError(
+                f"imu.{name}[{row}] = {array[row]} {unit} is not a finite number"
+                + ("." if name == "time" else f" (interval ending at t = {time[row + 1]:.6f} s).")
+                + " Gaps in a log must be closed before navigating: every increment is needed."
+            )
+    for start in range(0, n, _BLOCK):
+        steps = np.diff(time[start : start + _BLOCK + 1])
+        if not np.min(steps) > 0.0:
+            row = start + int(np.argmin(steps > 0.0))
+            raise InputError(
+                f"imu.time must increase: time[{row}] = {time[row]:.9g} s is followed by time[{row + 1}] = "
+                f"{time[row + 1]:.9g} s."
+            )
+    return time, dtheta, dvel
+
+
+def _check_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
+    values = {}
+    for name in ("latitude", "longitude", "height"):
+        value = np.asarray(getattr(initial, name), dtype=np.float64)
+        if value.shape != () or not np.isfinite(value):
+            raise InputError(f"initial.{name} = {value} must be one finite number (rad for angles, m for height).")
+        values[name] = float(value)
+    velocity = np.asarray(initial.velocity_ned, dtype=np.float64)
+    q = np.asarray(initial.q_nb, dtype=np.float64)
+    if velocity.shape != (3,) or not np.all(np.isfinite(velocity)):
+        raise InputError(f"initial.velocity_ned = {velocity} must be three finite numbers, m/s.")
+    if q.shape != (4,) or not np.all(np.isfinite(q)) or abs(np.linalg.norm(q) - 1.0) > 1e-6:
+        raise InputError(f"initial.q_nb = {q} must be a unit quaternion of four finite numbers, scalar first.")
+    if abs(values["latitude"]) > math.pi / 2:
+        raise InputError(f"initial.latitude = {values['latitude']} rad lies outside ±π/2; radians are expected.")
+    return values["latitude"], values["longitude"], values["height"], velocity, q / np.linalg.norm(q)
+
+
+def _check_height(height: ArrayLike | None, vertical: str, time: Array) -> tuple[Array, Array]:
+    if vertical == "free":
+        return np.empty(0), np.empty(0)
+    if height is None:
+        raise InputError(f'vertical="{vertical}" needs height=…: the reference height at every imu.time, (N+1,) m.')
+    reference = np.ascontiguousarray(height, dtype=np.float64)
+    if reference.shape != time.shape:
+        raise InputError(f"height has shape {reference.shape}; one value at every imu.time, {time.shape}, is needed.")
+    row = _not_finite(reference)
+    if row is not None:
+        raise InputError(f"height[{row}] = {reference[row]} m at t = {time[row]:.6f} s is not a finite number.")
+    if vertical == "truth":
+        return reference, -np.gradient(reference, time)
+    return reference, np.empty(0)
+
+
+def navigate(
+    imu: ImuData,
+    initial: NavState,
+    *,
+    algorithm: str = "quaternion",
+    frame: str = "level",
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+    curvature: str = "exact",
+    rates_hz: tuple[float, float, float] | None = None,
+    vertical: str = "free",
+    height: ArrayLike | None = None,
+    baro_time_constant: float = 50.0,
+) -> NavSolution:
+    """Navigate on inertial increments from a given initial state.
+
+    Rate and specific force are fitted over five neighbouring intervals, two of them ahead of the one that is being
+    integrated, so the solution belongs to recorded (or delayed) data.
+
+    Args:
+        imu: increments, N intervals; equal or unequal ones.
+        initial: state at imu.time[0], scalars.
+        algorithm: attitude algorithm, one of `ALGORITHMS`.
+        frame: navigation frame, one of `FRAMES`.
+        gravity: one of `GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid, one of `ELLIPSOIDS`.
+        curvature: "exact" radii of curvature or "simplified", eq. (8.16).
+        rates_hz: rates of the fast, medium and slow part; None runs all at the data's rate.
+        vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
+        height: reference height above the ellipsoid at every imu.time, (N+1,) m; for the last two.
+        baro_time_constant: time constant τ of the baro loop, s; k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.
+
+    Returns:
+        The solution at every imu.time, N+1 rows, the first being the initial state.
+
+    Raises:
+        InputError: for data that cannot be used (NaN, unordered times, wrong shapes) or an unknown name.
+        RunError: when the frame cannot follow the flight (over a pole) or the numbers overflow.
+    """
+    for kind, name, known in (
+        ("algorithm", algorithm, ALGORITHMS),
+        ("frame", frame, FRAMES),
+        ("curvature", curvature, CURVATURES),
+        ("vertical channel", vertical, VERTICALS),
+    ):
+        if name not in known:
+            raise unknown_name(kind, name, known)
+    if rates_hz is not None:
+        raise InputError("rates_hz must be None: the three-rate schedule is not available in this version.")
+    if not (math.isfinite(baro_time_constant) and baro_time_constant > 0.0):
+        raise InputError(f"baro_time_constant = {baro_time_constant} s must be positive.")
+    earth = parameters(ellipsoid_by_name(ellipsoid))
+    gravity_model = gravity_number(gravity)
+    time, dtheta, dvel = _check_imu(imu)
+    lat0, lon0, h0, v0, q0 = _check_initial(initial)
+    reference, climb = _check_height(height, vertical, time)
+
+    rows = len(time)
+    latitude, longitude, height_out, defect = (np.empty(rows) for _ in range(4))
+    velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))
+    latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
+    uniform = is_uniform(time)
+    engine(algorithm)(
+        time, dtheta, dvel, weight_table(time, uniform), uniform, earth, gravity_model, curvature == "simplified",
+        _VERTICAL_NUMBERS[vertical], reference, climb, baro_time_constant,
+        latitude, longitude, height_out, velocity, q_nb, defect,
+    )  # fmt: skip
+    _check_solution(time, latitude, height_out, velocity, q_nb)
+    solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
+    if algorithm != "euler":
+        return solution
+
+    def without_singularity(first: int, last: int, state: NavState) -> NavSolution:
+        return navigate(
+            ImuData(time[first : last + 1], dtheta[first:last], dvel[first:last]),
+            state,
+            gravity=gravity,
+            ellipsoid=ellipsoid,
+        )
+
+    return replace(solution, events=singularity_events(solution, without_singularity))
+
+
+def _check_solution(time: Array, latitude: Array, height: Array, velocity: Array, q_nb: Array) -> None:
+    """Raise if the frame met a pole or the numbers ran away."""
+    if not max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
+        row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
+        raise RunError(
+            f"the north-pointing level frame cannot be used within {90.0 - math.degrees(POLAR_LIMIT):.1f}° of a pole, "
+            f"where north turns as fast as the vehicle moves: latitude {math.degrees(latitude[row]):.4f}° at "
+            f"t = {time[row]:.2f} s."
+        )
+    for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
+        row_or_none = _not_finite(array)
+        if row_or_none is not None:
+            raise RunError(
+                f"the navigation's {name} overflowed at t = {time[row_or_none]:.2f} s: the increments before it are "
+                "not those of a vehicle (units? radians and m/s per interval are expected)."
+            )

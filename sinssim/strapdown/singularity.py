@@ -1,0 +1,60 @@
+"""Where Euler angles pass their singular attitude, and what the passage cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import asin, degrees, radians, sin
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array, NavSolution, NavState, SingularityEvent
+
+NEAR = radians(85.0)
+"""A passage lasts while the pitch is steeper than this [rad]."""
+
+
+def _steep_rows(q_nb: Array) -> tuple[list[tuple[int, int]], Array]:
+    """Return first and last row of every passage, and |sin pitch| of all rows."""
+    sine = np.abs(2.0 * (q_nb[:, 0] * q_nb[:, 2] - q_nb[:, 1] * q_nb[:, 3]))
+    steep = np.concatenate(([False], sine > sin(NEAR), [False]))
+    edges = np.flatnonzero(steep[1:] != steep[:-1])
+    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)], sine
+
+
+def singularity_events(
+    solution: NavSolution, navigate_again: Callable[[int, int, NavState], NavSolution]
+) -> tuple[SingularityEvent, ...]:
+    """Return the passages of a solution through pitch ±90° and their damage.
+
+    The damage of a passage is measured on its own increments: a singularity-free algorithm starts from the solution
+    just before it, and the two attitudes are compared just after.
+
+    Args:
+        solution: a solution by an algorithm that is singular there.
+        navigate_again: navigates from one row to another, from a given state, without the singularity.
+
+    Returns:
+        One event for each passage, in order.
+    """
+    passages, sine = _steep_rows(solution.q_nb)
+    events = []
+    for steep_first, steep_last in passages:
+        first, last = max(steep_first - 1, 0), min(steep_last + 1, len(solution.time) - 1)
+        if last == first:
+            continue
+        reference = navigate_again(first, last, solution.state(first))
+        difference = rotation.multiply(rotation.conjugate(reference.q_nb[-1]), solution.q_nb[last])
+        damage = float(np.linalg.norm(rotation.rotation_vector_from_quaternion(difference)))
+        nearest = 90.0 - degrees(asin(min(1.0, float(np.max(sine[first : last + 1])))))
+        start, end = float(solution.time[first]), float(solution.time[last])
+        events.append(
+            SingularityEvent(
+                start,
+                end,
+                damage,
+                f"{solution.algorithm}: pitch came within {nearest:.2f}° of ±90° between {start:.2f} s and "
+                f"{end:.2f} s; the attitude left it {degrees(damage) * 3600.0:.3g}″ ({degrees(damage):.3g}°) off.",
+            )
+        )
+    return tuple(events)
