@@ -1,0 +1,164 @@
+"""Layouts of the viewer: each view is one Python file of the content folder `viz`, a function `blueprint(run)`."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sinssim.errors import InputError, unknown_name
+from sinssim.scenario.content import find_content, list_content
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+_FIRST = ("flight", "navigation", "sensors")
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """What a view needs to know about the run that it shows.
+
+    Attributes:
+        name: the scenario's name.
+        start: first instant, s.
+        end: last instant, s.
+        algorithms: navigation algorithms, in the scenario's order.
+        labels: units and the like that were chosen to suit the run's numbers, for titles: `position`, `velocity`,
+            `attitude`, `height_scale` and so on.
+        eye: position of the 3D view's eye and the point it looks at, m in the scene, or () before it is known.
+    """
+
+    name: str
+    start: float
+    end: float
+    algorithms: tuple[str, ...]
+    labels: Mapping[str, str] = field(default_factory=dict)
+    eye: tuple[tuple[float, float, float], tuple[float, float, float]] | tuple[()] = ()
+
+    @property
+    def application(self) -> str:
+        """Application identifier of the run's recordings."""
+        return f"sinssim {self.name}"
+
+    def label(self, key: str, otherwise: str = "") -> str:
+        """Return one of the labels.
+
+        Args:
+            key: which.
+            otherwise: what to return before it is known.
+
+        Returns:
+            The label.
+        """
+        return self.labels.get(key, otherwise)
+
+    def axis_x(self) -> rrb.TimeAxis:
+        """Return a time axis that shows the whole run (left to itself, a plot shows ±30 s around the cursor).
+
+        Returns:
+            The axis, for `rerun.blueprint.TimeSeriesView(axis_x=…)`.
+        """
+        import rerun as rr
+        import rerun.blueprint as rrb
+
+        start, end = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (self.start, self.end))
+        return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+
+    def to_json(self) -> str:
+        """Return the same as text, as it is kept in the recording.
+
+        Returns:
+            JSON.
+        """
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> RunInfo:
+        """Return what `to_json` wrote.
+
+        Args:
+            text: JSON.
+
+        Returns:
+            The same information.
+        """
+        values = json.loads(text)
+        values["algorithms"] = tuple(values["algorithms"])
+        values["eye"] = tuple(tuple(point) for point in values["eye"])
+        return cls(**values)
+
+
+def view_names() -> list[str]:
+    """Return the names of all views there are, the package's own first.
+
+    Returns:
+        Names, as for `load_view`.
+    """
+    names = list(list_content("viz"))
+    return [name for name in _FIRST if name in names] + [name for name in names if name not in _FIRST]
+
+
+def load_view(name: str, run: RunInfo) -> Any:
+    """Return one view's layout.
+
+    Args:
+        name: name of a view, or path of a Python file.
+        run: the run to show.
+
+    Returns:
+        A `rerun.blueprint.Blueprint`.
+
+    Raises:
+        InputError: there is no such view, or its file does not work.
+    """
+    path = find_content("viz", name)
+    spec = importlib.util.spec_from_file_location(f"sinssim_view_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        return module.blueprint(run)
+    except Exception as error:  # a user's own file may fail in any way
+        raise InputError(
+            f"the view {path} does not work: {type(error).__name__}: {error}. A view is a Python file with a function "
+            "blueprint(run) that returns a rerun.blueprint.Blueprint."
+        ) from error
+
+
+def all_views(run: RunInfo, active: str | None = None) -> Any:
+    """Return one layout with a tab for every view.
+
+    Args:
+        run: the run to show.
+        active: name of the view in front, or path of a further one; the first if not given.
+
+    Returns:
+        A `rerun.blueprint.Blueprint`.
+
+    Raises:
+        InputError: there is no such view, or a view's file does not work.
+    """
+    import rerun.blueprint as rrb
+
+    names = view_names()
+    if active is not None and active not in names:
+        if not Path(active).is_file():
+            raise unknown_name("view", active, names)
+        names.append(active)
+    tabs = []
+    for name in names:
+        root = load_view(name, run).root_container
+        root.name = Path(name).stem
+        tabs.append(root)
+    front = names.index(active) if active is not None else 0
+    return rrb.Blueprint(
+        rrb.Tabs(*tabs, active_tab=front),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )

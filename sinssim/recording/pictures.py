@@ -1,0 +1,252 @@
+"""What people look at: the exact streams thinned and turned into degrees, minutes of arc, metres and nautical miles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import rerun as rr
+
+from sinssim import rotation, units
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.nav_error import NavError
+from sinssim.recording import style
+from sinssim.recording.rrd import Recording
+from sinssim.recording.scene import Scene, aircraft_mesh
+from sinssim.truth.trajectory import FlightEvent
+
+_PLOT_ROWS = 16384
+_PATH_POINTS = 4096
+_POSTS = 60
+_UP = -1.0
+"""Down to up."""
+
+_LENGTHS = (("mm", 1e-3, 0.5), ("m", 1.0, 2.0 * units.NAUTICAL_MILE), ("nmi", units.NAUTICAL_MILE, np.inf))
+_SPEEDS = (("mm/s", 1e-3, 0.05), ("m/s", 1.0, np.inf))
+_ANGLES = (
+    ("arcsec", units.ARCSEC, units.ARCMIN),
+    ("arcmin", units.ARCMIN, 2.0 * units.DEG),
+    ("deg", units.DEG, np.inf),
+)
+"""Units of a kind: name, size in SI, and the largest value (SI) that it is used for."""
+
+
+def _unit(table: Sequence[tuple[str, float, float]], *values: Array) -> tuple[str, float]:
+    largest = max((float(np.abs(v).max()) for v in values), default=0.0)
+    return next((name, size) for name, size, most in table if largest <= most)
+
+
+def _rows(count: int, most: int) -> Array:
+    """Return indices of at most about `most` rows, first and last included."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
+def _gaps(angles: Array, turn: float) -> Array:
+    """Put a gap where an angle jumps by a whole turn, so that no line is drawn across the plot."""
+    jump = np.abs(np.diff(angles)) > 0.5 * turn
+    return np.where(np.concatenate((jump, [False])), np.nan, angles)
+
+
+def draw_flight(
+    recording: Recording, time: Array, truth: NavState, scene: Scene, events: Sequence[FlightEvent]
+) -> dict[str, str]:
+    """Record the true flight as lines, map and 3D scene, below `flight/`.
+
+    Args:
+        recording: where.
+        time: (N,) s.
+        truth: true states at those times.
+        scene: how the flight lies in the 3D view.
+        events: what happened on the way.
+
+    Returns:
+        Labels for the views' titles.
+    """
+    k = _rows(len(time), _PLOT_ROWS)
+    t, lat, lon, height = time[k], truth.latitude[k], truth.longitude[k], truth.height[k]
+    velocity, q_nb = truth.velocity_ned[k], truth.q_nb[k]
+    roll, pitch, heading = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
+    blue, green, orange = style.colors(["z", "y", "x"])
+    recording.series("flight/roll", t, _gaps(roll, 360.0)[:, None], ["roll"], colors=[orange])
+    recording.series("flight/pitch", t, pitch[:, None], ["pitch"], colors=[blue])
+    recording.series("flight/heading", t, _gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
+    recording.series("flight/height", t, height[:, None], ["height"], colors=[green])
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    recording.series("flight/ground_speed", t, speed[:, None], ["ground speed"], colors=[green])
+    recording.series("flight/vertical_speed", t, _UP * velocity[:, 2:], ["vertical speed"], colors=[blue])
+
+    path = _rows(len(k), _PATH_POINTS)
+    lat_lon = np.column_stack((lat, lon)) / units.DEG
+    color = style.COLORS["truth"]
+    recording.static(
+        "map/truth", rr.GeoLineStrings(lat_lon=[lat_lon[path]], radii=rr.Radius.ui_points(2.5), colors=color)
+    )
+    recording.static("map/aircraft", rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(7.0), colors=[(213, 94, 0)]))
+    recording.columns("map/aircraft", t, rr.GeoPoints.columns(positions=lat_lon))
+
+    points = scene.points(lat, lon, height)
+    ground = points[path] * (1.0, 1.0, 0.0)
+    grey = style.COLORS["ground"]
+    recording.static("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    recording.static(
+        "world/path", rr.LineStrips3D([points[path]], radii=rr.Radius.ui_points(1.8), colors=color)
+    )
+    recording.static("world/ground", rr.LineStrips3D([ground], radii=rr.Radius.ui_points(1.0), colors=grey))
+    posts = _rows(len(path), _POSTS)
+    recording.static(
+        "world/posts",
+        rr.LineStrips3D(
+            np.stack((ground[posts], points[path][posts]), axis=1), radii=rr.Radius.ui_points(0.6), colors=(*grey, 110)
+        ),
+    )
+    if events:
+        at = np.searchsorted(t, [event.time for event in events]).clip(max=len(t) - 1)
+        texts = [event.text for event in events]
+        marks = rr.Points3D(
+            points[at], labels=texts, show_labels=False, radii=rr.Radius.ui_points(4.0), colors=(230, 159, 0)
+        )
+        recording.static("world/events", marks)
+    q = scene.attitudes(lat, lon, q_nb)
+    _aircraft(recording, "world/aircraft", t, points, q, scene.aircraft_length)
+
+    swap = rotation.multiply(np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0]), q_nb)
+    recording.static("attitude", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    _aircraft(recording, "attitude/aircraft", t, np.zeros_like(points), swap, 1.0)
+    ring = np.linspace(0.0, 2.0 * np.pi, 73)
+    horizon = 0.75 * np.column_stack((np.cos(ring), np.sin(ring), np.zeros_like(ring)))
+    recording.static("attitude/horizon", rr.LineStrips3D([horizon], radii=rr.Radius.ui_points(1.0), colors=grey))
+    letters = 0.82 * np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
+    recording.static(
+        "attitude/compass", rr.Points3D(letters, labels=["N", "E", "S", "W"], radii=0.006, colors=grey)
+    )
+    return {"height_scale": str(scene.height_scale)}
+
+
+def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float) -> None:
+    """Record an aircraft that moves: a mesh in body axes below a transform over time."""
+    vertices, triangles, shades = aircraft_mesh()
+    color = np.array(style.COLORS["aircraft"])
+    mesh = rr.Mesh3D(
+        vertex_positions=length * vertices,
+        triangle_indices=triangles,
+        vertex_colors=(shades[:, None] * color).astype(np.uint8),
+    )
+    recording.static(entity, mesh)
+    recording.columns(
+        entity, time, rr.Transform3D.columns(translation=points, quaternion=np.roll(q, -1, axis=1))
+    )
+
+
+def draw_sensors(recording: Recording, ideal: ImuData, measured: ImuData) -> dict[str, str]:
+    """Record what the sensors said against the truth, below `sensors/`: means over intervals, and sums.
+
+    Args:
+        recording: where.
+        ideal: error-free increments.
+        measured: what the sensors gave.
+
+    Returns:
+        Labels for the views' titles.
+    """
+    duration = float(ideal.time[-1] - ideal.time[0])
+    window = next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)
+    axes = ["x", "y", "z"]
+    labels = {"sensor_window": f"{window:g} s"}
+    edges = _rows(len(ideal.time), _PLOT_ROWS)
+    wide = np.unique(np.searchsorted(ideal.time, np.arange(ideal.time[0], ideal.time[-1] + 1e-9, window)))
+    for name, true, read, size, drift, table in (
+        ("gyro", ideal.dtheta, measured.dtheta, units.DEG, units.DEG_H, _ANGLES),
+        ("accel", ideal.dvel, measured.dvel, 1.0, units.UG, _SPEEDS),
+    ):
+        for kind, values in (("ideal", true), ("measured", read)):
+            paint = style.colors(axes)
+            recording.series(
+                f"sensors/{name}/{kind}",
+                ideal.time[edges[1:]],
+                _means(ideal.time, values, edges) / size,
+                [f"{axis} {kind}" for axis in axes],
+                colors=[style.tint(c) for c in paint] if kind == "ideal" else paint,
+                widths=4.0 if kind == "ideal" else 1.2,
+            )
+        error = read - true
+        total = np.concatenate((np.zeros((1, 3)), np.cumsum(error, axis=0)))[edges]
+        unit, one = _unit(table, total)
+        labels[f"{name}_sum"] = unit
+        recording.series(f"sensors/{name}/sum", ideal.time[edges], total / one, axes)
+        if len(wide) > 1:
+            mean = _means(ideal.time, error, wide) / drift
+            recording.series(f"sensors/{name}/error", ideal.time[wide[1:]], mean, axes)
+    return labels
+
+
+def _means(time: Array, increments: Array, edges: Array) -> Array:
+    """Return mean rates between chosen edges: sums of whole increments, so nothing is aliased."""
+    sums = np.add.reduceat(increments, edges[:-1], axis=0)
+    if edges[-1] < len(increments):
+        sums[-1] = increments[edges[-2] : edges[-1]].sum(axis=0)
+    return sums / np.diff(time[edges])[:, np.newaxis]
+
+
+def draw_navigation(
+    recording: Recording,
+    scene: Scene,
+    solutions: Mapping[str, NavSolution],
+    errors: Mapping[str, NavError],
+) -> dict[str, str]:
+    """Record what each algorithm got wrong, below `navigation/`: one plot a component, one line an algorithm.
+
+    Args:
+        recording: where.
+        scene: how the flight lies in the 3D view.
+        solutions: by algorithm.
+        errors: by algorithm.
+
+    Returns:
+        Labels for the views' titles.
+    """
+    names = list(errors)
+    time = next(iter(errors.values())).time
+    k = _rows(len(time), _PLOT_ROWS)
+    widths = style.stacked_widths(len(names))
+    thin = {n: NavError(time[k], e.position_ned[k], e.velocity_ned[k], e.attitude[k]) for n, e in errors.items()}
+    labels: dict[str, str] = {}
+
+    def lines(key: str, columns: list[Array], table: Sequence[tuple[str, float, float]], label: str) -> None:
+        if label not in labels:
+            labels[label], size[label] = _unit(table, *columns)
+        recording.series(f"navigation/{key}", time[k], np.column_stack(columns) / size[label], names, widths=widths)
+
+    size: dict[str, float] = {}
+    found = thin.values()
+    lines("horizontal", [e.horizontal for e in found], _LENGTHS, "position")
+    for i, axis in enumerate(("north", "east")):
+        lines(f"position_{axis}", [e.position_ned[:, i] for e in found], _LENGTHS, "position")
+    lines("height", [e.height for e in found], _LENGTHS, "height")
+    lines("speed", [e.speed for e in found], _SPEEDS, "velocity")
+    for i, axis in enumerate(("north", "east", "down")):
+        lines(f"velocity_{axis}", [e.velocity_ned[:, i] for e in found], _SPEEDS, "velocity")
+    tilts = [e.attitude[:, :2] for e in found]
+    labels["tilt"], size["tilt"] = _unit(_ANGLES, *tilts)
+    for i, axis in enumerate(("north", "east")):
+        lines(f"tilt_{axis}", [e.attitude[:, i] for e in found], _ANGLES, "tilt")
+    lines("azimuth", [e.attitude[:, 2] for e in found], _ANGLES, "azimuth")
+    lines("defect", [solutions[n].defect[k] for n in names], (("", 1.0, np.inf),), "defect")
+    if len(names) > 1:
+        first = thin[names[0]]
+        apart = [np.linalg.norm(thin[n].position_ned - first.position_ned, axis=1) for n in names[1:]]
+        labels["apart"], one = _unit(_LENGTHS, *apart)
+        recording.series("navigation/apart", time[k], np.column_stack(apart) / one, names[1:], widths=widths[1:])
+    if labels["position"] != "mm":
+        rate = (time[k] - time[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size["position"]
+        grey = [style.COLORS["reference"]]
+        recording.series("navigation/one_mile_an_hour", time[k], rate, ["1 nmi/h"], colors=grey, widths=1.0)
+
+    path = _rows(len(time), _PATH_POINTS)
+    for name, color, width in zip(names, style.colors(names), widths, strict=True):
+        s = solutions[name]
+        lat_lon = np.column_stack((s.latitude[path], s.longitude[path])) / units.DEG
+        radius = rr.Radius.ui_points(0.4 * width)
+        recording.static(f"map/{name}", rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))
+        points = scene.points(s.latitude[path], s.longitude[path], s.height[path])
+        recording.static(f"world/nav/{name}", rr.LineStrips3D([points], radii=radius, colors=color))
+    return labels

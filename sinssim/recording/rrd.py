@@ -1,0 +1,187 @@
+"""The Rerun recording of a run: everything columnar, times as integer nanoseconds on `sim_time`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+
+from sinssim.data import Array
+from sinssim.recording import style
+from sinssim.recording.streams import Stream
+from sinssim.truth.trajectory import FlightEvent
+
+TIMELINE = "sim_time"
+STREAMS = "streams"
+"""Parent of the exact streams' entities, `streams/<stream>/<vector>`."""
+CHUNK_ROWS = 65536
+
+
+def nanoseconds(time: Array) -> Array:
+    """Return times as a recording keeps them.
+
+    Args:
+        time: (N,) s.
+
+    Returns:
+        Nearest whole nanoseconds, (N,) timedelta64[ns].
+    """
+    return np.rint(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
+
+
+class _Times:
+    """A time column over an Arrow array, without Rerun's own copies."""
+
+    def __init__(self, times: Array) -> None:
+        self._array = pa.array(times)
+
+    def timeline_name(self) -> str:
+        return TIMELINE
+
+    def as_arrow_array(self) -> Any:
+        return self._array
+
+
+class _Scalars:
+    """Rows of k doubles as a component column over the same memory (`Scalars.columns` would copy them twice)."""
+
+    def __init__(self, rows: Array) -> None:
+        count, width = rows.shape
+        offsets = np.arange(0, count * width + 1, width, dtype=np.int32)
+        self._array = pa.ListArray.from_arrays(pa.array(offsets), pa.array(rows.reshape(-1)))
+
+    def component_descriptor(self) -> Any:
+        return rr.Scalars.descriptor_scalars()
+
+    def as_arrow_array(self) -> Any:
+        return self._array
+
+
+class Recording:
+    """A recording being written; as a context manager it is closed, and valid, however the block ends."""
+
+    def __init__(self, path: Path, application: str, blueprint: Any = None) -> None:
+        """Open the file.
+
+        Args:
+            path: the file, by convention `recording.rrd`.
+            application: application identifier; the viewer keeps one layout for each.
+            blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
+        """
+        self._stream = rr.RecordingStream(application)
+        self._stream.save(path, blueprint)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Write what is still in memory and the file's footer; without the footer a recording is not valid."""
+        self._stream.flush()
+        self._stream.disconnect()
+
+    def blueprint(self, blueprint: Any) -> None:
+        """Replace the layout that the viewer opens with.
+
+        Args:
+            blueprint: a `rerun.blueprint.Blueprint`.
+        """
+        self._stream.send_blueprint(blueprint, make_active=False, make_default=True)
+
+    def stream(self, stream: Stream) -> None:
+        """Record a stream, every row, exactly; the series are named after the Parquet columns.
+
+        Args:
+            stream: what to record.
+        """
+        for vector in stream.vectors:
+            entity = f"{STREAMS}/{stream.name}/{vector.name}"
+            self.static(entity, rr.SeriesLines(names=list(vector.columns)))
+            self._scalars(entity, stream.time, vector.values)
+
+    def series(
+        self,
+        entity: str,
+        time: Array,
+        values: Array,
+        names: Sequence[str],
+        *,
+        colors: Sequence[style.Rgb] | None = None,
+        widths: Sequence[float] | float = 1.5,
+    ) -> None:
+        """Record lines for a plot, in the units that people read.
+
+        Args:
+            entity: where.
+            time: (N,) s.
+            values: (N, k); a NaN makes a gap.
+            names: k names for the legend.
+            colors: k colours, by name if not given.
+            widths: k widths or one for all, points.
+        """
+        lines = rr.SeriesLines(
+            names=list(names),
+            colors=list(colors if colors is not None else style.colors(names)),
+            widths=[widths] * len(names) if isinstance(widths, float) else list(widths),
+        )
+        self.static(entity, lines)
+        self._scalars(entity, time, values)
+
+    def _scalars(self, entity: str, time: Array, values: Array) -> None:
+        rows = np.ascontiguousarray(values)
+        times = nanoseconds(time)
+        for first in range(0, len(rows), CHUNK_ROWS):
+            part = slice(first, first + CHUNK_ROWS)
+            self._stream.send_columns(entity, [_Times(times[part])], [_Scalars(rows[part])], strict=True)
+
+    def columns(self, entity: str, time: Array, columns: Any) -> None:
+        """Record any other archetype over time.
+
+        Args:
+            entity: where.
+            time: (N,) s.
+            columns: what `Archetype.columns(...)` returns for N rows.
+        """
+        self._stream.send_columns(entity, [_Times(nanoseconds(time))], columns, strict=True)
+
+    def static(self, entity: str, archetype: Any) -> None:
+        """Record something that holds for all times.
+
+        Args:
+            entity: where.
+            archetype: a Rerun archetype.
+        """
+        self._stream.log(entity, archetype, static=True, strict=True)
+
+    def document(self, entity: str, markdown: str) -> None:
+        """Record a text.
+
+        Args:
+            entity: where.
+            markdown: the text.
+        """
+        self.static(entity, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN))
+
+    def events(self, events: Sequence[FlightEvent], entity: str = "events") -> None:
+        """Record what happened as a text log.
+
+        Args:
+            events: instants and sentences.
+            entity: where.
+        """
+        if events:
+            levels = [rr.TextLogLevel.INFO] * len(events)
+            self.columns(
+                entity,
+                np.array([event.time for event in events]),
+                rr.TextLog.columns(text=[event.text for event in events], level=levels),
+            )

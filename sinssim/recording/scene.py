@@ -1,0 +1,189 @@
+"""The flight as a 3D scene: a local plane with east, north and height, and an aircraft that is large enough to see.
+
+Rerun draws in single precision, so positions are metres from the start of the flight. East and north are those of the
+plane that touches the ellipsoid at the start; the third axis is height, not the plane's own up, or a long flight would
+sink below its horizon.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import rotation
+from sinssim.data import Array, NavState
+from sinssim.earth import WGS84, Ellipsoid, geodetic_to_ecef
+
+_SCALES = (1, 2, 5, 10, 20, 50)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Where things are drawn.
+
+    Attributes:
+        latitude, longitude, height: start of the flight, rad, rad, m.
+        floor: height that is drawn as zero, m.
+        height_scale: by how much heights are exaggerated.
+        size: diagonal of the flight as drawn, m.
+        center: middle of the flight as drawn, (3,) m.
+        ellipsoid: reference ellipsoid.
+    """
+
+    latitude: float
+    longitude: float
+    height: float
+    floor: float
+    height_scale: int
+    size: float
+    center: Array
+    ellipsoid: Ellipsoid
+
+    @classmethod
+    def around(cls, truth: NavState, ellipsoid: Ellipsoid = WGS84) -> Scene:
+        """Return the scene that shows a whole flight.
+
+        Args:
+            truth: true states, N rows.
+            ellipsoid: reference ellipsoid.
+
+        Returns:
+            The scene; heights are exaggerated where a flight is much longer than it is high.
+        """
+        start = cls(
+            float(truth.latitude[0]),
+            float(truth.longitude[0]),
+            float(truth.height[0]),
+            float(truth.height.min()),
+            1,
+            0.0,
+            np.zeros(3),
+            ellipsoid,
+        )
+        points = start.points(truth.latitude, truth.longitude, truth.height)
+        extent = np.ptp(points, axis=0)
+        scale = 1
+        if extent[2] > 1.0:
+            scale = max(s for s in _SCALES if s == 1 or s * extent[2] <= 0.25 * max(extent[:2]))
+        low, high = points.min(axis=0), points.max(axis=0)
+        low[2] *= scale
+        high[2] *= scale
+        return cls(
+            start.latitude,
+            start.longitude,
+            start.height,
+            start.floor,
+            scale,
+            max(float(np.linalg.norm(high - low)), 30.0),
+            0.5 * (low + high),
+            ellipsoid,
+        )
+
+    @property
+    def eye(self) -> tuple[float, float, float]:
+        """Point from which the whole flight is seen, looking north-west and down, m."""
+        x, y, z = self.center + self.size * np.array([0.35, -0.6, 0.45])
+        return float(x), float(y), float(z)
+
+    @property
+    def aircraft_length(self) -> float:
+        """Length of the aircraft as drawn, m."""
+        return 0.05 * self.size
+
+    def points(self, latitude: Array, longitude: Array, height: Array) -> Array:
+        """Return positions in the scene.
+
+        Args:
+            latitude, longitude: (N,) rad.
+            height: (N,) m.
+
+        Returns:
+            East, north and exaggerated height above the floor, (N, 3) m.
+        """
+        origin = geodetic_to_ecef(self.latitude, self.longitude, self.height, self.ellipsoid)
+        east, north = self._plane()
+        difference = geodetic_to_ecef(latitude, longitude, height, self.ellipsoid) - origin
+        return np.column_stack((difference @ east, difference @ north, (height - self.floor) * self.height_scale))
+
+    def attitudes(self, latitude: Array, longitude: Array, q_nb: Array) -> Array:
+        """Return attitudes in the scene: level stays level, and north is where the drawn meridian points.
+
+        Args:
+            latitude, longitude: (N,) rad.
+            q_nb: (N, 4).
+
+        Returns:
+            Quaternions, scene from body, (N, 4).
+        """
+        east, north = self._plane()
+        sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
+        local_north = np.column_stack((-sin_lat * np.cos(longitude), -sin_lat * np.sin(longitude), cos_lat))
+        convergence = np.arctan2(local_north @ east, local_north @ north)
+        half = -0.5 * convergence
+        turn = np.column_stack((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)))
+        # From north, east, down to east, north, up: half a turn about the line between north and east.
+        swap = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
+        return rotation.multiply(turn, rotation.multiply(swap, q_nb))
+
+    def _plane(self) -> tuple[Array, Array]:
+        sin_lat, cos_lat = np.sin(self.latitude), np.cos(self.latitude)
+        sin_lon, cos_lon = np.sin(self.longitude), np.cos(self.longitude)
+        east = np.array([-sin_lon, cos_lon, 0.0])
+        north = np.array([-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat])
+        return east, north
+
+
+def aircraft_mesh() -> tuple[Array, NDArray[np.uint32], Array]:
+    """Return a simple aircraft of length 1 in body axes, its centre at the origin.
+
+    Returns:
+        Vertices (V, 3), triangles (T, 3), shade of each vertex (V,) of 0…1.
+    """
+    vertices: list[tuple[float, float, float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    shades: list[float] = []
+
+    def loft(rings: list[list[tuple[float, float, float]]], shade: float) -> None:
+        """Join rings of as many points each into a closed surface."""
+        first, n = len(vertices), len(rings[0])
+        for ring in rings:
+            vertices.extend(ring)
+            # Light from above: Rerun shades little, the belly's darker tone shows which side is up.
+            middle = sum(point[2] for point in ring) / n
+            shades.extend(shade if point[2] <= middle + 1e-9 else 0.6 * shade for point in ring)
+        for r in range(len(rings) - 1):
+            for i in range(n):
+                a, b = first + r * n + i, first + r * n + (i + 1) % n
+                triangles.extend([(a, b, a + n), (b, b + n, a + n)])
+        for end in (first, first + (len(rings) - 1) * n):
+            triangles.extend((end, end + i, end + i + 1) for i in range(1, n - 1))
+
+    def circle(x: float, radius: float, z: float = 0.0) -> list[tuple[float, float, float]]:
+        angles = np.arange(12) * (2.0 * np.pi / 12)
+        return [(x, float(radius * np.cos(a)), float(z + radius * np.sin(a))) for a in angles]
+
+    def section(lead: float, trail: float, y: float, z: float, half: float, upright: bool) -> list[tuple[float, ...]]:
+        middle = 0.4 * trail + 0.6 * lead
+        flat = [(lead, 0.0), (middle, -half), (trail, 0.0), (middle, half)]
+        return [(x, d, z) if upright else (x, y, z + d) for x, d in flat]
+
+    def surface(root: tuple[float, ...], tip: tuple[float, ...], shade: float, upright: bool = False) -> None:
+        loft([section(*root, upright), section(*tip, upright)], shade)  # type: ignore[arg-type, list-item]
+
+    loft(
+        [
+            circle(0.5, 0.004),
+            circle(0.46, 0.03),
+            circle(0.38, 0.05),
+            circle(-0.2, 0.05),
+            circle(-0.5, 0.012, -0.03),
+        ],
+        0.95,
+    )
+    for side in (1.0, -1.0):
+        surface((0.14, -0.08, 0.03 * side, 0.02, 0.012), (-0.08, -0.15, 0.48 * side, -0.02, 0.004), 0.8)
+        surface((-0.36, -0.47, 0.01 * side, -0.03, 0.008), (-0.44, -0.49, 0.18 * side, -0.04, 0.003), 0.8)
+    surface((-0.33, -0.47, 0.0, -0.04, 0.008), (-0.45, -0.51, 0.0, -0.2, 0.003), 0.7, upright=True)
+    return np.array(vertices), np.array(triangles, dtype=np.uint32), np.array(shades)

@@ -1,0 +1,248 @@
+"""Looking at a run: in Rerun's own viewer, in a browser, or as a picture without any screen."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from sinssim.errors import InputError, RunError
+from sinssim.recording.blueprints import RunInfo, all_views
+
+RUN_ENTITY = "about/run"
+"""Where a recording keeps its `RunInfo`."""
+
+_START_SECONDS = 60.0
+_NOTES_SECONDS = 1.0
+"""How long the picture takes to settle after the time cursor was moved, s."""
+
+
+def find_recording(path: Path) -> Path:
+    """Return the recording that a path means.
+
+    Args:
+        path: a run directory or an .rrd file.
+
+    Returns:
+        The .rrd file.
+
+    Raises:
+        InputError: there is none.
+    """
+    if path.is_file():
+        return path
+    if (path / "recording.rrd").is_file():
+        return path / "recording.rrd"
+    what = "has no recording.rrd in it" if path.is_dir() else "does not exist"
+    raise InputError(f"{path} {what}; give a run directory, such as runs/first_flight, or an .rrd file.")
+
+
+def read_run_info(recording: Path) -> RunInfo:
+    """Return what a recording says about its run.
+
+    Args:
+        recording: an .rrd file that sinssim wrote.
+
+    Returns:
+        The information that views need.
+
+    Raises:
+        InputError: the file cannot be read, or is no recording of sinssim's.
+    """
+    from rerun.chunk import RrdReader
+
+    text = None
+    try:
+        # The last one counts: a run describes itself again as it learns more.
+        for chunk in RrdReader(recording).stream().filter(content=f"/{RUN_ENTITY}"):
+            batch = chunk.to_record_batch()
+            for name in batch.schema.names:
+                if name.endswith("TextDocument:text"):
+                    text = batch.column(name)[-1].as_py()[0]
+        if text is None:
+            raise ValueError(f"it has no {RUN_ENTITY}")
+        return RunInfo.from_json(text)
+    except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
+        raise InputError(
+            f"{recording} is not a recording that sinssim wrote, or it is damaged ({error}); run its scenario again."
+        ) from error
+
+
+def open_viewer(path: Path, view: str | None = None) -> None:
+    """Open a run in Rerun's own viewer, and return when its window is closed.
+
+    Args:
+        path: a run directory or an .rrd file.
+        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+
+    Raises:
+        InputError: there is no such recording or view.
+        RunError: the viewer does not start.
+    """
+    with _files(path, view) as files, _Viewer(["--port", "auto", "--bind", "127.0.0.1", *files]) as viewer:
+        if viewer.process.wait():
+            raise viewer.failure()
+
+
+def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] | None = None) -> None:
+    """Serve a run to browsers on this machine only, until interrupted.
+
+    Args:
+        path: a run directory or an .rrd file.
+        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+        ready: called with the page's address once it answers; prints it if not given.
+
+    Raises:
+        InputError: there is no such recording or view.
+        RunError: the server does not start.
+    """
+    web, grpc = _free_ports(2)
+    arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(web), "--port", str(grpc)]
+    # What the server may keep for visitors who come later: by default 1 GiB, beyond which it drops the oldest.
+    arguments += ["--server-memory-limit", "75%"]
+    with contextlib.suppress(KeyboardInterrupt), _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
+        viewer.wait_for_port(web)
+        viewer.wait_for_port(grpc)
+        address = f"http://127.0.0.1:{web}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{grpc}%2Fproxy"
+        if ready is None:
+            print(f"Open {address}\nStop with Ctrl-C.", flush=True)
+        else:
+            ready(address)
+        viewer.process.wait()
+        raise viewer.failure()
+
+
+def screenshot(
+    path: Path,
+    picture: Path,
+    view: str | None = None,
+    *,
+    size: tuple[int, int] = (1600, 1000),
+    time_s: float | None = None,
+) -> None:
+    """Save a picture of a run, without any screen.
+
+    Args:
+        path: a run directory or an .rrd file.
+        picture: the PNG file to write.
+        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+        size: width and height of the picture.
+        time_s: where the time cursor stands, s; the middle of the run if not given.
+
+    Raises:
+        InputError: there is no such recording or view, or the picture cannot be written.
+        RunError: the viewer does not start: it needs a graphics driver, if only one that draws in software.
+    """
+    from rerun.experimental import ViewerClient
+
+    run = read_run_info(find_recording(path))
+    moment = 0.5 * (run.start + run.end) if time_s is None else time_s
+    (port,) = _free_ports(1)
+    arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
+    with _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
+        viewer.wait_for_port(port)
+        client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+        deadline = time.monotonic() + _START_SECONDS
+        while not _loaded(client):
+            viewer.check(deadline)
+            time.sleep(0.1)
+        client.set_time("sim_time", duration=moment, play_state="paused")
+        time.sleep(_NOTES_SECONDS)
+        png = client.take_screenshot()
+    beside = picture.with_name(picture.name + ".part")
+    try:
+        beside.write_bytes(png)
+        os.replace(beside, picture)
+    except OSError as error:
+        raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
+
+
+def _loaded(client: Any) -> bool:
+    state = client.get_state()
+    return not state.loading and any(r.timelines and r.timelines[0].end is not None for r in state.recordings)
+
+
+@contextlib.contextmanager
+def _files(path: Path, view: str | None) -> Iterator[list[str]]:
+    """Yield the files to open: the recording, and a layout of its own where a view was asked for."""
+    recording = find_recording(path)
+    if view is None:
+        yield [str(recording)]
+        return
+    run = read_run_info(recording)
+    layout = all_views(run, view)
+    with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
+        file = Path(folder) / "view.rbl"
+        layout.save(run.application, file)
+        yield [str(recording), str(file)]
+
+
+def _free_ports(count: int) -> list[int]:
+    """Return ports that nothing listens on at the moment."""
+    with contextlib.ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for s in sockets:
+            s.bind(("127.0.0.1", 0))
+        return [s.getsockname()[1] for s in sockets]
+
+
+@dataclass
+class _Viewer:
+    """Rerun's own binary as a child that ends with the block (the `rerun` script would leave its child behind)."""
+
+    arguments: Sequence[str]
+
+    def __enter__(self) -> _Viewer:
+        import rerun_cli
+
+        binary = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
+        self._output: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in __exit__
+        self.process = subprocess.Popen(
+            [str(binary), *self.arguments], stdin=subprocess.DEVNULL, stdout=self._output, stderr=self._output
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.terminate()
+        try:
+            self.process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self._output.close()
+
+    def wait_for_port(self, port: int) -> None:
+        """Wait until the child listens on a port."""
+        deadline = time.monotonic() + _START_SECONDS
+        while True:
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1.0):
+                return
+            self.check(deadline)
+            time.sleep(0.05)
+
+    def check(self, deadline: float) -> None:
+        """Raise if the child has ended, or takes too long."""
+        if self.process.poll() is not None or time.monotonic() > deadline:
+            raise self.failure()
+
+    def failure(self) -> RunError:
+        """Return the error that says what the child said."""
+        self._output.seek(0)
+        said = self._output.read().decode(errors="replace")
+        if "graphics adapter" in said or "No adapter" in said or "wgpu" in said.lower() and "panicked" in said:
+            return RunError(
+                "Rerun's viewer found no graphics driver, and cannot draw without one. On a machine without a graphics "
+                "card install one that draws in software, on Debian and Ubuntu: apt-get install mesa-vulkan-drivers "
+                "libvulkan1. Or look at the run in a browser: sinssim view RUN --web."
+            )
+        lines = [line for line in said.splitlines() if line.strip() and "walkers" not in line]
+        return RunError(
+            f"Rerun's viewer ended with code {self.process.poll()}. It said last: " + " / ".join(lines[-5:] or ["nothing"])
+        )

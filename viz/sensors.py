@@ -1,0 +1,44 @@
+"""What did the sensors say, against the truth? Readings, errors of the readings, and what those errors sum up to."""
+
+from __future__ import annotations
+
+import rerun.blueprint as rrb
+
+from sinssim.recording.blueprints import RunInfo
+
+
+def blueprint(run: RunInfo) -> rrb.Blueprint:
+    """Return the view.
+
+    Args:
+        run: the run to show.
+
+    Returns:
+        The layout.
+    """
+    window = run.label("sensor_window", "1 s")
+
+    def plot(name: str, *keys: str) -> rrb.TimeSeriesView:
+        return rrb.TimeSeriesView(
+            origin="/sensors",
+            contents=[f"/sensors/{key}" for key in keys],
+            name=name,
+            axis_x=run.axis_x(),
+            plot_legend=rrb.PlotLegend(visible=True, corner=rrb.Corner2D.LeftTop),
+        )
+
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                plot("Angular rate, inertial [deg/s]", "gyro/ideal", "gyro/measured"),
+                plot(f"Gyro error, mean over {window} [deg/h]", "gyro/error"),
+                plot(f"Gyro error, accumulated [{run.label('gyro_sum', 'arcsec')}]", "gyro/sum"),
+            ),
+            rrb.Vertical(
+                plot("Specific force [m/s²]", "accel/ideal", "accel/measured"),
+                plot(f"Accelerometer error, mean over {window} [µg]", "accel/error"),
+                plot(f"Accelerometer error, accumulated [{run.label('accel_sum', 'm/s')}]", "accel/sum"),
+            ),
+        ),
+        collapse_panels=True,
+    )
