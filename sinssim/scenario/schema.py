@@ -47,7 +47,7 @@ class ParkedSection(Section):
 
 
 class GreatCircleSection(Section):
-    """Steady flight along a great circle of the sphere, wings level: truth in closed form."""
+    """Level flight at constant height and ground speed along a great circle: truth in closed form."""
 
     latitude_deg: Latitude = Field(description="latitude at the start")
     longitude_deg: Longitude = Field(default=0.0, description="longitude at the start")
@@ -90,7 +90,7 @@ class NavigationSection(Section):
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
     curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
     vertical: Vertical = Field(default="free", description=f"height channel: {', '.join(VERTICALS)}")
-    baro_time_constant_s: Positive = Field(default=100.0, description='time constant of vertical = "baro-loop"')
+    baro_time_constant_s: Positive = Field(default=50.0, description='time constant of vertical = "baro-loop"')
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
 
     @model_validator(mode="after")

@@ -1,0 +1,211 @@
+"""Writes docs/scenario.md, the reference of the scenario file, from the schema: `python docs/scenario_reference.py`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from sinssim.scenario.schema import Scenario
+
+FILE = Path(__file__).with_name("scenario.md")
+
+# Values for the keys that have no default, and for one of two keys that exclude each other: by key, or by table.key.
+EXAMPLES: dict[str, Any] = {
+    "name": "my_flight",
+    "description": "one sentence about it",
+    "aircraft": "737",
+    "latitude_deg": 51.47,
+    "longitude_deg": -0.45,
+    "heading_deg": 90.0,
+    "course_deg": 45.0,
+    "speed_mps": 230.0,
+    "airspeed_kt": 250.0,
+    "altitude_m": 3000.0,
+    "angle_deg": 180.0,
+    "control": "elevator",
+    "amplitude": 0.2,
+    "shape": "doublet",
+    "direction": "right",
+    "bank_deg": 25.0,
+    "duration_s": 600.0,
+    "until_s": 1200.0,
+    "turns": 4,
+    "leg_duration_s": 120.0,
+    "leg_length_m": 30000.0,
+    "vertical_speed_mps": 10.0,
+    "velocity_ned_mps": [0.0, 5.0, 0.0],
+}
+# Keys without a default value that are nevertheless set in the example: one of each "exactly one of" group.
+CHOSEN = {
+    "HoldLeg": {"duration_s"},
+    "TurnLeg": {"heading_deg"},
+    "RacetrackLeg": {"leg_duration_s"},
+    "STurnsLeg": {"turns"},
+}
+
+_TAGS = ("type", "on")  # keys that say which kind of table a table is
+
+INTRODUCTION = """\
+# The scenario file
+
+A scenario is a TOML file that says what moves (`[flight]`, `[parked]` or `[great_circle]`: exactly one of them),
+what senses it (`[imu]`) and what navigates on what was sensed (`[navigation]`). Every key with a unit carries it in
+its name. Keys that are left out take the defaults shown here; keys that are commented out below have no value
+unless one is given.
+
+`sinssim check FILE` names every mistake in a file, with its line and what would be right.
+`--set key.path=value` replaces a value from the command line; the legs of a flight count from 1, so that
+`--set flight.legs.2.altitude_m=9000` changes the second one.
+
+This page is made from the schema by `python docs/scenario_reference.py`.
+"""
+
+
+def _resolve(schema: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    """Follow a reference, and drop the "or nothing" of an optional value."""
+    for option in schema.get("anyOf", []):
+        if option.get("type") != "null":
+            return {**_resolve(option, definitions), **{k: v for k, v in schema.items() if k != "anyOf"}}
+    if "$ref" in schema:
+        name = schema["$ref"].rsplit("/", 1)[-1]
+        return {**definitions[name], "model": name, **{k: v for k, v in schema.items() if k != "$ref"}}
+    return schema
+
+
+def _members(schema: dict[str, Any]) -> list[str]:
+    """Return the names of the models that a union chooses among."""
+    return [option["$ref"].rsplit("/", 1)[-1] for option in schema.get("oneOf", [])]
+
+
+def _about(docstring: str) -> tuple[str, dict[str, str]]:
+    """Split a docstring into what stands before its attributes, and the attributes' explanations."""
+    text, _, attributes = docstring.partition("Attributes:")
+    found = {}
+    for names, explanation in re.findall(r"^    ([\w*, ]+): (.*(?:\n {8}.*)*)", attributes, re.MULTILINE):
+        for name in names.split(", "):
+            found[name] = " ".join(explanation.split()).rstrip(".").replace("None: ", "default: ")
+    return " ".join(text.split()), found
+
+
+def _limits(schema: dict[str, Any]) -> str:
+    if "enum" in schema:
+        return " or ".join(f'"{value}"' for value in schema["enum"])
+    low, high, above = (schema.get(key) for key in ("minimum", "maximum", "exclusiveMinimum"))
+    if low is not None and high is not None:
+        return f"{low:g} … {high:g}"
+    words = [("at least", low), ("more than", above), ("at most", high)]
+    return ", ".join(f"{word} {value:g}" for word, value in words if value is not None)
+
+
+def _table(
+    path: str, model: dict[str, Any], definitions: dict[str, Any], *, array: bool = False, tag: str = ""
+) -> Iterator[str]:
+    """Yield one table, its keys first, then the tables in it."""
+    about, attributes = _about(model.get("description", ""))
+    chosen = CHOSEN.get(model.get("model", ""), set())
+    keys: list[tuple[str, str]] = []
+    inner: list[tuple[str, dict[str, Any]]] = []
+    for name, raw in model["properties"].items():
+        field = _resolve(raw, definitions)
+        items = field.get("items", {})
+        if "properties" in field or "oneOf" in field or "oneOf" in items or "$ref" in items:
+            inner.append((name, field))
+            continue
+        explanation = raw.get("description") or attributes.get(name, "")
+        if not explanation:  # the sensor block explains all its "_sigma_" keys in one sentence
+            explanation = attributes.get("*_sigma_*", "") if "_sigma_" in name else ""
+        required = name in model.get("required", [])
+        value = raw.get("default")
+        if name == "description" or value is None:
+            value = EXAMPLES.get(f"{path}.{name}", EXAMPLES.get(name))
+        if name in _TAGS:
+            value = tag
+        live = required or raw.get("default") is not None or name in chosen
+        limits = _limits(field)
+        if limits in explanation or ("enum" in field and all(option in explanation for option in field["enum"])):
+            limits = ""
+        notes = "; ".join(part for part in (explanation, limits) if part)
+        if required:
+            notes = f"required: {notes}".removesuffix(": ")
+        written = _value(value, field)
+        keys.append((f"{name} = {written}" if live else f"# {name} = {written}", notes))
+    # What a table is comes first, the patience it is given last.
+    keys.sort(key=lambda key: (not key[0].startswith(tuple(_TAGS)), key[0].startswith("timeout_s")))
+    width = min(44, max((len(key) for key, _ in keys), default=0))
+    if about:
+        yield f"# {about}"
+    if path:
+        yield f"[[{path}]]" if array else f"[{path}]"
+    for key, notes in keys:
+        yield f"{key:<{width}}  # {notes}".rstrip(" #")
+    yield ""
+    for name, field in inner:
+        yield from _inner(f"{path}.{name}".lstrip("."), field, definitions)
+
+
+def _inner(path: str, field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[str]:
+    items = field.get("items")
+    union = items or field
+    if members := _members(union):
+        mapping = union["discriminator"]["mapping"]
+        tags = {mapping[tag].rsplit("/", 1)[-1]: tag for tag in reversed(mapping)}
+        for number, name in enumerate(members):
+            lines = _table(path, {**definitions[name], "model": name}, definitions, array=bool(items), tag=tags[name])
+            # Of a table, unlike of an array, there can be one only: the others are comments.
+            yield from lines if items or number == 0 else map(_commented, lines)
+    elif items:
+        yield from _table(path, _resolve(items, definitions), definitions, array=True)
+    else:
+        yield from _table(path, field, definitions)
+
+
+def _commented(line: str) -> str:
+    return f"# {line}" if line and not line.startswith("#") else line
+
+
+def _value(value: Any, field: dict[str, Any]) -> str:
+    if value is None:
+        count = field.get("minItems", 0)
+        value = [0.0] * count if field.get("type") == "array" else 0.0 if field.get("type") == "number" else 0
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(item, {}) for item in value) + "]"
+    return tomli_w.dumps({"x": value}).removeprefix("x = ").strip()
+
+
+def reference() -> str:
+    """Return the whole page.
+
+    Returns:
+        Markdown; its TOML blocks are, one after the other, the file's head with each kind of motion, and the rest.
+    """
+    schema = Scenario.model_json_schema()
+    definitions = schema["$defs"]
+    properties = schema["properties"]
+    motions = {"flight", "parked", "great_circle"}
+    plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed")}
+    blocks = [("The file's head", {**schema, "properties": plain, "description": ""}, "")]
+    titles = {
+        "flight": "A flight",
+        "parked": "Or a parked vehicle",
+        "great_circle": "Or a flight along a great circle",
+        "truth": "The Earth of the truth",
+        "imu": "The sensor block",
+        "navigation": "Navigation",
+    }
+    page = [INTRODUCTION]
+    order = [name for name in properties if name in motions] + [
+        name for name in properties if name not in motions and name not in plain
+    ]
+    blocks += [(titles[name], _resolve(properties[name], definitions), name) for name in order]
+    for title, model, path in blocks:
+        lines = "\n".join(_table(path, model, definitions)).rstrip()
+        page.append(f"## {title}\n\n```toml\n{lines}\n```\n")
+    return "\n".join(page)
+
+
+if __name__ == "__main__":
+    FILE.write_text(reference(), encoding="utf-8")
