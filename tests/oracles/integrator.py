@@ -30,9 +30,7 @@ def _zonal_coefficients() -> Array:
     second = math.sqrt(e2 / (1 - e2))  # e'
     m = OMEGA**2 * A**3 * (1 - F) / GM
     # q0 = ((1 + 3/e'^2) atan e' - 3/e') / 2 as its series: the closed form loses ten digits
-    q0 = sum(
-        (-1) ** (n + 1) * 2 * n / ((2 * n + 1) * (2 * n + 3)) * second ** (2 * n + 1) for n in range(1, 12)
-    )
+    q0 = sum((-1) ** (n + 1) * 2 * n / ((2 * n + 1) * (2 * n + 3)) * second ** (2 * n + 1) for n in range(1, 12))
     j2 = e2 / 3 * (1 - 2 / 15 * m * second / q0)
     return np.array(
         [
