@@ -6,7 +6,7 @@ import difflib
 import math
 import re
 import types
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
@@ -66,19 +66,43 @@ _TYPES = {
 
 
 def describe(
-    error: ErrorDetails, model: type[BaseModel], lines: Mapping[tuple[str, ...], int], overridden: Collection[str]
-) -> str:
-    """Put one of pydantic's findings into a sentence.
+    errors: Sequence[ErrorDetails],
+    model: type[BaseModel],
+    lines: Mapping[tuple[str, ...], int],
+    overridden: Collection[str],
+) -> list[str]:
+    """Put pydantic's findings into sentences.
 
     Args:
-        error: the finding.
+        errors: the findings.
         model: the model of the whole file.
         lines: line number by path of every key and table of the file, as `key_lines` gives it.
         overridden: paths of the keys that were set from outside the file.
 
     Returns:
-        The key's path, where it stands and the sentence.
+        One sentence per mistake: the line where it stands, the key's path, what is wrong and what would be right.
     """
+    # An array with a bad entry is also reported as too short, and the right key as missing where it is misspelt.
+    parents = {error["loc"][:-1] for error in errors}
+    meant = {
+        (*error["loc"][:-1], key)
+        for error in errors
+        if error["type"] == "extra_forbidden" and (key := _nearest(*_walk(error["loc"], model)))
+    }
+    return [
+        _place(error, model, lines, overridden)
+        for error in errors
+        if not (error["type"] == "too_short" and error["loc"] in parents)
+        and not (error["type"] == "missing" and error["loc"] in meant)
+    ]
+
+
+def _place(
+    error: ErrorDetails,
+    model: type[BaseModel],
+    lines: Mapping[tuple[str, ...], int],
+    overridden: Collection[str],
+) -> str:
     path, holders = _walk(error["loc"], model)
     text = _sentence(error, path, holders)
     if error["type"] == "union_tag_invalid":
@@ -124,24 +148,28 @@ def _sentence(error: ErrorDetails, path: tuple[str, ...], holders: list[type[Bas
     return f"{name}: {message}".removeprefix(": ").removesuffix(".")
 
 
-def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
-    """Name the key that was meant: the same quantity in another unit, or the nearest spelling."""
-    key, table = path[-1], ".".join(path[:-1])
+def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | None:
+    """Return the key that was meant: the same quantity in another unit, or the nearest spelling."""
     known = sorted({field for holder in holders for field in holder.model_fields})
-    stem, unit = _split_unit(key)
-    for field in known:
-        field_stem, field_unit = _split_unit(field)
-        if field_stem == stem and field_unit:
-            say = f"unknown key '{'.'.join(path)}': the unit is part of the name, use '{field}'"
-            same = unit and _UNITS[unit][0] == _UNITS[field_unit][0]
-            if same and isinstance(value, int | float) and not isinstance(value, bool):
-                say += f" ({field} = {value * _UNITS[unit][1] / _UNITS[field_unit][1]:.10g})"
-            return say
-    near = difflib.get_close_matches(key, known, n=1)
-    if near:
-        return f"unknown key '{'.'.join(path)}'. Did you mean '{'.'.join((*path[:-1], near[0]))}'?"
-    place = f"[{table}]" if table else "The file's top level"
-    return f"unknown key '{'.'.join(path)}'. {place} may have: {', '.join(known)}"
+    stem, _ = _split_unit(path[-1])
+    same = [field for field in known if _split_unit(field)[0] == stem and _split_unit(field)[1]]
+    return next(iter(same or difflib.get_close_matches(path[-1], known, n=1)), None)
+
+
+def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
+    name, table, meant = ".".join(path), ".".join(path[:-1]), _nearest(path, holders)
+    if meant is None:
+        place = f"[{table}]" if table else "The file's top level"
+        known = sorted({field for holder in holders for field in holder.model_fields})
+        return f"unknown key '{name}'. {place} may have: {', '.join(known)}"
+    (stem, unit), (meant_stem, meant_unit) = _split_unit(path[-1]), _split_unit(meant)
+    if stem != meant_stem:
+        return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], meant))}'?"
+    converted = ""
+    same = unit and _UNITS[unit][0] == _UNITS[meant_unit][0]
+    if same and isinstance(value, int | float) and not isinstance(value, bool):
+        converted = f" ({meant} = {value * _UNITS[unit][1] / _UNITS[meant_unit][1]:.10g})"
+    return f"unknown key '{name}': the unit is part of the name, use '{meant}'{converted}"
 
 
 def _split_unit(key: str) -> tuple[str, str]:

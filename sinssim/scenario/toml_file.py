@@ -69,15 +69,7 @@ def validate(
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        found = error.errors()
-        lines = key_lines(text)
-        # An array with a bad entry is also reported as too short: only the entry is worth a sentence.
-        below = {entry["loc"][:-1] for entry in found}
-        mistakes = [
-            describe(entry, model, lines, overridden)
-            for entry in found
-            if entry["type"] != "too_short" or entry["loc"] not in below
-        ]
+        mistakes = describe(error.errors(), model, key_lines(text), overridden)
         raise InputError(_report(source, mistakes)) from error
 
 

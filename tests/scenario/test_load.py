@@ -1,0 +1,252 @@
+"""Scenario files: what is right loads to what it says, what is wrong is named with its place and its remedy."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from sinssim.errors import InputError
+from sinssim.scenario import Scenario, list_content, load_scenario
+from sinssim.scenario.mistakes import key_lines
+from tests.scenario.examples import FLIGHT, PARKED
+
+
+def write(folder: Path, text: str, name: str = "plan.toml") -> Path:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def mistake(folder: Path, text: str, *overrides: str) -> str:
+    with pytest.raises(InputError) as caught:
+        load_scenario(write(folder, text), overrides)
+    assert caught.value.exit_code == 2
+    return str(caught.value)
+
+
+def test_values_arrive_as_written(tmp_path: Path) -> None:
+    scenario = load_scenario(write(tmp_path, FLIGHT))
+    assert scenario.name == "short"
+    assert scenario.seed == 7
+    assert scenario.flight is not None
+    assert scenario.flight.start.altitude_m == 3000.0
+    assert [leg.type for leg in scenario.flight.legs] == ["climb", "turn"]
+    assert scenario.navigation.algorithms == ("quaternion", "euler")
+    assert scenario.truth.gravity == "normal"
+
+
+def test_name_is_the_files_by_default(tmp_path: Path) -> None:
+    assert load_scenario(write(tmp_path, PARKED.split("\n", 1)[1], "evening.toml")).name == "evening"
+
+
+def test_resolved_scenario_holds_every_default_and_loads_back(tmp_path: Path) -> None:
+    scenario = load_scenario(write(tmp_path, FLIGHT))
+    text = scenario.to_toml()
+    resolved = tomllib.loads(text)
+    assert resolved["navigation"]["frame"] == "level"
+    assert resolved["truth"] == {"gravity": "normal", "ellipsoid": "wgs84"}
+    assert resolved["flight"]["legs"][1]["heading_deg"] == 90.0
+    assert load_scenario(write(tmp_path, text, "resolved.toml")) == scenario
+
+
+def test_scenario_cannot_be_changed(tmp_path: Path) -> None:
+    scenario = load_scenario(write(tmp_path, PARKED))
+    with pytest.raises(ValueError, match="frozen"):
+        scenario.seed = 3  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("setting", "path", "value"),
+    [
+        ("imu.rate_hz=200", ("imu", "rate_hz"), 200.0),
+        ("imu.grade=tactical", ("imu", "grade"), "tactical"),
+        ('imu.grade="laser-navigation"', ("imu", "grade"), "laser-navigation"),
+        ("flight.legs.2.heading_deg = 45.0", ("flight", "legs", 1, "heading_deg"), 45.0),
+        ('navigation.algorithms=["poisson"]', ("navigation", "algorithms"), ("poisson",)),
+        ("navigation.initial_error.north_m=100.0", ("navigation", "initial_error", "north_m"), 100.0),
+        ("imu.lever_arm_m=[1, 0, -0.5]", ("imu", "lever_arm_m"), (1.0, 0.0, -0.5)),
+        ("seed=12", ("seed",), 12),
+    ],
+)
+def test_override(tmp_path: Path, setting: str, path: tuple[str | int, ...], value: object) -> None:
+    here: object = load_scenario(write(tmp_path, FLIGHT), [setting])
+    for part in path:
+        here = here[part] if isinstance(part, int) else getattr(here, part)  # type: ignore[index]
+    assert here == value
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("nonsense", "write key.path=value"),
+        ("=3", "write key.path=value"),
+        ("imu.rate_hz=", "write key.path=value"),
+        ("imu.lever_arm_m=[1, 2", "not a TOML value"),
+        ("flight.legs.3.heading_deg=1.0", "flight.legs has entries 1 to 2; '3' is none of them"),
+        ("flight.legs.0.heading_deg=1.0", "'0' is none of them"),
+        ("seed.value=1", "seed is a value, not a table"),
+        ("imu.rate_hz=-1", "imu.rate_hz = -1 must be greater than 0 (set from outside the file)"),
+    ],
+)
+def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
+    assert said in mistake(tmp_path, FLIGHT, setting)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "below", "said"),
+    [
+        # Syntax: the line, the column and the line's own text.
+        ("rate_hz = 100.0", "rate_hz =", 0, "column 10: TOML syntax: Invalid value, in:  rate_hz ="),
+        ("[imu]", "[imu", 0, "TOML syntax"),
+        ("rate_hz = 100.0", "rate_hz = 100.0\nrate_hz = 50.0", 1, "TOML syntax: Cannot overwrite a value"),
+        # Keys.
+        ("rate_hz", "rate_hs", 0, "unknown key 'imu.rate_hs'. Did you mean 'imu.rate_hz'?"),
+        ("[imu]", "[imi]", 0, "unknown key 'imi'. Did you mean 'imu'?"),
+        ("rate_hz = 100.0", "zzz = 1", 0, "unknown key 'imu.zzz'. [imu] may have: accel_bias_sigma_ug,"),
+        ("heading_deg = 90.0", "headin_deg = 90.0", 0, "Did you mean 'flight.legs.2.heading_deg'?"),
+        ("latitude_deg = 51.0\n", "", -2, "flight.start.latitude_deg is missing (latitude of the start)"),
+        # Units, with the value in the right one.
+        (
+            "altitude_m = 3000",
+            "altitude_ft = 30000",
+            0,
+            "unknown key 'flight.start.altitude_ft': the unit is part of the name, use 'altitude_m' "
+            "(altitude_m = 9144)",
+        ),
+        ("altitude_m = 3000", "altitude = 3000", 0, "the unit is part of the name, use 'altitude_m'"),
+        ("airspeed_kt = 280.0", "airspeed_mps = 144.04", 0, "use 'airspeed_kt' (airspeed_kt = 279.9913"),
+        ("rate_hz = 100.0", "rate_khz = 0.1", 0, "use 'rate_hz' (rate_hz = 100)"),
+        # Types.
+        ("altitude_m = 3000", 'altitude_m = "3000 m"', 0, "altitude_m must be a number, not the text '3000 m'"),
+        ("altitude_m = 3000", "altitude_m = true", 0, "altitude_m must be a number, not true"),
+        ("rate_hz = 100.0", "rate_hz = nan", 0, "imu.rate_hz must be a finite number, not nan"),
+        ("rate_hz = 100.0", "lever_arm_m = 1.0", 0, "imu.lever_arm_m must be an array"),
+        ("seed = 7", "seed = 7.5", 0, "seed must be a whole number, not 7.5"),
+        ("seed = 7", "seed = -7", 0, "seed = -7 must be at least 0"),
+        ('name = "short"', "name = 3", 0, 'name must be text in quotes, like "this", not 3'),
+        ('name = "short"', 'name = "a/b"', 0, "only letters, digits"),
+        # Values.
+        ("rate_hz = 100.0", "rate_hz = -100.0", 0, "imu.rate_hz = -100.0 must be greater than 0"),
+        ("rate_hz = 100.0", "rate_hz = 0", 0, "imu.rate_hz = 0 must be greater than 0"),
+        ("latitude_deg = 51.0", "latitude_deg = 91.0", 0, "latitude_deg = 91.0 must be at most 90"),
+        ("latitude_deg = 51.0", "latitude_deg = -90.5", 0, "latitude_deg = -90.5 must be at least -90"),
+        # Names, with the nearest and the list.
+        ('"737"', '"738"', 0, "unknown aircraft '738'. Did you mean '737'? Known: 737"),
+        ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: takeoff,"),
+        ('"euler"', '"eulr"', 0, "unknown algorithm 'eulr'. Did you mean 'euler'? Known: euler, poisson, quaternion"),
+        ("[imu]", '[truth]\ngravity = "jj2"\n[imu]', 1, "unknown gravity model 'jj2'. Did you mean 'j2'?"),
+        ("[imu]", '[truth]\nellipsoid = "wgs72"\n[imu]', 1, "unknown ellipsoid 'wgs72'. Did you mean 'wgs84'?"),
+        ("rate_hz = 100.0", 'grade = "laser-standart"', 0, "Did you mean 'laser-standard'? Known: consumer, ideal,"),
+        ('"euler"]', '"euler"]\nframe = "levl"', 1, "unknown frame 'levl'. Did you mean 'level'? Known: level"),
+        ('"euler"]', '"euler"]\nvertical = "baro"', 1, "unknown vertical channel 'baro'. Did you mean"),
+        ('"euler"]', '"euler"]\ncurvature = "round"', 1, "unknown curvature 'round'. Known: exact, simplified"),
+        ('"euler"', '"quaternion"', -1, "algorithms names one algorithm twice"),
+        ('["quaternion", "euler"]', "[]", 0, "navigation.algorithms must have at least 1 entry, and has 0"),
+    ],
+)
+def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> None:
+    """The line that is named lies so many lines below the beginning of what was replaced."""
+    line = FLIGHT[: FLIGHT.index(old)].count("\n") + 1 + below
+    message = mistake(tmp_path, FLIGHT.replace(old, new, 1))
+    assert said in message
+    assert f"plan.toml, line {line}" in message
+    assert "\n" not in message
+
+
+def test_flight_without_legs(tmp_path: Path) -> None:
+    head = FLIGHT[: FLIGHT.index("[[flight.legs]]")]
+    assert "flight.legs is missing" in mistake(tmp_path, head)
+    assert "flight.legs must have at least 1 entry" in mistake(tmp_path, head.replace("aircraft", "legs=[]\naircraft"))
+
+
+def test_zero_length(tmp_path: Path) -> None:
+    assert "parked.duration_s = 0.0 must be greater than 0" in mistake(tmp_path, PARKED.replace("20.0", "0.0", 1))
+
+
+def test_sources_of_truth(tmp_path: Path) -> None:
+    assert "here there is none of them" in mistake(tmp_path, 'name = "nothing"\n')
+    both = FLIGHT + PARKED.split("\n", 2)[2].split("[imu]")[0]
+    assert "here there are [flight] and [parked]" in mistake(tmp_path, both)
+
+
+def test_every_mistake_is_listed(tmp_path: Path) -> None:
+    text = FLIGHT.replace("51.0", "99.0").replace("rate_hz = 100.0", "rate_hz = -1.0\nrat_hz = 2.0").replace("737", "7")
+    lines = mistake(tmp_path, text).split("\n  - ")
+    assert lines[0].endswith("plan.toml: 4 mistakes:")
+    assert lines[1].startswith("line 5: flight.aircraft: unknown aircraft '7'.")
+    assert lines[2] == "line 9: flight.start.latitude_deg = 99.0 must be at most 90."
+    assert lines[3] == "line 23: imu.rate_hz = -1.0 must be greater than 0."
+    assert lines[4] == "line 24: unknown key 'imu.rat_hz'. Did you mean 'imu.rate_hz'?"
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no scenario file '.*absent.toml' in .*; by name there are: "):
+        load_scenario(tmp_path / "absent.toml")
+    with pytest.raises(InputError, match="unknown scenario 'frist_flight'"):
+        load_scenario("frist_flight")
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes('name = "Zürich"'.encode("latin-1"))
+    with pytest.raises(InputError, match="not a text file in UTF-8: byte 9"):
+        load_scenario(latin)
+
+
+def test_lines_of_keys() -> None:
+    text = "\n".join(
+        [
+            "a = 1",
+            "[b.c]  # comment",
+            '"d" = """',
+            "not_a_key = 2",
+            '"""',
+            "[[e]]",
+            "f = 3",
+            "[[e]]",
+            "f = 4",
+            "[e.g]",
+            "h.i = 5",
+        ]
+    )
+    tomllib.loads(text)
+    assert key_lines(text) == {
+        ("a",): 1,
+        ("b", "c"): 2,
+        ("b", "c", "d"): 3,
+        ("e", "1"): 6,
+        ("e", "1", "f"): 7,
+        ("e", "2"): 8,
+        ("e", "2", "f"): 9,
+        ("e", "2", "g"): 10,
+        ("e", "2", "g", "h", "i"): 11,
+    }
+
+
+@pytest.mark.parametrize("name", list_content("scenarios"))
+def test_scenarios_of_the_package_load(name: str) -> None:
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.description
+
+
+def test_schema_explains_every_key() -> None:
+    """Each key has a sentence, in the field itself or among its model's attributes."""
+    schema = Scenario.model_json_schema()
+    for name, model in {**schema["$defs"], "Scenario": schema}.items():
+        for key, field in model.get("properties", {}).items():
+            table = "$ref" in field or "oneOf" in field or "anyOf" in field
+            explained = "description" in field or key in model.get("description", "") or key in ("type", "on")
+            assert explained or table or "_sigma_" in key, f"{name}.{key}"
+
+
+def test_loading_needs_no_compiler(tmp_path: Path) -> None:
+    code = (
+        "import sys; from sinssim.scenario import load_scenario; load_scenario(sys.argv[1]);"
+        "print([m for m in ('numba', 'scipy', 'rerun', 'jsbsim', 'pyarrow') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(write(tmp_path, FLIGHT))], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"

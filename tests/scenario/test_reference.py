@@ -1,0 +1,43 @@
+"""The reference page of the scenario file: up to date, and itself a scenario that loads."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from sinssim.scenario import Scenario
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def script() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("scenario_reference", DOCS / "scenario_reference.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_page_is_up_to_date(script: ModuleType) -> None:
+    assert (DOCS / "scenario.md").read_text(encoding="utf-8") == script.reference(), (
+        "the schema has changed: python docs/scenario_reference.py"
+    )
+
+
+@pytest.mark.parametrize("motion", ["flight", "parked", "great_circle"])
+def test_examples_load(script: ModuleType, motion: str) -> None:
+    blocks = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", script.reference(), re.DOTALL)]
+    data = {key: value for block in blocks for key, value in block.items()}
+    for other in {"flight", "parked", "great_circle"} - {motion}:
+        del data[other]
+    if motion == "flight":  # the page shows every kind of leg; on the ground it starts only from a runway
+        data["flight"]["legs"] = [leg for leg in data["flight"]["legs"] if leg["type"] not in ("takeoff", "parked")]
+    scenario = Scenario.model_validate(data)
+    assert set(data) == set(scenario.model_dump(exclude_none=True))
