@@ -1,0 +1,510 @@
+"""Flights of JSBSim's aircraft along a flight plan, flown by our autopilot.
+
+JSBSim steps at 120 Hz; the autopilot, the legs and the knots of the logged motion run at 30 Hz, on every fourth
+step; the other channels are logged at 10 Hz.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.earth import ecef_to_geodetic, q_en
+from sinssim.errors import InputError, RunError
+from sinssim.rotation import multiply, quaternion_from_euler
+from sinssim.scenario.aircraft import Aircraft, load_aircraft
+from sinssim.scenario.content import find_content
+from sinssim.scenario.legs import AirStart, FlightSection, Gust, RunwayStart, Turbulence, Wind
+from sinssim.truth.autopilot import Autopilot, Motion
+from sinssim.truth.plan import INTERVAL, fly_leg
+from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.units import DEG, FOOT, KNOT
+
+Array = NDArray[np.float64]
+
+STEP = 1.0 / 120.0
+"""JSBSim's step [s]."""
+
+_POUND_FORCE = 4.4482216152605  # [N]
+_SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
+
+# Logged ten times a second: name, JSBSim property, factor to the unit, unit.
+_CHANNELS: tuple[tuple[str, str, float, str], ...] = (
+    ("airspeed_mps", "velocities/vtrue-fps", FOOT, "m/s"),
+    ("calibrated_airspeed_mps", "velocities/vc-fps", FOOT, "m/s"),
+    ("alpha_rad", "aero/alpha-rad", 1.0, "rad"),
+    ("beta_rad", "aero/beta-rad", 1.0, "rad"),
+    ("load_factor", "accelerations/Nz", 1.0, "g"),
+    ("vertical_speed_mps", "velocities/h-dot-fps", FOOT, "m/s"),
+    ("height_above_ground_m", "position/h-agl-ft", FOOT, "m"),
+    ("elevator_rad", "fcs/elevator-pos-rad", 1.0, "rad"),
+    ("aileron_rad", "fcs/left-aileron-pos-rad", 1.0, "rad"),
+    ("rudder_rad", "fcs/rudder-pos-rad", 1.0, "rad"),
+    ("throttle", "fcs/throttle-cmd-norm", 1.0, ""),
+    ("wind_north_mps", "atmosphere/total-wind-north-fps", FOOT, "m/s"),
+    ("wind_east_mps", "atmosphere/total-wind-east-fps", FOOT, "m/s"),
+    ("wind_down_mps", "atmosphere/total-wind-down-fps", FOOT, "m/s"),
+)
+
+# What JSBSim's trim sets.
+_TRIMMED = (
+    "fcs/pitch-trim-cmd-norm", "fcs/elevator-cmd-norm", "fcs/aileron-cmd-norm", "fcs/rudder-cmd-norm",
+    "fcs/throttle-cmd-norm[0]", "fcs/throttle-cmd-norm[1]",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FlightLog:
+    """A flown flight: the centre of gravity's motion at knots, and what else was logged.
+
+    Attributes:
+        time: instants of the knots, (K,) s, from 0.
+        position_ecef: position of the centre of gravity, (K, 3) m.
+        q_eb: attitude quaternion, scalar first, v_e = C_eb v_b, without jumps of sign, (K, 4).
+        channels: airspeed, controls, wind and so on, by name.
+        events: begin and end of each leg.
+    """
+
+    time: Array
+    position_ecef: Array
+    q_eb: Array
+    channels: dict[str, Channel]
+    events: tuple[FlightEvent, ...]
+
+
+@contextmanager
+def _quiet() -> Iterator[list[str]]:
+    """Keep JSBSim's messages off the program's output, and collect them."""
+    import jsbsim
+
+    messages: list[str] = []
+
+    class Collector(jsbsim.FGLogger):  # type: ignore[misc, name-defined]
+        def set_level(self, level: Any) -> None:
+            pass
+
+        def file_location(self, filename: str, line: int) -> None:
+            pass
+
+        def message(self, message: str) -> None:
+            if len(messages) < 200:
+                messages.append(message)
+
+        def format(self, format: Any) -> None:
+            pass
+
+        def flush(self) -> None:
+            pass
+
+    jsbsim.set_logger(Collector())
+    try:
+        yield messages
+    finally:
+        jsbsim.set_logger(jsbsim.DefaultLogger())
+
+
+def model_folder(name: str, model: str) -> Path:
+    """Return the folder of an aircraft's flight dynamics model.
+
+    Args:
+        name: name or path of the aircraft.
+        model: name of the model.
+
+    Returns:
+        A folder of that name beside aircraft.toml, else the one among JSBSim's own aircraft.
+
+    Raises:
+        InputError: there is no such model.
+    """
+    import jsbsim
+
+    file = find_content("aircraft", name)
+    own = Path(jsbsim.get_default_root_dir()) / "aircraft"
+    for folder in (file.parent / model, own / model):
+        if (folder / f"{model}.xml").is_file():
+            return folder
+    raise InputError(
+        f"{file}, key jsbsim_model: there is no model {model!r}: neither a folder {model} with {model}.xml beside "
+        f"this file, nor one among JSBSim's own in {own}."
+    )
+
+
+def _load(model: Path, folder: str) -> Any:
+    """Load a model without its sockets and log files: nothing outside may steer the flight, or be written to."""
+    import jsbsim
+
+    root = Path(jsbsim.get_default_root_dir())
+    shutil.copytree(model, Path(folder) / model.name)
+    definition = Path(folder) / model.name / f"{model.name}.xml"
+    tree = ElementTree.parse(definition)
+    for tag in ("input", "output"):
+        for element in tree.getroot().findall(tag):
+            tree.getroot().remove(element)
+    tree.write(definition, encoding="utf-8", xml_declaration=True)
+    executive = jsbsim.FGFDMExec(str(root))
+    executive.set_debug_level(0)
+    if not executive.load_model_with_paths(model.name, folder, str(root / "engine"), str(root / "systems")):
+        raise RunError(f"JSBSim cannot load the model {model}.")
+    executive.set_dt(STEP)
+    return executive
+
+
+def _set_out(executive: Any, flight: FlightSection, aircraft: Aircraft, seed: int) -> None:
+    """Bring the aircraft to the start: at rest on its wheels, or trimmed in the air, wind and seed set."""
+    start = flight.start
+    executive["ic/lat-geod-deg"] = start.latitude_deg
+    executive["ic/long-gc-deg"] = (start.longitude_deg + 180.0) % 360.0 - 180.0
+    executive["ic/psi-true-deg"] = start.heading_deg % 360.0
+    executive["simulation/randomseed"] = seed % 2**31
+    executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(start.on == "runway")
+    if isinstance(start, AirStart):
+        _trim_in_the_air(executive, flight, start, start.airspeed_kt or aircraft.performance.cruise_kt)
+    else:
+        _settle_on_the_runway(executive, start, flight.wind)
+
+
+def _set_wind(executive: Any, wind: Wind) -> None:
+    """Set the steady wind of the initial conditions; JSBSim's direction is the one it blows towards."""
+    executive["ic/vw-mag-fps"] = math.hypot(wind.north_mps, wind.east_mps) / FOOT
+    executive["ic/vw-dir-deg"] = math.degrees(math.atan2(wind.east_mps, wind.north_mps)) % 360.0
+    executive["ic/vw-down-fps"] = wind.down_mps / FOOT
+
+
+def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, airspeed_kt: float) -> None:
+    """Trim in calm air, then carry the trimmed aircraft over into the wind."""
+    _best_attitude_integrators(executive)
+    executive["ic/h-sl-ft"] = start.altitude_m / FOOT
+    executive["ic/vc-kts"] = airspeed_kt
+    executive["ic/gamma-deg"] = 0.0
+    executive.run_ic()
+    # JSBSim's sea level is not quite the ellipsoid: put the ellipsoidal height right.
+    executive["ic/h-sl-ft"] = 2.0 * start.altitude_m / FOOT - executive["position/geod-alt-ft"]
+    executive["ic/vc-kts"] = airspeed_kt
+    executive.run_ic()
+    executive["propulsion/set-running"] = -1
+    executive["simulation/do_simple_trim"] = 1
+    wind = flight.wind
+    if not (wind.north_mps or wind.east_mps or wind.down_mps):
+        return
+    commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]
+    kept = {name: executive[name] for name in commands}
+    attitude = {axis: executive[f"attitude/{axis}-rad"] for axis in ("phi", "theta", "psi")}
+    through_air = {axis: executive[f"velocities/v-{axis}-fps"] for axis in ("north", "east", "down")}
+    _set_wind(executive, wind)
+    executive["ic/phi-rad"] = attitude["phi"]
+    executive["ic/theta-rad"] = attitude["theta"]
+    executive["ic/psi-true-rad"] = attitude["psi"]
+    executive["ic/vn-fps"] = through_air["north"] + wind.north_mps / FOOT
+    executive["ic/ve-fps"] = through_air["east"] + wind.east_mps / FOOT
+    executive["ic/vd-fps"] = through_air["down"] + wind.down_mps / FOOT
+    executive.run_ic()
+    for name, value in kept.items():
+        executive[name] = value
+    executive["propulsion/set-running"] = -1
+
+
+def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: Wind) -> None:
+    """Find the equilibrium on the wheels, then let engine and gear come to rest, brakes set."""
+    executive["ic/terrain-elevation-ft"] = start.altitude_m / FOOT
+    executive["ic/h-agl-ft"] = 6.0
+    _set_wind(executive, wind)
+    brakes = ("fcs/left-brake-cmd-norm", "fcs/right-brake-cmd-norm", "fcs/center-brake-cmd-norm")
+    executive.run_ic()
+    for brake in brakes:
+        executive[brake] = 1.0
+    executive["simulation/do_simple_trim"] = 2
+    executive["propulsion/set-running"] = -1
+    for brake in brakes:
+        executive[brake] = 1.0
+    for _ in range(round(_SETTLING / STEP)):
+        executive.run()
+
+
+def _best_attitude_integrators(executive: Any) -> None:
+    """Choose JSBSim's best integrators of the attitude (Adams-Bashforth 4, Buss 2); its defaults are Euler's.
+
+    Not on the ground: the friction of the tyres is solved for Euler's steps and with any other the aircraft creeps
+    at centimetres a second with its brakes set.
+    """
+    executive["simulation/integrator/rate/rotational"] = 5
+    executive["simulation/integrator/position/rotational"] = 6
+
+
+Progress = Callable[[float], None]
+
+
+class _Link:
+    """The autopilot's connection to a running model: cached property nodes, the log, the watch.
+
+    Attributes:
+        poses: position in ECEF (ft) and roll, pitch, heading (rad) of every knot, one after another.
+        channels: values of the channels, one instant after another, JSBSim's units.
+    """
+
+    def __init__(self, executive: Any, flight: FlightSection, pilot: Autopilot, motion: Motion) -> None:
+        self.poses, self.channels = array("d"), array("d")
+        self._executive, self._pilot, self._motion = executive, pilot, motion
+        manager = executive.get_property_manager()
+
+        def read(name: str) -> Callable[[], float]:
+            return manager.get_node(name).get_double_value  # type: ignore[no-any-return]
+
+        def write(name: str) -> Callable[[float], Any]:
+            return manager.get_node(name).set_double_value  # type: ignore[no-any-return]
+
+        engines = range(executive.get_propulsion().get_num_engines())
+        self._x, self._y, self._z = (read(f"position/ecef-{axis}-ft") for axis in "xyz")
+        self._phi, self._theta, self._psi = (read(f"attitude/{name}-rad") for name in ("phi", "theta", "psi"))
+        self._p, self._q, self._r = (read(f"velocities/{axis}-rad_sec") for axis in "pqr")
+        self._cas, self._tas = read("velocities/vc-fps"), read("velocities/vtrue-fps")
+        self._climb, self._height = read("velocities/h-dot-fps"), read("position/geod-alt-ft")
+        self._alpha, self._beta = read("aero/alpha-rad"), read("aero/beta-rad")
+        self._latitude, self._longitude = read("position/lat-geod-rad"), read("position/long-gc-rad")
+        self._track, self._ground_speed = read("flight-path/psi-gt-rad"), read("velocities/vg-fps")
+        self._above_ground, self._wow = read("position/h-agl-ft"), read("gear/wow")
+        self._logged = tuple(read(name) for _, name, _, _ in _CHANNELS) + tuple(
+            read(f"propulsion/engine[{number}]/thrust-lbs") for number in engines
+        )
+        self._elevator, self._aileron = write("fcs/elevator-cmd-norm"), write("fcs/aileron-cmd-norm")
+        self._rudder, self._steer = write("fcs/rudder-cmd-norm"), write("fcs/steer-cmd-norm")
+        self._throttles = tuple(write(f"fcs/throttle-cmd-norm[{number}]") for number in engines)
+        self._settings = tuple(
+            (name, tuple(write(path) for path in paths))
+            for name, paths in (
+                ("brakes", [f"fcs/{side}-brake-cmd-norm" for side in ("left", "right", "center")]),
+                ("gear", ["gear/gear-cmd-norm"]),
+                ("flaps", ["fcs/flap-cmd-norm"]),
+            )
+        )
+        self._gusts = sorted(flight.wind.gusts, key=lambda gust: gust.start_s)
+
+    def sense(self) -> None:
+        """Refresh what the autopilot flies by, and log the knot."""
+        m = self._motion
+        m.phi = phi = self._phi()
+        m.theta = theta = self._theta()
+        m.psi = psi = self._psi()
+        m.p, m.q, m.r = self._p(), self._q(), self._r()
+        m.cas, m.tas = FOOT * self._cas(), FOOT * self._tas()
+        m.climb, m.height = FOOT * self._climb(), FOOT * self._height()
+        m.beta = self._beta()
+        self.poses.extend((self._x(), self._y(), self._z(), phi, theta, psi))
+
+    def sense_slowly(self) -> None:
+        """Refresh the rest of the state and log the channels."""
+        m = self._motion
+        m.alpha = self._alpha()
+        m.latitude, m.longitude = self._latitude(), self._longitude()
+        m.track, m.ground_speed = self._track(), FOOT * self._ground_speed()
+        m.height_above_ground = FOOT * self._above_ground()
+        m.on_wheels = self._wow() > 0.0
+        self.channels.extend([channel() for channel in self._logged])
+
+    def stand(self) -> None:
+        """Log another knot of an aircraft that stands still."""
+        self.poses.extend(self.poses[-6:])
+
+    def command(self) -> None:
+        """Hand the autopilot's commands to the model."""
+        pilot = self._pilot
+        self._elevator(pilot.elevator)
+        self._aileron(pilot.aileron)
+        self._rudder(pilot.rudder)
+        for throttle in self._throttles:
+            throttle(pilot.throttle)
+
+    def command_slowly(self) -> None:
+        """Hand over the settings that move rarely, and begin the gusts that are due."""
+        self._steer(self._pilot.steer)
+        for name, setters in self._settings:
+            value = getattr(self._pilot, name)
+            for setter in setters:
+                setter(value)
+        if self._gusts and self._motion.time >= self._gusts[0].start_s:
+            _blow(self._executive, self._gusts.pop(0))
+
+
+def _blow(executive: Any, gust: Gust) -> None:
+    """Start JSBSim's own (1 - cos) gust."""
+    prefix = "atmosphere/cosine-gust"
+    executive[f"{prefix}/startup-duration-sec"] = gust.rise_s
+    executive[f"{prefix}/steady-duration-sec"] = gust.steady_s
+    executive[f"{prefix}/end-duration-sec"] = gust.fall_s
+    north, east, down = gust.velocity_ned_mps
+    executive[f"{prefix}/magnitude-ft_sec"] = math.hypot(north, east, down) / FOOT
+    executive[f"{prefix}/frame"] = 3  # local: north, east, down
+    executive[f"{prefix}/X-velocity-ft_sec"] = north / FOOT
+    executive[f"{prefix}/Y-velocity-ft_sec"] = east / FOOT
+    executive[f"{prefix}/Z-velocity-ft_sec"] = down / FOOT
+    executive[f"{prefix}/start"] = 1
+
+
+def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = None) -> FlightLog:
+    """Fly a flight plan in JSBSim.
+
+    Args:
+        flight: the [flight] section of a scenario.
+        seed: seed of the turbulence.
+        progress: called now and then with the flown fraction, 0 … 1.
+
+    Returns:
+        The centre of gravity's motion at 30 Hz and the other logged quantities.
+
+    Raises:
+        RunError: a leg cannot be flown (stall, ground contact, not reached in time), the model diverges or cannot be
+            loaded or trimmed; the message names the leg, the time and the aircraft's state.
+        InputError: no such aircraft or model.
+    """
+    import jsbsim
+
+    aircraft = load_aircraft(flight.aircraft)
+    folder = model_folder(flight.aircraft, aircraft.jsbsim_model)
+    with _quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
+        try:
+            executive = _load(folder, own_folder)
+            _set_out(executive, flight, aircraft, seed)
+        except jsbsim.BaseError as error:
+            said = " ".join(" ".join(messages[1:]).split())
+            raise RunError(
+                f"JSBSim cannot bring the {flight.aircraft} to the flight's start"
+                f" ({flight.start.model_dump(exclude={'on'})}): {error}"
+                f"{'; it said: ' + said if said else ''}. An airspeed and a height at which it flies would be right."
+            ) from error
+        return _fly(executive, flight, aircraft, progress)
+
+
+def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Progress | None) -> FlightLog:
+    import jsbsim
+
+    motion = Motion()
+    pilot = Autopilot(aircraft, INTERVAL)
+    link = _Link(executive, flight, pilot, motion)
+    link.sense()
+    link.sense_slowly()
+    in_air = flight.start.on == "air"
+    pilot.engage(
+        motion,
+        elevator=executive["fcs/elevator-cmd-norm"],
+        aileron=executive["fcs/aileron-cmd-norm"],
+        rudder=executive["fcs/rudder-cmd-norm"],
+        throttle=executive["fcs/throttle-cmd-norm[0]"],
+    )
+    pilot.brakes = pilot.gear = float(not in_air)
+    if isinstance(flight.start, AirStart):
+        pilot.heading = flight.start.heading_deg * DEG
+        pilot.height = flight.start.altitude_m
+        if flight.turbulence:
+            _stir(executive, flight.turbulence)
+
+    run, step = executive.run, pilot.step
+    sense, command = link.sense, link.command
+    events: list[FlightEvent] = []
+    stall = aircraft.performance.stall_alpha_deg * DEG
+    knot = stalled = 0
+    for number, leg in enumerate(flight.legs, start=1):
+        name = f"leg {number} ({leg.type})"
+        events.append(FlightEvent(motion.time, f"{name} begins"))
+        deadline = motion.time + leg.timeout_s
+        stands = leg.type == "parked"
+        if leg.type == "takeoff" and flight.turbulence:
+            _stir(executive, flight.turbulence)
+        try:
+            for _ in fly_leg(leg, pilot, motion, aircraft.performance):
+                knot += 1
+                motion.time = knot * INTERVAL
+                if stands:
+                    link.stand()
+                else:
+                    step(motion)
+                    command()
+                    run()
+                    run()
+                    run()
+                    run()
+                    sense()
+                if knot % 3:
+                    continue
+                link.sense_slowly()
+                link.command_slowly()
+                if not -1e4 < motion.height < 1e5 or not motion.cas < 1e4:
+                    raise _Failed("the model diverged", "gentler legs, or a better model,")
+                if motion.time > deadline:
+                    raise _Failed(
+                        f"not flown within its timeout_s of {leg.timeout_s:g} s",
+                        "an aim within the aircraft's reach, or a longer timeout_s,",
+                    )
+                if in_air:
+                    if motion.on_wheels or motion.height_above_ground < 0.0:
+                        raise _Failed("the aircraft hit the ground", "a greater height")
+                    stalled = stalled + 1 if motion.alpha > stall else 0
+                    if stalled >= 10:
+                        raise _Failed("the aircraft stalled", "a higher airspeed or less load factor")
+                if progress is not None and knot % 300 == 0:
+                    progress(_fraction(flight, number, motion.time))
+        except (_Failed, jsbsim.BaseError, ArithmeticError, ValueError) as error:
+            reason, remedy = (error.reason, error.remedy) if isinstance(error, _Failed) else (
+                f"the model diverged ({error})", "gentler legs, or a better model,"
+            )
+            raise RunError(
+                f"{name} failed at {motion.time:.1f} s of the flight: {reason}. The {flight.aircraft} was at a height"
+                f" of {motion.height:.0f} m ({motion.height_above_ground:.0f} m above ground), {motion.cas / KNOT:.0f}"
+                f" kt calibrated, angle of attack {motion.alpha / DEG:.1f}°, roll {motion.phi / DEG:.1f}°, pitch"
+                f" {motion.theta / DEG:.1f}°, heading {motion.psi / DEG:.1f}°. There {remedy} would be right."
+            ) from error
+        if leg.type == "takeoff":
+            in_air = True
+            _best_attitude_integrators(executive)
+        events.append(FlightEvent(motion.time, f"{name} ends"))
+    if progress is not None:
+        progress(1.0)
+    return _log(link, tuple(events))
+
+
+class _Failed(Exception):
+    """A leg that cannot be flown: why, and what would be right."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+def _fraction(flight: FlightSection, number: int, time: float) -> float:
+    """Return the flown part of a flight: of its duration if the last leg says it, else of its legs."""
+    end = getattr(flight.legs[-1], "until_s", None)
+    return min(1.0, time / end) if end is not None else (number - 1) / len(flight.legs)
+
+
+def _stir(executive: Any, turbulence: Turbulence) -> None:
+    """Switch the turbulence on."""
+    executive["atmosphere/turb-type"] = 3  # MIL-F-8785C
+    executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
+    executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity
+
+
+def _log(link: _Link, events: tuple[FlightEvent, ...]) -> FlightLog:
+    """Turn what was logged into SI units and one attitude quaternion from body to ECEF."""
+    poses = np.frombuffer(link.poses).reshape(-1, 6)
+    position = poses[:, :3] * FOOT
+    latitude, longitude, _ = ecef_to_geodetic(position)
+    q_eb = multiply(q_en(latitude, longitude), quaternion_from_euler(poses[:, 3], poses[:, 4], poses[:, 5]))
+    turned = np.sum(q_eb[1:] * q_eb[:-1], axis=1) < 0.0
+    q_eb[1:] *= np.where(np.logical_xor.accumulate(turned), -1.0, 1.0)[:, None]
+    values = np.frombuffer(link.channels).reshape(-1, len(link.channels) // (1 + (len(poses) - 1) // 3))
+    time = np.arange(len(values)) * 3.0 * INTERVAL
+    channels = {
+        name: Channel(time, values[:, column] * factor, unit)
+        for column, (name, _, factor, unit) in enumerate(_CHANNELS)
+    }
+    channels["thrust_n"] = Channel(time, values[:, len(_CHANNELS) :].sum(axis=1) * _POUND_FORCE, "N")
+    return FlightLog(np.arange(len(poses)) * INTERVAL, position, q_eb, channels, events)
