@@ -187,7 +187,7 @@ class GreatCircle:
     def _motion(self, time: Array) -> _Motion:
         distance = self._speed * time
         u = distance / self._mean
-        for _ in range(3):  # Newton: the start is good to 3e-3, each step squares that
+        for _ in range(2):  # Newton: errors of 2e-3, 2e-8, 2e-18 rad, since |dr/du| varies by 1 %
             u = u - (self._length(u) - distance) / np.linalg.norm(self._path(u)[1], axis=1)
         r, r1, r2, t, n = self._path(u)
         norm2 = np.einsum("ij,ij->i", r1, r1)
