@@ -142,39 +142,42 @@ def quaternion_from_euler_k(roll: float, pitch: float, heading: float) -> Quater
 
 
 @inline
-def euler_from_dcm_k(
-    c11: float, c12: float, c13: float, c21: float, c22: float, c23: float, c31: float, c32: float, c33: float
-) -> Vector:
-    """Roll in (−π, π], pitch in [−π/2, π/2], heading in [0, 2π) of C_nb.
+def euler_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
+    """Roll in (−π, π], pitch in [−π/2, π/2], heading in [0, 2π) of a unit quaternion q_nb.
 
-    At pitch ±90° only heading ∓ roll is determined; the roll returned there is 0.
+    From half the sum and half the difference of heading and roll (Bernardes and Viollet 2022): near a pitch of ±90°
+    one of the two fades, but the other, and with it the attitude, keeps its precision. At ±90° exactly only heading
+    ∓ roll is determined; the roll returned there is 0.
     """
-    cos_pitch2 = c32 * c32 + c33 * c33
-    if cos_pitch2 > 0.5:
-        pitch = asin(max(-1.0, min(1.0, -c31)))
+    # √2 cos(π/4 + θ/2) at angle (ψ + φ)/2, and √2 sin(π/4 + θ/2) at angle (ψ − φ)/2
+    sum_cos, sum_sin = q0 - q2, q1 + q3
+    dif_cos, dif_sin = q0 + q2, q3 - q1
+    sum_size = sqrt(sum_cos * sum_cos + sum_sin * sum_sin)
+    dif_size = sqrt(dif_cos * dif_cos + dif_sin * dif_sin)
+    sin_pitch = 2.0 * (q0 * q2 - q1 * q3)
+    if abs(sin_pitch) < 0.7:
+        pitch = asin(sin_pitch)
+    elif sin_pitch > 0.0:  # asin is blunt near ±90°
+        pitch = 0.5 * pi - 2.0 * atan2(sum_size, dif_size)
     else:
-        # asin is blunt near ±90°: take the angle from its cosine there
-        pitch = atan2(-c31, sqrt(cos_pitch2))
-    if cos_pitch2 > 1e-30:
-        roll = atan2(c32, c33)
-        heading = atan2(c21, c11)
-    else:
-        roll = 0.0
-        heading = atan2(-c12, c22)
-    if roll <= -pi:
-        roll = pi
+        pitch = 2.0 * atan2(dif_size, sum_size) - 0.5 * pi
+    half_sum = atan2(sum_sin, sum_cos)
+    half_dif = atan2(dif_sin, dif_cos)
+    if sum_size < 1e-15:
+        half_sum = half_dif
+    elif dif_size < 1e-15:
+        half_dif = half_sum
+    roll = half_sum - half_dif
+    heading = half_sum + half_dif
+    if roll > pi:
+        roll -= 2.0 * pi
+    elif roll <= -pi:
+        roll += 2.0 * pi
     if heading < 0.0:
         heading += 2.0 * pi
-    if heading >= 2.0 * pi:  # a tiny negative angle plus 2π rounds to 2π
-        heading = 0.0
+    if heading >= 2.0 * pi:  # also a tiny negative angle, which plus 2π rounds to 2π
+        heading -= 2.0 * pi
     return roll, pitch, heading
-
-
-@inline
-def euler_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
-    """Roll, pitch and heading of a unit quaternion q_nb; ranges as in `euler_from_dcm_k`."""
-    c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_from_quaternion_k(q0, q1, q2, q3)
-    return euler_from_dcm_k(c11, c12, c13, c21, c22, c23, c31, c32, c33)
 
 
 @inline
