@@ -1,0 +1,304 @@
+"""The command line as a stranger meets it: help, lists, checks, runs, and every kind of bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import sinssim
+from sinssim import cli
+from tests.scenario.examples import FLIGHT, PARKED
+
+HEAVY = ("numba", "scipy", "rerun", "jsbsim", "pyarrow", "matplotlib")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments: str) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(arguments)
+    code = stopped.value.code
+    return code if isinstance(code, int) else 0
+
+
+def everything_in(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "sinssim", *arguments], cwd=cwd, capture_output=True, text=True, check=False
+    )
+
+
+# Help and lists
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["--version"], ["run", "--help"], ["list", "algorithms"], ["list", "scenarios"], ["list", "views"]],
+)
+def test_light_commands_import_nothing_heavy(arguments: list[str]) -> None:
+    code = (
+        "import sys\nfrom sinssim.cli import main\n"
+        "try:\n    main(sys.argv[1:])\n"
+        f"except SystemExit as stop:\n    print([m for m in {HEAVY} if m in sys.modules], stop.code, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[] 0"
+    assert done.stdout
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("--version") == 0
+    assert capsys.readouterr().out == f"sinssim {sinssim.__version__}\n"
+
+
+@pytest.mark.parametrize("command", ["run", "check", "view", "list"])
+def test_every_command_has_help_with_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(command, "--help") == 0
+    out = capsys.readouterr().out
+    assert "Example" in out
+    assert f"sinssim {command} " in out
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("aircraft", {"737", "c172x", "f16"}),
+        ("scenarios", {"first_flight", "closure", "aerobatics", "trainer", "parked"}),
+        ("algorithms", {"quaternion", "poisson", "euler"}),
+        ("frames", {"level"}),
+        ("gravity", {"normal", "j2", "somigliana", "order-1e-5", "order-1e-4", "order-1e-2"}),
+        ("grades", {"ideal", "laser-navigation", "laser-standard", "tactical", "consumer"}),
+        ("views", {"flight", "navigation", "sensors"}),
+    ],
+)
+def test_lists(kind: str, expected: set[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("list", kind) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert expected <= {line.split()[0] for line in lines}
+    assert call("list", kind, "--json") == 0
+    names = json.loads(capsys.readouterr().out)
+    assert len(names) == len(lines)
+    assert all(isinstance(sentence, str) and len(sentence) > 10 for sentence in names.values()), names
+
+
+def test_list_shows_a_broken_scenario_beside_the_others(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "scenarios").mkdir()
+    (folder / "scenarios" / "broken.toml").write_text("a = ")
+    assert call("list", "scenarios") == 0
+    out = capsys.readouterr().out
+    assert "broken" in out
+    assert "cannot be used" in out
+    assert "first_flight" in out
+
+
+# Check
+
+
+def test_check_shows_the_plan(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(FLIGHT)
+    assert call("check", "plan.toml") == 0
+    out = capsys.readouterr().out
+    assert "flight      737, starts in the air at 51°, -0.5°, 3000 m" in out
+    assert "leg 2   turn" in out
+    assert "navigation  quaternion, euler" in out
+    assert everything_in(folder) == {"plan.toml": FLIGHT.encode()}
+
+
+def test_check_estimates_the_duration(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(FLIGHT)
+    assert call("check", "plan.toml", "--json", "--set", "flight.legs.1.vertical_speed_mps=10.0") == 0
+    result = json.loads(capsys.readouterr().out)
+    # 1000 m at 10 m/s; then 90° at V/(g tan bank), the 737's 25° and 280 kt in air of the standard density at 4 km.
+    turn = 1.5708 * (280 * 0.514444 * (1.225 / 0.8194) ** 0.5) / (9.81 * 0.46631)
+    assert result["expected_duration_s"] == pytest.approx(100.0 + turn, abs=1.0)
+    assert result["scenario"]["name"] == "short"
+
+
+def test_check_of_a_parked_vehicle(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call("check", "plan.toml", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["expected_duration_s"] == 20
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (PARKED.replace("rate_hz = 20.0", "rate_hz ="), "plan.toml, line 8, column 10: TOML syntax: Invalid value"),
+        (PARKED.replace("rate_hz", "rate_hs"), "line 8: unknown key 'imu.rate_hs'. Did you mean 'imu.rate_hz'?"),
+        (PARKED.replace("duration_s", "duration_min"), "use 'duration_s' (duration_s = 1200)"),
+        (PARKED.replace("20.0", '"long"', 1), "parked.duration_s must be a number, not the text 'long'"),
+        (PARKED.replace("20.0", "0.0", 1), "parked.duration_s = 0.0 must be greater than 0"),
+        (PARKED.replace("rate_hz = 20.0", "rate_hz = -20.0"), "imu.rate_hz = -20.0 must be greater than 0"),
+        (PARKED.replace("56.0", "90.1"), "parked.latitude_deg = 90.1 must be at most 90"),
+        (PARKED.replace("[imu]", '[imu]\ngrade = "gold"'), "unknown IMU grade 'gold'. Known: consumer, ideal,"),
+        (FLIGHT.replace("737", "747"), "unknown aircraft '747'. Did you mean '737'?"),
+        (FLIGHT.replace('"euler"', '"eular"'), "unknown algorithm 'eular'. Did you mean 'euler'?"),
+    ],
+)
+def test_bad_scenario(folder: Path, capsys: pytest.CaptureFixture[str], command: str, text: str, said: str) -> None:
+    (folder / "plan.toml").write_text(text)
+    assert call(command, "plan.toml") == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("sinssim: plan.toml")
+    assert said in captured.err
+    assert captured.err.count("\n") == 1
+    assert everything_in(folder) == {"plan.toml": text.encode()}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "nowhere.toml"], "no scenario file 'nowhere.toml'"),
+        (["run", "frist_flight"], "unknown scenario 'frist_flight'. Did you mean 'first_flight'?"),
+        (["run", "plan.toml", "--set", "imu.rate=5"], "use 'rate_hz' (set from outside the file)"),
+        (["run", "plan.toml", "--view", "navigatoin"], "unknown view 'navigatoin'. Did you mean 'navigation'?"),
+        (["view", "nowhere"], "nowhere does not exist"),
+        (["view", "."], "has no recording.rrd in it"),
+        (["view", "plan.toml", "--view", "flight"], "plan.toml is not a recording"),
+    ],
+)
+def test_bad_arguments(folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call(*arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert said in captured.err
+    assert everything_in(folder) == {"plan.toml": PARKED.encode()}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run"],
+        ["fly"],
+        ["list"],
+        ["list", "colours"],
+        ["run", "x", "--nonsense"],
+        ["view", "x", "--web", "--screenshot", "y"],
+    ],
+)
+def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(*arguments) == 2
+    assert capsys.readouterr().out == ""
+
+
+def test_no_traceback_but_with_debug(folder: Path) -> None:
+    (folder / "plan.toml").write_text(PARKED.replace("20.0", "-1.0"))
+    plain = process("run", "plan.toml", cwd=folder)
+    assert (plain.returncode, plain.stdout) == (2, "")
+    assert "Traceback" not in plain.stderr
+    debug = process("run", "plan.toml", "--debug", cwd=folder)
+    assert debug.returncode == 1
+    assert "Traceback" in debug.stderr
+    assert "InputError" in debug.stderr
+
+
+# Runs
+
+
+def test_run_prints_the_errors_and_what_to_open(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call("run", "plan.toml") == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""  # no progress bars where there is no terminal
+    assert "standing: errors against the truth" in captured.out
+    assert "quaternion" in captured.out
+    assert "sinssim view runs/standing" in captured.out
+    for name in ("scenario.toml", "summary.json", "recording.rrd", "streams/truth.parquet"):
+        assert (folder / "runs" / "standing" / name).is_file()
+
+
+def test_quiet_and_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call("run", "plan.toml", "-o", "a", "--quiet") == 0
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", "")
+    assert call("run", "plan.toml", "-o", "b", "--json") == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    summary = json.loads(captured.out)
+    assert summary == json.loads((folder / "b" / "summary.json").read_text())
+    assert summary["algorithms"]["quaternion"]["max_horizontal_error_m"] > 0.0
+
+
+def test_existing_directory_is_left_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call("run", "plan.toml", "-o", "out", "--quiet") == 0
+    before = everything_in(folder)
+    assert call("run", "plan.toml", "-o", "out") == 2
+    message = capsys.readouterr().err
+    assert "out" in message
+    assert "--overwrite" in message
+    assert everything_in(folder) == before
+    assert call("run", "plan.toml", "-o", "out", "--overwrite", "--quiet", "--set", "seed=5") == 0
+    assert everything_in(folder).keys() == before.keys()
+    assert "seed = 5" in (folder / "out" / "scenario.toml").read_text()
+
+
+def test_output_that_cannot_be_written(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call("run", "plan.toml", "-o", "plan.toml/out") == 2
+    assert "plan.toml" in capsys.readouterr().err
+    assert everything_in(folder) == {"plan.toml": PARKED.encode()}
+
+
+def test_interrupt(folder: Path) -> None:
+    """Ctrl-C ends a run with code 130, one line, and no broken files."""
+    (folder / "plan.toml").write_text(PARKED.replace("20.0", "80000.0", 1).replace("rate_hz = 20.0", "rate_hz = 100.0"))
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sinssim", "run", "plan.toml", "-o", "out"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONFAULTHANDLER": ""},
+    )
+    deadline = time.monotonic() + 60.0
+    while len(list(folder.iterdir())) < 2 and time.monotonic() < deadline and child.poll() is None:
+        time.sleep(0.02)  # until the run has begun to write
+    child.send_signal(signal.SIGINT)
+    out, err = child.communicate(timeout=60.0)
+    assert child.returncode == 130, err
+    assert out == ""
+    assert err.startswith("Interrupted.")
+    assert "Traceback" not in err
+    if (folder / "out" / "summary.json").exists():
+        json.loads((folder / "out" / "summary.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (1852.0, "1852"),
+        (123456.7, "123457"),
+        (0.0123456, "0.01235"),
+        (1.23456, "1.235"),
+        (-12.3456, "-12.35"),
+        (1.2e-7, "1.20e-07"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_numbers(value: float, text: str) -> None:
+    assert cli._number(value) == text
