@@ -139,7 +139,7 @@ def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[flo
 
     Closed form in ellipsoidal-harmonic coordinates u, β (Heiskanen and Moritz, Physical Geodesy, 1967, eqs. 2-62,
     2-66, 2-67), turned to cylindrical ones. Returns (g_ρ/ρ, g_z), without the centrifugal part. The functions q
-    and dq/du are summed as series in E²/u² (first neglected term below 1e-18 at the Earth's surface).
+    and dq/du are summed as series in E²/u² (first neglected term below 1e-17 of gravity at the Earth's surface).
     """
     z2 = z * z
     w = rho2 + z2 - p.e_lin2

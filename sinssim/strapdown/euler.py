@@ -63,20 +63,19 @@ def _rates_k(
 def step_k(attitude: Attitude, i: Interval) -> Attitude:
     """Attitude variables at the end of the interval."""
     roll, pitch, heading = attitude
-    # body rate at s = −½, 0, ½; frame rate likewise
+    # body rate at s = −½, 0, ½
     ax, ay, az = (
         i.a1_x - 0.5 * i.a2_x + 0.25 * i.a3_x,
         i.a1_y - 0.5 * i.a2_y + 0.25 * i.a3_y,
         i.a1_z - 0.5 * i.a2_z + 0.25 * i.a3_z,
     )
     bx, by, bz = ax + i.a2_x, ay + i.a2_y, az + i.a2_z
-    un, ue, ud = 0.5 * (i.u0_n + i.u1_n), 0.5 * (i.u0_e + i.u1_e), 0.5 * (i.u0_d + i.u1_d)
     k1r, k1p, k1h = _rates_k(roll, pitch, heading, ax, ay, az, i.u0_n, i.u0_e, i.u0_d)
     k2r, k2p, k2h = _rates_k(
-        roll + 0.5 * k1r, pitch + 0.5 * k1p, heading + 0.5 * k1h, i.a1_x, i.a1_y, i.a1_z, un, ue, ud
+        roll + 0.5 * k1r, pitch + 0.5 * k1p, heading + 0.5 * k1h, i.a1_x, i.a1_y, i.a1_z, i.um_n, i.um_e, i.um_d
     )
     k3r, k3p, k3h = _rates_k(
-        roll + 0.5 * k2r, pitch + 0.5 * k2p, heading + 0.5 * k2h, i.a1_x, i.a1_y, i.a1_z, un, ue, ud
+        roll + 0.5 * k2r, pitch + 0.5 * k2p, heading + 0.5 * k2h, i.a1_x, i.a1_y, i.a1_z, i.um_n, i.um_e, i.um_d
     )
     k4r, k4p, k4h = _rates_k(roll + k3r, pitch + k3p, heading + k3h, bx, by, bz, i.u1_n, i.u1_e, i.u1_d)
     return (

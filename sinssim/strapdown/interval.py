@@ -11,7 +11,7 @@ class Interval(NamedTuple):
     phi: the body's rotation vector relative to inertial space, in body axes (coning-compensated), rad.
     zeta: the navigation frame's rotation vector, in its own axes (north, east, down), rad.
     a1, a2, a3: the body's rate times the interval as a1 + a2 s + a3 s² over s ∈ [−½, ½], rad.
-    u0, u1: the navigation frame's rate times the interval at its start and end, rad.
+    u0, um, u1: the navigation frame's rate times the interval at its start, middle and end, rad.
     """
 
     phi_x: float
@@ -32,6 +32,9 @@ class Interval(NamedTuple):
     u0_n: float
     u0_e: float
     u0_d: float
+    um_n: float
+    um_e: float
+    um_d: float
     u1_n: float
     u1_e: float
     u1_d: float

@@ -49,12 +49,12 @@ def _curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> t
 
 @inline
 def _coriolis_k(
-    omega: float, s: float, c: float, k1: float, k2: float, vn: float, ve: float, vd: float
+    omega: float, s: float, c: float, secant: float, k1: float, k2: float, vn: float, ve: float, vd: float
 ) -> tuple[float, float, float]:
-    """−(2ω_ie + ω_en) × v."""
+    """−(2ω_ie + ω_en) × v, from sine, cosine and secant of the latitude and the curvatures."""
     wn = 2.0 * omega * c + ve * k2
     we = -vn * k1
-    wd = -2.0 * omega * s - ve * k2 * s / c
+    wd = -s * (2.0 * omega + ve * k2 * secant)
     return wd * ve - we * vd, wn * vd - wd * vn, we * vn - wn * ve
 
 
@@ -98,18 +98,36 @@ def _navigate(
     loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gd * k2
     loop3 = 1.0 / (time_constant * time_constant * time_constant)
     loop_sum = 0.0
+    omega = p.omega
+
+    an, ae, ad = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
+    i0 = 1.0 / c
 
     for k in range(count):
         dt = time[k + 1] - time[k]
         first = min(max(k - _HALF, 0), count - window)
         row = k - first if uniform else k
 
+        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then
+        # waits for nothing that is computed in this step. The position found in the end corrects it to first order.
+        dlat_taken = dt * k1 * (vn + 0.5 * an)
+        h_taken = h - dt * (vd + 0.5 * ad)
+        if k % _EXACT_EVERY == 0:
+            s1, c1 = sin(lat + dlat_taken), cos(lat + dlat_taken)
+        else:
+            y = dlat_taken * dlat_taken
+            sy, cy = dlat_taken * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
+            s1, c1 = s - s * cy + c * sy, c - c * cy - s * sy
+        k1_1, k2_1, r2 = _curvatures_k(p, simplified, s1, h_taken)
+        gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
+        i1 = 1.0 / c1
+
         # --- increments of the interval and their fitted moments over it
         a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
         x2, y2, z2, t2, m2, n2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         x3, y3, z3, t3, m3, n3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for j in range(window):
-            w2, w3, i = weights[row, j], weights[row, WINDOW + j], first + j
+        for j in range(WINDOW):  # a constant count, unrolled: with fewer samples the weights beyond them are zero
+            w2, w3, i = weights[row, j], weights[row, WINDOW + j], min(first + j, count - 1)
             x2, x3 = x2 + w2 * dtheta[i, 0], x3 + w3 * dtheta[i, 0]
             y2, y3 = y2 + w2 * dtheta[i, 1], y3 + w3 * dtheta[i, 1]
             z2, z3 = z2 + w2 * dtheta[i, 2], z3 + w3 * dtheta[i, 2]
@@ -140,59 +158,46 @@ def _navigate(
         ed = c31 * fex + c32 * fey + c33 * fez
 
         # --- start of the interval: frame rate times dt, acceleration times dt
-        omega = p.omega
-        un0, ue0, ud0 = dt * (omega * c + ve * k2), -dt * vn * k1, -dt * (omega * s + ve * k2 * s / c)
-        gn0, ge0, gd0 = _coriolis_k(omega, s, c, k1, k2, vn, ve, vd)
+        un0, ue0, ud0 = dt * (omega * c + ve * k2), -dt * vn * k1, -dt * s * (omega + ve * k2 * i0)
+        gn0, ge0, gd0 = _coriolis_k(omega, s, c, i0, k1, k2, vn, ve, vd)
         an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
 
-        # --- predicted end: the frame's rotation during the interval turns the increment by −∫ζ × a, and the
-        # acceleration's own change acts through Coriolis
+        # --- velocity at the end, predicted: the frame's rotation during the interval turns the increment by −∫ζ × a,
+        # and the acceleration's own change acts through Coriolis
         hn, he, hd = 0.5 * dn + (sn - en) / 12, 0.5 * de + (se - ee) / 12, 0.5 * dd + (sd - ed) / 12  # ∫∫a/dt
         rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
-        wn, we, wd = _coriolis_k(omega, s, c, k1, k2, 0.5 * an0, 0.5 * ae0, 0.5 * ad0)
+        wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, 0.5 * an0, 0.5 * ae0, 0.5 * ad0)
         vn1 = vn + dn - rn + dt * (gn0 + gn + wn)
         ve1 = ve + de - re + dt * (ge0 + we)
         vd1 = vd + dd - rd + dt * (gd0 + gd + wd)
         # the end's specific force in the navigation axes of the end
         ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
-        en, ee, ed = en - ax, ee - ay, ed - az
-        an1, ae1, ad1 = en + dt * (gn0 + gn + 2 * wn), ee + dt * (ge0 + 2 * we), ed + dt * (gd0 + gd + 2 * wd)
-        dlat = dt * k1 * (0.5 * (vn + vn1) + (an0 - an1) / 12.0)
-        h1 = h - dt * (0.5 * (vd + vd1) + (ad0 - ad1) / 12.0)
-        h_taken = h1
-        if k % _EXACT_EVERY == 0:
-            s1, c1 = sin(lat + dlat), cos(lat + dlat)
-        else:
-            y = dlat * dlat
-            sy, cy = dlat * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
-            s1, c1 = s - s * cy + c * sy, c - c * cy - s * sy
-        k1_1, k2_1, r2_1 = _curvatures_k(p, simplified, s1, h1)
-        gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2_1, h1)
+        bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
+        an, ae, ad = en - ax + dt * (bn1 + gn1), ee - ay + dt * be1, ed - az + dt * (bd1 + gd1)
 
-        # --- middle and end
-        bn1, be1, bd1 = _coriolis_k(omega, s1, c1, k1_1, k2_1, vn1, ve1, vd1)
-        an1, ae1, ad1 = en + dt * (bn1 + gn1), ee + dt * be1, ed + dt * (bd1 + gd1)
-        vnm, vem, vdm = _mid_k(vn, vn1, an0, an1), _mid_k(ve, ve1, ae0, ae1), _mid_k(vd, vd1, ad0, ad1)
-        climb = 0.125 * dt * (vd - vd1)  # for what varies with height: ⅛ (ẋ₀ − ẋ₁) dt = x' · climb · (−1)
-        lat_bend = 0.125 * dt * (vn * k1 - vn1 * k1_1)
-        sm, cm = 0.5 * (s + s1) + c1 * lat_bend, 0.5 * (c + c1) - s1 * lat_bend
-        k1m = 0.5 * (k1 + k1_1) + k1_1 * k1_1 * climb
-        k2m = 0.5 * (k2 + k2_1) + k2_1 * k2_1 * climb
-        gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1) + 2.0 * gd1 * k2_1 * climb
-        bnm, bem, bdm = _coriolis_k(omega, sm, cm, k1m, k2m, vnm, vem, vdm)
-        sixth = dt / 6.0
-        unm, uem, udm = dt * (omega * cm + vem * k2m), -dt * vnm * k1m, -dt * (omega * sm + vem * k2m * sm / cm)
-        un1, ue1, ud1 = dt * (omega * c1 + ve1 * k2_1), -dt * vn1 * k1_1, -dt * (omega * s1 + ve1 * k2_1 * s1 / c1)
+        # --- middle of the interval: cubic Hermite for velocity; what depends on position varies with it alone
+        vnm, vem, vdm = _mid_k(vn, vn1, an0, an), _mid_k(ve, ve1, ae0, ae), _mid_k(vd, vd1, ad0, ad)
+        bend_h = 0.125 * dt * (vd - vd1)  # ⅛ (ḣ₁ − ḣ₀) dt
+        bend = 0.125 * dt * (vn * k1 - vn1 * k1_1)  # ⅛ (φ̇₀ − φ̇₁) dt
+        sm, cm, im = 0.5 * (s + s1) + c1 * bend, 0.5 * (c + c1) - s1 * bend, 0.5 * (i0 + i1) + s1 * i1 * i1 * bend
+        k1m, k2m = 0.5 * (k1 + k1_1) + k1_1 * k1_1 * bend_h, 0.5 * (k2 + k2_1) + k2_1 * k2_1 * bend_h
+        gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1) + 2.0 * gd1 * k2_1 * bend_h
+        bnm, bem, bdm = _coriolis_k(omega, sm, cm, im, k1m, k2m, vnm, vem, vdm)
+        unm, uem, udm = dt * (omega * cm + vem * k2m), -dt * vnm * k1m, -dt * sm * (omega + vem * k2m * im)
+        un1, ue1, ud1 = dt * (omega * c1 + ve1 * k2_1), -dt * vn1 * k1_1, -dt * s1 * (omega + ve1 * k2_1 * i1)
+
+        # --- velocity and position at the end
         # −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
         wn, we, wd = un0 + (un1 - un0) / 3.0, ue0 + (ue1 - ue0) / 3.0, ud0 + (ud1 - ud0) / 3.0
         rn, re, rd = cross_k(wn, we, wd, dn - hn, de - he, dd - hd)
         qn, qe, qd = cross_k(wn, we, wd, dn, de, dd)
         qn, qe, qd = cross_k(wn, we, wd, qn, qe, qd)
+        sixth = dt / 6.0
         vn1 = vn + dn - rn + qn / 6.0 + sixth * (gn0 + 4.0 * bnm + bn1 + gn + 4.0 * gnm + gn1)
         ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
         vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
         dlat = sixth * (vn * k1 + 4.0 * vnm * k1m + vn1 * k1_1)
-        lon += sixth * (ve * k2 / c + 4.0 * vem * k2m / cm + ve1 * k2_1 / c1)
+        lon += sixth * (ve * k2 * i0 + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
         h1 = h - sixth * (vd + 4.0 * vdm + vd1)
 
         # --- vertical channel
@@ -212,7 +217,7 @@ def _navigate(
             px, py, pz,
             (un0 + 4.0 * unm + un1) / 6.0, (ue0 + 4.0 * uem + ue1) / 6.0, (ud0 + 4.0 * udm + ud1) / 6.0,
             a0[0] - x3 / 12, a0[1] - y3 / 12, a0[2] - z3 / 12, x2, y2, z2, x3, y3, z3,
-            un0, ue0, ud0, un1, ue1, ud1,
+            un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1,
         )  # fmt: skip
         attitude = step_k(attitude, interval)
 
@@ -222,12 +227,13 @@ def _navigate(
         elif lon <= -pi:
             lon += 2.0 * pi
         vn, ve, vd, h = vn1, ve1, vd1, h1
-        s, c, k1, k2, gn, gd = s1, c1, k1_1, k2_1, gn1, gd1
-        if vertical != FREE:  # the height was moved after gravity and radii were taken
-            moved = h - h_taken
-            gd -= 2.0 * gd * k2 * moved
-            k1 -= k1 * k1 * moved
-            k2 -= k2 * k2 * moved
+
+        # --- the Earth's values from where they were taken to where the vehicle is
+        moved, moved_h = dlat - dlat_taken, h1 - h_taken
+        s, c = s1 + c1 * moved, c1 - s1 * moved
+        i0 = i1 + s1 * i1 * i1 * moved
+        k1, k2 = k1_1 - k1_1 * k1_1 * moved_h, k2_1 - k2_1 * k2_1 * moved_h
+        gn, gd = gn1, gd1 - 2.0 * gd1 * k2_1 * moved_h
 
         latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, h
         velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = vn, ve, vd
