@@ -1,0 +1,128 @@
+"""How many samples a second the navigation takes, kernel alone and through the API, for every algorithm.
+
+    python -m benchmarks.bench_navigate [--hours 1] [--rate 100] [--repeat 15]
+
+The increments are those of an hour of S-turns, and the largest horizontal error is printed beside each speed. Where
+`pyins` can be imported, its kernel and its `Integrator.integrate` run on the same increments and the ratios to them
+are printed. Seconds are processor time of one core, the best of the repetitions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import sinssim
+from sinssim import rotation
+from sinssim.strapdown import navigate as api
+from tests.oracles.s_turn import Flight, STurn
+
+
+def best(call: Callable[[], object], repeat: int) -> float:
+    """Return the least processor time of a call, s."""
+    times = []
+    for _ in range(repeat):
+        start = time.process_time()
+        call()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def measure(flight: Flight, algorithm: str, repeat: int) -> tuple[float, float, float]:
+    """Return seconds of the kernel, seconds of `navigate` and the largest horizontal error, m."""
+    module = importlib.import_module("sinssim.strapdown.navigate")
+    imu = sinssim.ImuData(flight.time, flight.dtheta, flight.dvel)
+    first = (field[0] for field in (flight.latitude, flight.longitude, flight.height))
+    initial = sinssim.NavState(*first, flight.velocity_ned[0], flight.q_nb[0])
+
+    def run() -> sinssim.NavSolution:
+        return api(imu, initial, algorithm=algorithm, gravity="somigliana")
+
+    solution = run()  # compiles, or loads what is compiled
+    error = float(np.max(flight.horizontal_error(solution.latitude, solution.longitude)))
+    api_seconds = best(run, repeat)
+
+    kernel_seconds: list[float] = []
+    engine = module.engine
+
+    def timed_engine(*choice: Any) -> Callable[..., None]:
+        kernel = engine(*choice)
+
+        def timed(*arguments: Any) -> None:
+            start = time.process_time()
+            kernel(*arguments)
+            kernel_seconds.append(time.process_time() - start)
+
+        return timed
+
+    module.engine = timed_engine
+    try:
+        for _ in range(repeat):
+            run()
+    finally:
+        module.engine = engine
+    return min(kernel_seconds), api_seconds, error
+
+
+def measure_pyins(flight: Flight, repeat: int) -> tuple[float, float, float]:
+    """Return the same three numbers of pyins' kernel and `Integrator.integrate`."""
+    import pandas as pd
+    from pyins import strapdown, transform
+    from pyins._numba_integrate import integrate
+    from pyins.util import ACCEL_COLS, GYRO_COLS, TRAJECTORY_COLS
+
+    dtheta = np.concatenate([flight.dtheta[:1], flight.dtheta])  # pyins wants a sample before the first one
+    dvel = np.concatenate([flight.dvel[:1], flight.dvel])
+    imu = pd.DataFrame(np.hstack([dtheta, dvel]), index=flight.time, columns=GYRO_COLS + ACCEL_COLS)
+    increments = strapdown.compute_increments_from_imu(imu, "increment")
+    angles = np.rad2deg(np.array(rotation.euler_from_quaternion(flight.q_nb[0])))
+    place = [np.rad2deg(flight.latitude[0]), np.rad2deg(flight.longitude[0]), flight.height[0]]
+    start = pd.Series(np.concatenate([place, flight.velocity_ned[0], angles]), index=TRAJECTORY_COLS, name=0.0)
+    result = strapdown.Integrator(start).integrate(increments)
+    error = float(np.max(flight.horizontal_error(np.deg2rad(result.lat.values), np.deg2rad(result.lon.values))))
+    api_seconds = best(lambda: strapdown.Integrator(start).integrate(increments), max(3, repeat // 3))
+
+    count = len(increments)
+    lla, velocity, matrices = np.empty((count + 1, 3)), np.empty((count + 1, 3)), np.empty((count + 1, 3, 3))
+    lla[0], velocity[0], matrices[0] = place, flight.velocity_ned[0], transform.mat_from_rph(angles)
+    step, theta, dv = (
+        np.ascontiguousarray(increments[columns])
+        for columns in ("dt", ["theta_x", "theta_y", "theta_z"], ["dv_x", "dv_y", "dv_z"])
+    )
+    kernel_seconds = best(lambda: integrate(step, lla, velocity, matrices, theta, dv, 0, True), repeat)
+    return kernel_seconds, api_seconds, error
+
+
+def main() -> None:
+    """Print one line per algorithm."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hours", type=float, default=1.0)
+    parser.add_argument("--rate", type=float, default=100.0, help="samples a second")
+    parser.add_argument("--repeat", type=int, default=15)
+    options = parser.parse_args()
+    flight = STurn(duration=3600 * options.hours).fly(options.rate)
+    count = len(flight.dtheta)
+    print(f"{count} samples; M samples/s, kernel | API; largest horizontal error")
+    reference = None
+    if importlib.util.find_spec("pyins"):
+        reference = measure_pyins(flight, options.repeat)
+        kernel, whole, error = reference
+        print(f"{'pyins':12s} {count / kernel / 1e6:6.1f} | {count / whole / 1e6:5.1f}  {error:9.2e} m")
+    for algorithm in sinssim.ALGORITHMS:
+        kernel, whole, error = measure(flight, algorithm, options.repeat)
+        line = f"{algorithm:12s} {count / kernel / 1e6:6.1f} | {count / whole / 1e6:5.1f}  {error:9.2e} m"
+        if reference:
+            line += f"   {reference[0] / kernel:4.1f} x | {reference[1] / whole:4.1f} x pyins"
+        print(line)
+    if not reference:
+        print("pyins is not installed: no ratio to it")
+
+
+if __name__ == "__main__":
+    main()
