@@ -124,8 +124,8 @@ def run(
     try:
         with _progress(show=not quiet) as progress:
             result = run_scenario(plan, directory, overwrite=overwrite, progress=progress)
-    except KeyboardInterrupt:
-        typer.echo(f"Interrupted. {_kept(directory)}", err=True)
+    except KeyboardInterrupt as interrupt:
+        typer.echo(f"Interrupted. {_notes(interrupt) or 'Nothing had been recorded yet.'}", err=True)
         raise typer.Exit(130) from None
     if as_json:
         print(json.dumps(result.summary, indent=2))
@@ -307,10 +307,9 @@ def _progress(show: bool) -> Iterator[Callable[[str, float], None] | None]:
         yield report
 
 
-def _kept(directory: Path) -> str:
-    """Say what an interrupted run left."""
-    files = sorted(path.name for path in directory.iterdir()) if directory.is_dir() else []
-    return f"{directory} holds {', '.join(files)}." if files else "Nothing was kept of this run."
+def _notes(error: BaseException) -> str:
+    """Return what was noted on an error on its way: what is left of the run, and where."""
+    return " ".join(getattr(error, "__notes__", ()))
 
 
 def _number(value: float) -> str:
@@ -379,5 +378,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if _debug:
             raise
         typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
-        typer.echo(str(error), err=True)
+        typer.echo(f"{error} {_notes(error)}".rstrip(), err=True)
         sys.exit(error.exit_code)

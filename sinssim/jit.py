@@ -34,7 +34,8 @@ def cache_root() -> Path:
 def _kernel_folder() -> str:
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(package.rglob("*.py")):
+    # What a wheel carries as content (views) is no part of any kernel.
+    for source in sorted(set(package.rglob("*.py")) - set(package.glob("_content/**/*.py"))):
         digest.update(source.relative_to(package).as_posix().encode())
         digest.update(source.read_bytes())
     root = cache_root() / "kernels"

@@ -1,0 +1,41 @@
+"""Compiles every kernel into the cache by using each once on little data: `python -m sinssim.precompile`."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from sinssim import earth
+from sinssim.names import ALGORITHMS
+from sinssim.run import run
+from sinssim.scenario import Scenario
+from sinssim.truth.curve import Curve
+
+
+def main() -> None:
+    """Run a parked vehicle through every algorithm, and fly half a second of a curve."""
+    scenario = Scenario.model_validate(
+        {
+            "name": "precompile",
+            "parked": {"latitude_deg": 45.0, "duration_s": 2.0},
+            # The grades below the laser ones have a bias instability as well, which has a kernel of its own.
+            "imu": {"grade": "mems-industrial", "rate_hz": 20.0},
+            "navigation": {"algorithms": tuple(ALGORITHMS), "vertical": "baro-loop"},
+        }
+    )
+    with tempfile.TemporaryDirectory(prefix="sinssim-") as folder:
+        run(scenario, Path(folder) / "run")
+
+    knots = np.arange(16) / 30.0
+    position = earth.geodetic_to_ecef(0.8 + 3e-5 * knots, 0.2 + 1e-6 * knots**2, 1000.0 + 10.0 * knots)
+    attitude = np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1))
+    curve = Curve(knots, position, attitude)
+    increments = curve.increments(100.0)
+    curve.state(increments.time)
+    curve.rates(increments.time)
+
+
+if __name__ == "__main__":
+    main()
