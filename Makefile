@@ -40,7 +40,7 @@ format: $(READY)
 	$(BIN)/ruff format .
 
 bench: $(KERNELS)
-	$(BIN)/python benchmarks/bench.py
+	@for bench in benchmarks/bench_*.py; do echo "== $$bench"; $(BIN)/python $$bench || exit 1; done
 
 setup: $(KERNELS)
 
