@@ -19,9 +19,12 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     scale = run.label("height_scale", "1")
     heights = "" if scale == "1" else f", heights ×{scale}"
 
-    def plot(key: str, name: str) -> rrb.TimeSeriesView:
+    def plot(key: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
         return rrb.TimeSeriesView(
-            origin=f"/flight/{key}", name=name, axis_x=run.axis_x(), plot_legend=rrb.PlotLegend(visible=False)
+            origin=f"/flight/{key}",
+            name=name,
+            axis_x=run.axis_x(),
+            plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
         )
 
     eye = rrb.EyeControls3D(position=run.eye[0], look_target=run.eye[1], eye_up=(0, 0, 1)) if run.eye else None
@@ -29,10 +32,13 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         rrb.Horizontal(
             rrb.Vertical(
                 rrb.Spatial3DView(
-                    origin="/world", name=f"Flight path{heights}", line_grid=rrb.LineGrid3D(visible=False), eye_controls=eye
+                    origin="/world",
+                    name=f"Flight path{heights}",
+                    line_grid=rrb.LineGrid3D(visible=False),
+                    eye_controls=eye,
                 ),
                 rrb.Horizontal(
-                    rrb.MapView(origin="/map", name="Map"),
+                    rrb.MapView(origin="/map", name="Map", zoom=run.map_zoom),
                     rrb.Spatial3DView(
                         origin="/attitude",
                         name="Attitude",
@@ -46,15 +52,18 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 row_shares=[3, 2],
             ),
             rrb.Vertical(
-                plot("roll", "Roll [deg]"),
-                plot("pitch", "Pitch [deg]"),
+                plot("roll_pitch", "Roll and pitch [deg]", legend=True),
                 plot("heading", "Heading [deg]"),
                 plot("height", "Height above the ellipsoid [m]"),
                 plot("ground_speed", "Ground speed [m/s]"),
                 plot("vertical_speed", "Vertical speed, up [m/s]"),
             ),
             rrb.Vertical(
-                rrb.TextLogView(origin="/events", name="Events"),
+                rrb.TextLogView(
+                    origin="/events",
+                    name="Events",
+                    columns=rrb.TextLogColumns(timeline_columns=["sim_time"], text_log_columns=["Body"]),
+                ),
                 rrb.TextDocumentView(origin="/about/scenario", name="Scenario"),
             ),
             column_shares=[5, 3, 2],

@@ -30,6 +30,7 @@ class RunInfo:
         labels: units and the like that were chosen to suit the run's numbers, for titles: `position`, `velocity`,
             `attitude`, `height_scale` and so on.
         eye: position of the 3D view's eye and the point it looks at, m in the scene, or () before it is known.
+        map_zoom: zoom level of the map.
     """
 
     name: str
@@ -38,6 +39,7 @@ class RunInfo:
     algorithms: tuple[str, ...]
     labels: Mapping[str, str] = field(default_factory=dict)
     eye: tuple[tuple[float, float, float], tuple[float, float, float]] | tuple[()] = ()
+    map_zoom: float | None = None
 
     @property
     def application(self) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData, NavSolution, NavState
@@ -14,6 +15,8 @@ from sinssim.recording import style
 from sinssim.recording.rrd import Recording
 from sinssim.recording.scene import Scene, aircraft_mesh
 from sinssim.truth.trajectory import FlightEvent
+
+Rows = NDArray[np.intp]
 
 _PLOT_ROWS = 16384
 _PATH_POINTS = 4096
@@ -36,9 +39,9 @@ def _unit(table: Sequence[tuple[str, float, float]], *values: Array) -> tuple[st
     return next((name, size) for name, size, most in table if largest <= most)
 
 
-def _rows(count: int, most: int) -> Array:
+def _rows(count: int, most: int) -> Rows:
     """Return indices of at most about `most` rows, first and last included."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
 
 
 def _gaps(angles: Array, turn: float) -> Array:
@@ -49,7 +52,7 @@ def _gaps(angles: Array, turn: float) -> Array:
 
 def draw_flight(
     recording: Recording, time: Array, truth: NavState, scene: Scene, events: Sequence[FlightEvent]
-) -> dict[str, str]:
+) -> None:
     """Record the true flight as lines, map and 3D scene, below `flight/`.
 
     Args:
@@ -58,17 +61,14 @@ def draw_flight(
         truth: true states at those times.
         scene: how the flight lies in the 3D view.
         events: what happened on the way.
-
-    Returns:
-        Labels for the views' titles.
     """
     k = _rows(len(time), _PLOT_ROWS)
     t, lat, lon, height = time[k], truth.latitude[k], truth.longitude[k], truth.height[k]
     velocity, q_nb = truth.velocity_ned[k], truth.q_nb[k]
     roll, pitch, heading = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
     blue, green, orange = style.colors(["z", "y", "x"])
-    recording.series("flight/roll", t, _gaps(roll, 360.0)[:, None], ["roll"], colors=[orange])
-    recording.series("flight/pitch", t, pitch[:, None], ["pitch"], colors=[blue])
+    angles = np.column_stack((_gaps(roll, 360.0), pitch))
+    recording.series("flight/roll_pitch", t, angles, ["roll", "pitch"], colors=[orange, blue])
     recording.series("flight/heading", t, _gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
     recording.series("flight/height", t, height[:, None], ["height"], colors=[green])
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
@@ -88,9 +88,7 @@ def draw_flight(
     ground = points[path] * (1.0, 1.0, 0.0)
     grey = style.COLORS["ground"]
     recording.static("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    recording.static(
-        "world/path", rr.LineStrips3D([points[path]], radii=rr.Radius.ui_points(1.8), colors=color)
-    )
+    recording.static("world/path", rr.LineStrips3D([points[path]], radii=rr.Radius.ui_points(1.8), colors=color))
     recording.static("world/ground", rr.LineStrips3D([ground], radii=rr.Radius.ui_points(1.0), colors=grey))
     posts = _rows(len(path), _POSTS)
     recording.static(
@@ -116,10 +114,7 @@ def draw_flight(
     horizon = 0.75 * np.column_stack((np.cos(ring), np.sin(ring), np.zeros_like(ring)))
     recording.static("attitude/horizon", rr.LineStrips3D([horizon], radii=rr.Radius.ui_points(1.0), colors=grey))
     letters = 0.82 * np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
-    recording.static(
-        "attitude/compass", rr.Points3D(letters, labels=["N", "E", "S", "W"], radii=0.006, colors=grey)
-    )
-    return {"height_scale": str(scene.height_scale)}
+    recording.static("attitude/compass", rr.Points3D(letters, labels=["N", "E", "S", "W"], radii=0.006, colors=grey))
 
 
 def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float) -> None:
@@ -132,9 +127,7 @@ def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: 
         vertex_colors=(shades[:, None] * color).astype(np.uint8),
     )
     recording.static(entity, mesh)
-    recording.columns(
-        entity, time, rr.Transform3D.columns(translation=points, quaternion=np.roll(q, -1, axis=1))
-    )
+    recording.columns(entity, time, rr.Transform3D.columns(translation=points, quaternion=np.roll(q, -1, axis=1)))
 
 
 def draw_sensors(recording: Recording, ideal: ImuData, measured: ImuData) -> dict[str, str]:
@@ -179,12 +172,13 @@ def draw_sensors(recording: Recording, ideal: ImuData, measured: ImuData) -> dic
     return labels
 
 
-def _means(time: Array, increments: Array, edges: Array) -> Array:
+def _means(time: Array, increments: Array, edges: Rows) -> Array:
     """Return mean rates between chosen edges: sums of whole increments, so nothing is aliased."""
-    sums = np.add.reduceat(increments, edges[:-1], axis=0)
+    sums: Array = np.add.reduceat(increments, edges[:-1], axis=0)
     if edges[-1] < len(increments):
         sums[-1] = increments[edges[-2] : edges[-1]].sum(axis=0)
-    return sums / np.diff(time[edges])[:, np.newaxis]
+    means: Array = sums / np.diff(time[edges])[:, np.newaxis]
+    return means
 
 
 def draw_navigation(

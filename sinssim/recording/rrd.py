@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -52,8 +53,9 @@ class _Scalars:
 
     def __init__(self, rows: Array) -> None:
         count, width = rows.shape
-        offsets = np.arange(0, count * width + 1, width, dtype=np.int32)
-        self._array = pa.ListArray.from_arrays(pa.array(offsets), pa.array(rows.reshape(-1)))
+        offsets: Any = pa.array(np.arange(0, count * width + 1, width, dtype=np.int32))
+        values: Any = pa.array(rows.reshape(-1))
+        self._array = pa.ListArray.from_arrays(offsets, values)
 
     def component_descriptor(self) -> Any:
         return rr.Scalars.descriptor_scalars()
@@ -85,9 +87,17 @@ class Recording:
         self.close()
 
     def close(self) -> None:
-        """Write what is still in memory and the file's footer; without the footer a recording is not valid."""
-        self._stream.flush()
-        self._stream.disconnect()
+        """Write what is still in memory and the file's footer; without the footer a recording is not valid.
+
+        Raises:
+            OSError: the file could not be written; Rerun learns of that only now.
+        """
+        try:
+            self._stream.flush()
+        except RuntimeError as error:
+            raise OSError(errno.EIO, f"Rerun could not write the recording, the disk may be full ({error})") from error
+        finally:
+            self._stream.disconnect()
 
     def blueprint(self, blueprint: Any) -> None:
         """Replace the layout that the viewer opens with.

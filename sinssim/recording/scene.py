@@ -17,6 +17,8 @@ from sinssim.data import Array, NavState
 from sinssim.earth import WGS84, Ellipsoid, geodetic_to_ecef
 
 _SCALES = (1, 2, 5, 10, 20, 50)
+_MAP_POINTS = 300.0
+"""Height of the map on the screen that the flight shall fill, points."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class Scene:
         Returns:
             The scene; heights are exaggerated where a flight is much longer than it is high.
         """
+        rows = np.unique(np.linspace(0, len(truth.height) - 1, 4096).round().astype(np.int64))
         start = cls(
             float(truth.latitude[0]),
             float(truth.longitude[0]),
@@ -62,7 +65,7 @@ class Scene:
             np.zeros(3),
             ellipsoid,
         )
-        points = start.points(truth.latitude, truth.longitude, truth.height)
+        points = start.points(truth.latitude[rows], truth.longitude[rows], truth.height[rows])
         extent = np.ptp(points, axis=0)
         scale = 1
         if extent[2] > 1.0:
@@ -88,9 +91,21 @@ class Scene:
         return float(x), float(y), float(z)
 
     @property
+    def middle(self) -> tuple[float, float, float]:
+        """Middle of the flight as drawn, m."""
+        x, y, z = self.center
+        return float(x), float(y), float(z)
+
+    @property
+    def map_zoom(self) -> float:
+        """Zoom level of a web map (Mercator, 256 points around the equator at level 0) that shows the flight."""
+        equator = 2.0 * np.pi * self.ellipsoid.a * np.cos(self.latitude)
+        return float(np.clip(np.log2(_MAP_POINTS / 256.0 * equator / self.size), 1.0, 18.0))
+
+    @property
     def aircraft_length(self) -> float:
         """Length of the aircraft as drawn, m."""
-        return 0.05 * self.size
+        return 0.09 * self.size
 
     def points(self, latitude: Array, longitude: Array, height: Array) -> Array:
         """Return positions in the scene.
@@ -139,51 +154,60 @@ def aircraft_mesh() -> tuple[Array, NDArray[np.uint32], Array]:
     """Return a simple aircraft of length 1 in body axes, its centre at the origin.
 
     Returns:
-        Vertices (V, 3), triangles (T, 3), shade of each vertex (V,) of 0…1.
+        Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
     """
-    vertices: list[tuple[float, float, float]] = []
-    triangles: list[tuple[int, int, int]] = []
-    shades: list[float] = []
-
-    def loft(rings: list[list[tuple[float, float, float]]], shade: float) -> None:
-        """Join rings of as many points each into a closed surface."""
-        first, n = len(vertices), len(rings[0])
-        for ring in rings:
-            vertices.extend(ring)
-            # Light from above: Rerun shades little, the belly's darker tone shows which side is up.
-            middle = sum(point[2] for point in ring) / n
-            shades.extend(shade if point[2] <= middle + 1e-9 else 0.6 * shade for point in ring)
-        for r in range(len(rings) - 1):
-            for i in range(n):
-                a, b = first + r * n + i, first + r * n + (i + 1) % n
-                triangles.extend([(a, b, a + n), (b, b + n, a + n)])
-        for end in (first, first + (len(rings) - 1) * n):
-            triangles.extend((end, end + i, end + i + 1) for i in range(1, n - 1))
-
-    def circle(x: float, radius: float, z: float = 0.0) -> list[tuple[float, float, float]]:
-        angles = np.arange(12) * (2.0 * np.pi / 12)
-        return [(x, float(radius * np.cos(a)), float(z + radius * np.sin(a))) for a in angles]
-
-    def section(lead: float, trail: float, y: float, z: float, half: float, upright: bool) -> list[tuple[float, ...]]:
-        middle = 0.4 * trail + 0.6 * lead
-        flat = [(lead, 0.0), (middle, -half), (trail, 0.0), (middle, half)]
-        return [(x, d, z) if upright else (x, y, z + d) for x, d in flat]
-
-    def surface(root: tuple[float, ...], tip: tuple[float, ...], shade: float, upright: bool = False) -> None:
-        loft([section(*root, upright), section(*tip, upright)], shade)  # type: ignore[arg-type, list-item]
-
-    loft(
-        [
-            circle(0.5, 0.004),
-            circle(0.46, 0.03),
-            circle(0.38, 0.05),
-            circle(-0.2, 0.05),
-            circle(-0.5, 0.012, -0.03),
-        ],
-        0.95,
-    )
+    surfaces = [
+        _loft([_circle(0.5, 0.004), _circle(0.46, 0.03), _circle(0.38, 0.05), _circle(-0.2, 0.05),
+               _circle(-0.5, 0.012, -0.03)], 1.0),
+        _loft([_fin(-0.33, -0.47, -0.04, 0.008), _fin(-0.45, -0.51, -0.2, 0.003)], 0.75),
+    ]  # fmt: skip
     for side in (1.0, -1.0):
-        surface((0.14, -0.08, 0.03 * side, 0.02, 0.012), (-0.08, -0.15, 0.48 * side, -0.02, 0.004), 0.8)
-        surface((-0.36, -0.47, 0.01 * side, -0.03, 0.008), (-0.44, -0.49, 0.18 * side, -0.04, 0.003), 0.8)
-    surface((-0.33, -0.47, 0.0, -0.04, 0.008), (-0.45, -0.51, 0.0, -0.2, 0.003), 0.7, upright=True)
-    return np.array(vertices), np.array(triangles, dtype=np.uint32), np.array(shades)
+        wing = [_blade(0.14, -0.08, 0.03 * side, 0.02, 0.012), _blade(-0.08, -0.15, 0.48 * side, -0.02, 0.004)]
+        tail = [_blade(-0.36, -0.47, 0.01 * side, -0.03, 0.008), _blade(-0.44, -0.49, 0.18 * side, -0.04, 0.003)]
+        surfaces += [_loft(wing, 0.85), _loft(tail, 0.85)]
+    first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
+    return (
+        np.concatenate([vertices for vertices, _, _ in surfaces]),
+        np.concatenate([triangles + n for (_, triangles, _), n in zip(surfaces, first, strict=True)]).astype(np.uint32),
+        np.concatenate([brightness for _, _, brightness in surfaces]),
+    )
+
+
+_Ring = list[tuple[float, float, float]]
+
+
+def _circle(x: float, radius: float, z: float = 0.0) -> _Ring:
+    """Return a ring of the fuselage."""
+    angles = [k * 2.0 * np.pi / 12 for k in range(12)]
+    return [(x, radius * float(np.cos(a)), z + radius * float(np.sin(a))) for a in angles]
+
+
+def _profile(lead: float, trail: float, half: float) -> list[tuple[float, float]]:
+    """Return a diamond between leading and trailing edge."""
+    middle = 0.6 * lead + 0.4 * trail
+    return [(lead, 0.0), (middle, -half), (trail, 0.0), (middle, half)]
+
+
+def _blade(lead: float, trail: float, y: float, z: float, half: float) -> _Ring:
+    """Return a section of a wing."""
+    return [(x, y, z + d) for x, d in _profile(lead, trail, half)]
+
+
+def _fin(lead: float, trail: float, z: float, half: float) -> _Ring:
+    """Return a section of the fin."""
+    return [(x, d, z) for x, d in _profile(lead, trail, half)]
+
+
+def _loft(rings: list[_Ring], brightness: float) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return the closed surface through rings of as many points each, its lower half darker."""
+    n = len(rings[0])
+    vertices = np.array([point for ring in rings for point in ring])
+    below = np.concatenate([[p[2] > np.mean([q[2] for q in ring]) + 1e-9 for p in ring] for ring in rings])
+    triangles = []
+    for a in range(0, len(vertices) - n, n):
+        for i in range(n):
+            j = (i + 1) % n
+            triangles += [(a + i, a + j, a + n + i), (a + j, a + n + j, a + n + i)]
+    for end in (0, len(vertices) - n):
+        triangles += [(end, end + i, end + i + 1) for i in range(1, n - 1)]
+    return vertices, np.array(triangles), np.where(below, 0.55, 1.0) * brightness

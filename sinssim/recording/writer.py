@@ -1,0 +1,150 @@
+"""Writing a run while it is being computed: Parquet on one thread, the Rerun recording on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.nav_error import NavError
+from sinssim.recording import parquet, pictures
+from sinssim.recording.blueprints import RunInfo, all_views
+from sinssim.recording.rrd import Recording
+from sinssim.recording.scene import Scene
+from sinssim.recording.streams import Stream, channel_streams, error_stream, imu_stream, nav_stream, truth_stream
+from sinssim.recording.viewer import RUN_ENTITY
+from sinssim.truth.trajectory import FlightEvent, Trajectory
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+
+class RunWriter:
+    """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
+
+    def __init__(
+        self, folder: Path, scenario: Scenario, trajectory: Trajectory, time: Array, truth: NavState, ideal: ImuData
+    ) -> None:
+        """Open the recording, and begin with what was true.
+
+        Args:
+            folder: an existing, empty folder.
+            scenario: what is run.
+            trajectory: the true motion, for its channels and events.
+            time: (N+1,) s.
+            truth: true states at those times.
+            ideal: ideal increments.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        self._streams = folder / "streams"
+        self._streams.mkdir()
+        self._events = list(trajectory.events)
+        self._ideal = ideal
+        self._scene = Scene.around(truth, trajectory.ellipsoid)
+        self._run = RunInfo(
+            scenario.name,
+            float(time[0]),
+            float(time[-1]),
+            scenario.navigation.algorithms,
+            {"height_scale": str(self._scene.height_scale)},
+            (self._scene.eye, self._scene.middle),
+            self._scene.map_zoom,
+        )
+        self._recording = Recording(folder / "recording.rrd", self._run.application, all_views(self._run))
+        self._to_rerun = ThreadPoolExecutor(1, "rerun")
+        self._to_parquet = ThreadPoolExecutor(1, "parquet")
+        self._tasks: list[Future[None]] = []
+        write = self._recording.document
+        self._submit(self._to_rerun, write, RUN_ENTITY, self._run.to_json())
+        self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
+        self._submit(self._to_rerun, pictures.draw_flight, self._recording, time, truth, self._scene, trajectory.events)
+        for stream in (
+            truth_stream(time, truth),
+            imu_stream("ideal", ideal),
+            *channel_streams(trajectory.channels),
+        ):
+            self._stream(stream)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # What has begun is finished and what was written is kept; what has not begun is left out.
+        self._close()
+
+    def _close(self) -> None:
+        for pool in (self._to_rerun, self._to_parquet):
+            pool.shutdown(wait=True, cancel_futures=True)
+        self._recording.close()
+
+    def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:
+        self._tasks.append(pool.submit(work, *arguments))
+
+    def _stream(self, stream: Stream) -> None:
+        self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
+        self._submit(self._to_rerun, self._recording.stream, stream)
+
+    def sensed(self, measured: ImuData) -> None:
+        """Write what the sensors gave.
+
+        Args:
+            measured: measured increments.
+        """
+        self._submit(self._to_rerun, self._draw_sensors, measured)
+        self._stream(imu_stream("measured", measured))
+
+    def navigated(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
+        """Write what the algorithms made of it.
+
+        Args:
+            solutions: by algorithm.
+            errors: by algorithm.
+        """
+        for name, solution in solutions.items():
+            self._events += [FlightEvent(event.start, f"{name}: {event.text}") for event in solution.events]
+        self._submit(self._to_rerun, self._draw_navigation, solutions, errors)
+        for name, solution in solutions.items():
+            self._stream(nav_stream(name, solution))
+            self._stream(error_stream(name, errors[name], solution))
+
+    def finish(self, summary: str, progress: Callable[[float], None]) -> None:
+        """Write what is left, and wait until everything is written.
+
+        Args:
+            summary: the summary's table, Markdown.
+            progress: told the fraction that is done.
+
+        Raises:
+            OSError: something could not be written.
+        """
+        self._events.sort(key=lambda event: event.time)
+        self._submit(self._to_rerun, self._recording.document, "about/summary", summary)
+        self._submit(self._to_rerun, self._recording.events, self._events)
+        self._submit(self._to_parquet, parquet.write_events, self._events, self._streams)
+        left = set(self._tasks)
+        while left:
+            done, left = wait(left, timeout=0.1)
+            for task in done:
+                task.result()
+            progress(1.0 - len(left) / len(self._tasks))
+        self._close()
+
+    def _draw_sensors(self, measured: ImuData) -> None:
+        self._learn(pictures.draw_sensors(self._recording, self._ideal, measured))
+
+    def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
+        self._learn(pictures.draw_navigation(self._recording, self._scene, solutions, errors))
+
+    def _learn(self, labels: dict[str, str]) -> None:
+        """Put units and the like that suit the run's numbers into the views' titles."""
+        self._run = replace(self._run, labels={**self._run.labels, **labels})
+        self._recording.blueprint(all_views(self._run))
+        self._recording.document(RUN_ENTITY, self._run.to_json())

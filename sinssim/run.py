@@ -1,0 +1,262 @@
+"""One run from end to end: fly, sense, navigate, compare, record."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import rotation, units
+from sinssim.data import ImuData, NavSolution, NavState
+from sinssim.earth import Ellipsoid, radii
+from sinssim.errors import SinssimError
+from sinssim.nav_error import NavError, navigation_error
+from sinssim.recording.directory import RunDirectory, write_text
+from sinssim.recording.summary import error_numbers, markdown_table, singularities, versions
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.scenario.schema import InitialErrorSection
+    from sinssim.truth.trajectory import Trajectory
+
+Progress = Callable[[str, float], None]
+STAGES = ("flight", "truth", "imu", "navigate", "filter", "record")
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """Everything that a run computed.
+
+    Attributes:
+        scenario: what was run.
+        trajectory: the true motion.
+        truth: true states at the IMU's interval edges, `ideal.time`.
+        ideal: ideal increments.
+        measured: measured increments.
+        solutions: navigation solutions by algorithm.
+        errors: their errors by algorithm.
+        summary: what `summary.json` holds.
+        directory: the run directory, None if nothing was recorded.
+    """
+
+    scenario: Scenario
+    trajectory: Trajectory
+    truth: NavState
+    ideal: ImuData
+    measured: ImuData
+    solutions: dict[str, NavSolution]
+    errors: dict[str, NavError]
+    summary: dict[str, Any]
+    directory: Path | None
+
+
+def run(
+    scenario: Scenario,
+    directory: Path | str | None = None,
+    *,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
+
+    A run that fails or is interrupted once the flight is done leaves a valid run directory with what there was, its
+    `summary.json` saying so; it never replaces a run that was there, but goes beside it, with `-failed` or
+    `-interrupted` at the end of its name. If the disk is full nothing is left.
+
+    Args:
+        scenario: what to run.
+        directory: run directory to write; nothing is written if not given.
+        overwrite: whether a run that is in the directory already may be replaced.
+        progress: called with a stage ("flight", "truth", "imu", "navigate", "record") and its done fraction 0…1.
+
+    Returns:
+        Everything that was computed.
+
+    Raises:
+        InputError: the scenario or the directory cannot be used.
+        RunError: the flight, the navigation or the writing failed.
+    """
+    stages = _Stages(progress or (lambda stage, fraction: None))
+    if directory is None:
+        return _compute(scenario, None, stages)
+    folder = RunDirectory(Path(directory), overwrite=overwrite)
+    # Loading Rerun takes a while; the flight does not need it.
+    threading.Thread(target=importlib.import_module, args=("sinssim.recording.writer",), daemon=True).start()
+    try:
+        return _compute(scenario, folder, stages)
+    except BaseException as error:
+        _leave(folder, scenario, stages, error)
+        raise
+
+
+def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -> RunResult:
+    from sinssim.sensors import emulate
+    from sinssim.truth import fly
+
+    with stages("flight"):
+        trajectory = fly(scenario, lambda fraction: stages.report("flight", fraction))
+    with stages("truth"):
+        ideal = trajectory.increments(scenario.imu.rate_hz)
+        truth = trajectory.state(ideal.time)
+    with ExitStack() as stack:
+        writer = None
+        if folder is not None:
+            with stages("record"):
+                from sinssim.recording.writer import RunWriter
+
+                stack.enter_context(folder.writing())
+                writer = stack.enter_context(RunWriter(folder.path, scenario, trajectory, ideal.time, truth, ideal))
+        with stages("imu"):
+            measured = emulate(ideal, scenario.imu, scenario.seed)
+            if writer is not None:
+                writer.sensed(measured)
+        with stages("navigate"):
+            solutions, errors = _navigate(scenario, trajectory, truth, measured)
+        if writer is not None:
+            with stages("record"):
+                writer.navigated(solutions, errors)
+                writer.finish(markdown_table(errors), lambda fraction: stages.report("record", 0.99 * fraction))
+    summary = _summary(scenario, trajectory, stages, solutions, errors)
+    place = _keep(folder, scenario, summary) if folder is not None else None
+    return RunResult(scenario, trajectory, truth, ideal, measured, solutions, errors, summary, place)
+
+
+def _navigate(
+    scenario: Scenario, trajectory: Trajectory, truth: NavState, measured: ImuData
+) -> tuple[dict[str, NavSolution], dict[str, NavError]]:
+    """Navigate by every algorithm, side by side: the kernels release the interpreter's lock."""
+    from sinssim.strapdown import navigate
+
+    section = scenario.navigation
+    initial = initial_state(trajectory.state(measured.time[0]), section.initial_error, trajectory.ellipsoid)
+
+    def one(algorithm: str) -> tuple[NavSolution, NavError]:
+        solution = navigate(
+            measured,
+            initial,
+            algorithm=algorithm,
+            frame=section.frame,
+            gravity=section.gravity,
+            ellipsoid=trajectory.ellipsoid.name,
+            curvature=section.curvature,
+            vertical=section.vertical,
+            height=None if section.vertical == "free" else truth.height,
+            baro_time_constant=section.baro_time_constant_s,
+        )
+        return solution, navigation_error(truth, solution, trajectory.ellipsoid)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = dict(zip(section.algorithms, pool.map(one, section.algorithms), strict=True))
+    return {name: r[0] for name, r in results.items()}, {name: r[1] for name, r in results.items()}
+
+
+def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid) -> NavState:
+    """Return the state that navigation starts from: the true one with errors added.
+
+    Args:
+        truth: true state at the start, scalars.
+        error: what to add; with all zeros the true state comes back bit for bit.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        The state, scalars.
+    """
+    r1, r2 = radii(truth.latitude, ellipsoid)
+    longitude = truth.longitude
+    if error.east_m:
+        longitude = longitude + error.east_m / ((r2 + truth.height) * np.cos(truth.latitude))
+    q_nb = truth.q_nb
+    turn = np.array([error.roll_arcmin, error.pitch_arcmin, error.heading_arcmin]) * units.ARCMIN
+    if turn.any():
+        roll, pitch, heading = rotation.euler_from_quaternion(q_nb)
+        q_nb = rotation.quaternion_from_euler(roll + turn[0], pitch + turn[1], heading + turn[2])
+    return NavState(
+        truth.latitude + error.north_m / (r1 + truth.height),
+        longitude,
+        truth.height + error.height_m,
+        truth.velocity_ned + np.array([error.velocity_north_mps, error.velocity_east_mps, error.velocity_down_mps]),
+        q_nb,
+    )
+
+
+def _summary(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    stages: _Stages,
+    solutions: dict[str, NavSolution],
+    errors: dict[str, NavError],
+) -> dict[str, Any]:
+    return {
+        **_about(scenario, stages, "finished"),
+        "start_s": trajectory.start,
+        "end_s": trajectory.end,
+        "algorithms": {name: error_numbers(error) for name, error in errors.items()},
+        "singularities": singularities(solutions),
+    }
+
+
+def _about(scenario: Scenario, stages: _Stages, status: str, message: str = "") -> dict[str, Any]:
+    """Return what a summary says whether a run ended well or not."""
+    return {
+        "scenario": scenario.name,
+        "status": status,
+        **({"message": message} if message else {}),
+        "seed": scenario.seed,
+        "rate_hz": scenario.imu.rate_hz,
+        "timing": stages.timing(),
+        "versions": versions(),
+    }
+
+
+def _keep(folder: RunDirectory, scenario: Scenario, summary: dict[str, Any], *, beside: str = "") -> Path:
+    """Complete the run directory and put it in its place."""
+    with folder.writing():
+        write_text(folder.path / "scenario.toml", scenario.to_toml())
+        write_text(folder.path / "summary.json", json.dumps(summary, indent=2) + "\n")
+        return folder.keep(beside=beside)
+
+
+def _leave(folder: RunDirectory, scenario: Scenario, stages: _Stages, error: BaseException) -> None:
+    """Keep what a run recorded before it broke off, if the flight was done; else leave no trace."""
+    if not (folder.path / "recording.rrd").exists():
+        folder.discard()
+        return
+    status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+    message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__}: {error}".rstrip(": ")
+    place = _keep(folder, scenario, _about(scenario, stages, status, message), beside=status)
+    error.add_note(f"What was recorded until then is in {place}.")
+
+
+class _Stages:
+    """Reports the stages of a run and measures how long each takes."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.report = progress
+        self._seconds = dict.fromkeys(STAGES, 0.0)
+        self._begin = time.perf_counter()
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        if not self._seconds[stage]:
+            self.report(stage, 0.0)
+        try:
+            yield
+        finally:
+            self._seconds[stage] += time.perf_counter() - begin
+        self.report(stage, 1.0)
+
+    def timing(self) -> dict[str, float]:
+        """Return the wall-clock time of each stage and of all of them together, s."""
+        total = time.perf_counter() - self._begin
+        return {f"{stage}_s": round(s, 4) for stage, s in (*self._seconds.items(), ("total", total))}
