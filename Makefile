@@ -40,7 +40,8 @@ format: $(READY)
 	$(BIN)/ruff format .
 
 bench: $(KERNELS)
-	@for bench in benchmarks/bench_*.py; do echo "== $$bench"; $(BIN)/python $$bench || exit 1; done
+	@for bench in $(notdir $(basename $(wildcard benchmarks/bench_*.py))); do \
+	  echo "== $$bench"; $(BIN)/python -m benchmarks.$$bench || exit 1; done
 
 setup: $(KERNELS)
 

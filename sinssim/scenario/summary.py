@@ -23,6 +23,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         InputError: the aircraft's description is not right.
     """
     duration = expected_duration(scenario)
+    samples = duration * scenario.imu.rate_hz
     yield f"{scenario.name}: {scenario.description}".rstrip(": ")
     if scenario.flight is not None:
         flight = scenario.flight
@@ -40,7 +41,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     elif scenario.great_circle is not None:
         yield f"great circle  {_given(scenario.great_circle, set())}"
     navigation = scenario.navigation
-    yield f"duration    about {_clock(duration)}, {duration * scenario.imu.rate_hz:.2g} samples"
+    yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"imu         {scenario.imu.grade}, {_given(scenario.imu, {'grade'}) or 'as the grade has it'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {_given(navigation, {'algorithms'}) or 'all by default'}"
     yield f"seed        {scenario.seed}"
@@ -61,8 +62,8 @@ def _value(value: object) -> str:
 
 
 def _clock(seconds: float) -> str:
-    """Write a duration in hours, minutes and seconds."""
-    minutes, rest = divmod(round(seconds), 60)
+    """Write a duration in hours, minutes and, below ten minutes, seconds."""
+    minutes, rest = divmod(round(seconds), 60) if seconds < 600.0 else (round(seconds / 60.0), 0)
     hours, minutes = divmod(minutes, 60)
     parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
     return " ".join(f"{number} {unit}" for number, unit in parts if number) or "0 s"
