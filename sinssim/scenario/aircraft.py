@@ -76,11 +76,13 @@ class AutopilotGains(Section):
         height_rate: height error to vertical speed, 1/s.
         path_gain: vertical-speed error to vertical acceleration, 1/s.
         vertical_acceleration_mps2: limit of the vertical-speed reference.
-        pitch_command_time_s: time constant of the pitch-rate reference.
+        load_time_s: time constant of the load-factor reference.
+        lift_time_s: time by which the lift lags the pitch rate at the reference airspeed at sea level.
         pitch_feedforward, pitch_gain, pitch_integral: pitch rate, its error and its integral to elevator.
         speed_gain, speed_integral: airspeed error (m/s) and its integral to throttle.
         climb_throttle: climb angle to throttle.
         throttle_rate: limit of the throttle's rate, 1/s.
+        yaw_feedforward: yaw rate of the coordinated turn to rudder, against a yaw damper that would resist it.
         yaw_gain: yaw-rate error against the coordinated turn to rudder.
         sideslip_gain, sideslip_integral: sideslip and its integral to rudder.
         steering_gain: heading error on the ground to nose-wheel steering.
@@ -99,7 +101,8 @@ class AutopilotGains(Section):
     height_rate: Positive
     path_gain: Positive
     vertical_acceleration_mps2: Positive
-    pitch_command_time_s: Positive
+    load_time_s: Positive
+    lift_time_s: NotNegative
     pitch_feedforward: NotNegative
     pitch_gain: NotNegative
     pitch_integral: NotNegative
@@ -107,6 +110,7 @@ class AutopilotGains(Section):
     speed_integral: NotNegative
     climb_throttle: NotNegative
     throttle_rate: Positive
+    yaw_feedforward: NotNegative
     yaw_gain: NotNegative
     sideslip_gain: NotNegative
     sideslip_integral: NotNegative
@@ -119,6 +123,7 @@ class Aircraft(Section):
     Attributes:
         description: a sentence for a person.
         jsbsim_model: name of the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml.
+        omitted_elements: names of elements of the model's XML that are left out when it is loaded.
         mounting: where the sensor block sits.
         performance: what a pilot of the type flies by.
         autopilot: gains of our autopilot.
@@ -126,6 +131,7 @@ class Aircraft(Section):
 
     description: str
     jsbsim_model: str
+    omitted_elements: tuple[str, ...] = ()
     mounting: Mounting
     performance: Performance
     autopilot: AutopilotGains

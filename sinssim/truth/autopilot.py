@@ -21,7 +21,7 @@ G = 9.80665
 HEADING, BANK, ROLL_RATE = 0, 1, 2
 """What the lateral loop holds."""
 
-HEIGHT, PITCH, PITCH_RATE = 0, 1, 2
+HEIGHT, PITCH, LOAD_FACTOR = 0, 1, 2
 """What the vertical loop holds."""
 
 
@@ -63,8 +63,8 @@ class Autopilot:
         lateral: HEADING, BANK or ROLL_RATE.
         heading, bank, roll_rate: targets of the lateral loop, rad, rad, rad/s.
         bank_limit: greatest bank while holding a heading, rad.
-        vertical: HEIGHT, PITCH or PITCH_RATE.
-        height, pitch, pitch_rate: targets of the vertical loop, m, rad, rad/s.
+        vertical: HEIGHT, PITCH or LOAD_FACTOR.
+        height, pitch, load_factor: targets of the vertical loop, m, rad, g.
         climb_limit, descent_limit: greatest vertical speeds towards a height, m/s.
         airspeed: target of the throttle, calibrated, m/s.
         fixed_elevator, fixed_aileron, fixed_rudder, fixed_throttle: a setting that takes the place of the loop's.
@@ -90,13 +90,14 @@ class Autopilot:
         self._climb_step = gains.vertical_acceleration_mps2 * interval
         self._speed_step = performance.acceleration_mps2 * interval
         self._throttle_step = gains.throttle_rate * interval
-        self._pitch_lag = interval / (gains.pitch_command_time_s + interval)
+        self._load_lag = interval / (0.5 * gains.load_time_s + interval)  # two in a row
         self._load_max, self._load_min = performance.max_load_factor_g, performance.min_load_factor_g
         self._stall = performance.stall_kt * KNOT
 
         self.lateral, self.vertical = HEADING, HEIGHT
         self.heading = self.bank = self.roll_rate = 0.0
-        self.height = self.pitch = self.pitch_rate = 0.0
+        self.height = self.pitch = 0.0
+        self.load_factor = 1.0
         self.usual_bank = self.bank_limit = performance.bank_deg * DEG
         self.usual_climb = self.climb_limit = performance.climb_mps
         self.usual_descent = self.descent_limit = performance.descent_mps
@@ -110,7 +111,8 @@ class Autopilot:
         self.elevator = self.aileron = self.rudder = self.throttle = self.steer = 0.0
 
         self._bank_reference = self._roll_reference = self._roll_integral = 0.0
-        self._climb_reference = self._pitch_reference = self._pitch_integral = 0.0
+        self._climb_reference = self._pitch_integral = 0.0
+        self._load_ahead = self._load_reference = 1.0
         self._speed_reference = self._throttle_integral = self._rudder_integral = 0.0
 
     def engage(self, motion: Motion, *, elevator: float, aileron: float, rudder: float, throttle: float) -> None:
@@ -123,7 +125,6 @@ class Autopilot:
         self.heading, self.height, self.airspeed = motion.psi, motion.height, motion.cas
         self._bank_reference, self._roll_reference = motion.phi, 0.0
         self._climb_reference = motion.climb
-        self._pitch_reference = 0.0
         self._speed_reference = motion.cas
         self.elevator, self._pitch_integral = elevator, elevator
         self.aileron, self._roll_integral = aileron, aileron
@@ -141,18 +142,6 @@ class Autopilot:
         self.lateral, self.vertical = HEADING, HEIGHT
         self.fixed_elevator = self.fixed_aileron = self.fixed_rudder = self.fixed_throttle = None
 
-    def load_factor_rate(self, motion: Motion, load_factor: float) -> float:
-        """Return the pitch rate at which the wing carries a load factor.
-
-        Args:
-            motion: the aircraft's state.
-            load_factor: normal load factor, g.
-
-        Returns:
-            Pitch rate q = (g/V)(n − cosθ cosφ), rad/s.
-        """
-        return G / max(motion.tas, 20.0) * (load_factor - cos(motion.theta) * cos(motion.phi))
-
     def step(self, m: Motion) -> None:
         """Work out the commands for the coming interval.
 
@@ -163,10 +152,9 @@ class Autopilot:
         dt = self._dt
         cas = m.cas
         tas = m.tas if m.tas > 20.0 else 20.0
-        if k.airspeed_scheduled:
-            ratio = self._reference / cas if cas > 0.5 * self._reference else 2.0
-            feedback = ratio * ratio
-        else:
+        ratio = self._reference / cas if cas > 0.5 * self._reference else 2.0
+        pressure = feedback = ratio * ratio
+        if not k.airspeed_scheduled:
             ratio = feedback = 1.0
         phi = m.phi
         cos_phi, cos_theta = cos(phi), cos(m.theta)
@@ -202,7 +190,7 @@ class Autopilot:
 
         # Vertical: vertical speed with limited acceleration, load factor, pitch rate.
         vertical = self.vertical
-        acceleration = 0.0
+        weight = cos_theta * cos_phi
         if vertical == HEIGHT:
             climb = k.height_rate * (self.height - m.height)
             limit = self.climb_limit
@@ -214,28 +202,30 @@ class Autopilot:
             step = self._climb_step
             change = step if change > step else -step if change < -step else change
             self._climb_reference += change
-            acceleration = change / dt
-            load = acceleration + k.path_gain * (self._climb_reference - m.climb)
+            load = change / dt + k.path_gain * (self._climb_reference - m.climb)
+            # The bank that will be flown when the lift has followed.
+            cos_bank = cos(phi + k.load_time_s * self._roll_reference)
             load = (cos_theta + load / (G * (cos_theta if cos_theta > 0.3 else 0.3))) / (
-                cos_phi if cos_phi > 0.15 else 0.15
+                cos_bank if cos_bank > 0.15 else 0.15
             )
-            load = self._load_max if load > self._load_max else self._load_min if load < self._load_min else load
-            rate = G / tas * (load - cos_theta * cos_phi)
-        elif vertical == PITCH:
-            rate = 0.8 * (self.pitch - m.theta)
-            rate = 0.06 if rate > 0.06 else -0.06 if rate < -0.06 else rate
-            self._climb_reference = m.climb
         else:
-            rate = self.pitch_rate
             self._climb_reference = m.climb
+            if vertical == PITCH:
+                rate = 0.8 * (self.pitch - m.theta)
+                load = weight + tas / G * (0.06 if rate > 0.06 else -0.06 if rate < -0.06 else rate)
+            else:
+                load = self.load_factor
+        load = self._load_max if load > self._load_max else self._load_min if load < self._load_min else load
+        # The lift lags the pitch rate by the time that the angle of attack takes, mV/(qS dC_L/dα): lead it by that.
+        self._load_ahead += self._load_lag * (load - self._load_ahead)
+        change = self._load_lag * (self._load_ahead - self._load_reference)
+        self._load_reference += change
         if self.fixed_elevator is None:
-            self._pitch_reference += self._pitch_lag * (rate - self._pitch_reference)
-            error = self._pitch_reference - m.q
+            rate = G / tas * (self._load_reference - weight + k.lift_time_s * pressure * tas / self._reference * change / dt)
+            error = rate - m.q
             integral = self._pitch_integral - feedback * k.pitch_integral * error * dt
             self._pitch_integral = 0.8 if integral > 0.8 else -0.8 if integral < -0.8 else integral
-            elevator = (
-                integral - feedback * k.pitch_gain * error - ratio * k.pitch_feedforward * self._pitch_reference
-            )
+            elevator = integral - feedback * k.pitch_gain * error - ratio * k.pitch_feedforward * rate
             self.elevator = 1.0 if elevator > 1.0 else -1.0 if elevator < -1.0 else elevator
         else:
             self.elevator = self.fixed_elevator
@@ -264,8 +254,9 @@ class Autopilot:
             if cas > 15.0:
                 integral = self._rudder_integral - feedback * k.sideslip_integral * m.beta * dt
                 self._rudder_integral = 0.5 if integral > 0.5 else -0.5 if integral < -0.5 else integral
-                yaw = G / tas * cos_theta * sin(phi) - m.r
-                rudder = integral - feedback * (k.yaw_gain * yaw + k.sideslip_gain * m.beta)
+                yaw = G / tas * cos_theta * sin(phi)
+                rudder = integral - k.yaw_feedforward * yaw
+                rudder -= feedback * (k.yaw_gain * (yaw - m.r) + k.sideslip_gain * m.beta)
                 self.rudder = 1.0 if rudder > 1.0 else -1.0 if rudder < -1.0 else rudder
             else:
                 self.rudder = 0.0

@@ -27,7 +27,7 @@ from sinssim.scenario.aircraft import Aircraft, load_aircraft
 from sinssim.scenario.content import find_content
 from sinssim.scenario.legs import AirStart, FlightSection, Gust, RunwayStart, Turbulence, Wind
 from sinssim.truth.autopilot import Autopilot, Motion
-from sinssim.truth.plan import INTERVAL, fly_leg
+from sinssim.truth.plan import INTERVAL, LegError, fly_leg
 from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
@@ -140,8 +140,8 @@ def model_folder(name: str, model: str) -> Path:
     )
 
 
-def _load(model: Path, folder: str) -> Any:
-    """Load a model without its sockets and log files: nothing outside may steer the flight, or be written to."""
+def _load(model: Path, folder: str, omitted: tuple[str, ...]) -> Any:
+    """Load a model without its sockets and log files (nothing outside may steer the flight, or be written to)."""
     import jsbsim
 
     root = Path(jsbsim.get_default_root_dir())
@@ -151,6 +151,9 @@ def _load(model: Path, folder: str) -> Any:
     for tag in ("input", "output"):
         for element in tree.getroot().findall(tag):
             tree.getroot().remove(element)
+    for parent in list(tree.getroot().iter()):
+        for element in [child for child in parent if child.tag in omitted]:
+            parent.remove(element)
     tree.write(definition, encoding="utf-8", xml_declaration=True)
     executive = jsbsim.FGFDMExec(str(root))
     executive.set_debug_level(0)
@@ -372,7 +375,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
     folder = model_folder(flight.aircraft, aircraft.jsbsim_model)
     with _quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
         try:
-            executive = _load(folder, own_folder)
+            executive = _load(folder, own_folder, aircraft.omitted_elements)
             _set_out(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             said = " ".join(" ".join(messages[1:]).split())
@@ -438,22 +441,22 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                 link.sense_slowly()
                 link.command_slowly()
                 if not -1e4 < motion.height < 1e5 or not motion.cas < 1e4:
-                    raise _Failed("the model diverged", "gentler legs, or a better model,")
+                    raise LegError("the model diverged", "gentler legs, or a better model,")
                 if motion.time > deadline:
-                    raise _Failed(
+                    raise LegError(
                         f"not flown within its timeout_s of {leg.timeout_s:g} s",
                         "an aim within the aircraft's reach, or a longer timeout_s,",
                     )
                 if in_air:
                     if motion.on_wheels or motion.height_above_ground < 0.0:
-                        raise _Failed("the aircraft hit the ground", "a greater height")
+                        raise LegError("the aircraft hit the ground", "a greater height")
                     stalled = stalled + 1 if motion.alpha > stall else 0
                     if stalled >= 10:
-                        raise _Failed("the aircraft stalled", "a higher airspeed or less load factor")
+                        raise LegError("the aircraft stalled", "a higher airspeed or less load factor")
                 if progress is not None and knot % 300 == 0:
                     progress(_fraction(flight, number, motion.time))
-        except (_Failed, jsbsim.BaseError, ArithmeticError, ValueError) as error:
-            reason, remedy = (error.reason, error.remedy) if isinstance(error, _Failed) else (
+        except (LegError, jsbsim.BaseError, ArithmeticError, ValueError) as error:
+            reason, remedy = (error.reason, error.remedy) if isinstance(error, LegError) else (
                 f"the model diverged ({error})", "gentler legs, or a better model,"
             )
             raise RunError(
@@ -469,14 +472,6 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
     if progress is not None:
         progress(1.0)
     return _log(link, tuple(events))
-
-
-class _Failed(Exception):
-    """A leg that cannot be flown: why, and what would be right."""
-
-    def __init__(self, reason: str, remedy: str) -> None:
-        super().__init__(reason)
-        self.reason, self.remedy = reason, remedy
 
 
 def _fraction(flight: FlightSection, number: int, time: float) -> float:

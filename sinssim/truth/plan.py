@@ -25,7 +25,7 @@ from sinssim.scenario.legs import (
     TurnLeg,
     WaypointLeg,
 )
-from sinssim.truth.autopilot import BANK, HEADING, HEIGHT, PITCH, PITCH_RATE, ROLL_RATE, Autopilot, G, Motion
+from sinssim.truth.autopilot import BANK, HEADING, HEIGHT, PITCH, LOAD_FACTOR, ROLL_RATE, Autopilot, G, Motion
 from sinssim.units import DEG, KNOT
 
 INTERVAL = 1.0 / 30.0
@@ -49,6 +49,20 @@ def fly_leg(leg: LegBase, pilot: Autopilot, motion: Motion, performance: Perform
         Nothing, once for every step.
     """
     raise NotImplementedError(type(leg).__name__)
+
+
+class LegError(Exception):
+    """A leg that cannot be flown.
+
+    Attributes:
+        reason: why not.
+        remedy: what would be right.
+    """
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        """Take reason and remedy."""
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
 
 
 def _wait(motion: Motion, until: float) -> Iterator[None]:
@@ -112,6 +126,11 @@ def _(leg: TakeoffLeg, pilot: Autopilot, motion: Motion, performance: Performanc
 @fly_leg.register
 def _(leg: HoldLeg, pilot: Autopilot, motion: Motion, performance: Performance) -> Iterator[None]:
     if leg.until_s is not None:
+        if motion.time > leg.until_s + _HALF_STEP:
+            raise LegError(
+                f"it is to end at {leg.until_s:g} s of the flight, which was over before it began",
+                "a later until_s, or shorter legs before it,",
+            )
         yield from _wait(motion, leg.until_s)
     elif leg.duration_s is not None:
         yield from _wait(motion, motion.time + leg.duration_s)
@@ -230,7 +249,7 @@ def _(leg: DoubletLeg, pilot: Autopilot, motion: Motion, performance: Performanc
 @fly_leg.register
 def _(leg: LoopLeg, pilot: Autopilot, motion: Motion, performance: Performance) -> Iterator[None]:
     heading = pilot.heading
-    pilot.lateral, pilot.vertical, pilot.fixed_throttle = ROLL_RATE, PITCH_RATE, 1.0
+    pilot.lateral, pilot.vertical, pilot.fixed_throttle = ROLL_RATE, LOAD_FACTOR, 1.0
     angle, last = 0.0, motion.theta
     # The loop's plane is vertical and holds the nose at the entry; its normal points right: n0 = (-sinψ, cosψ, 0).
     normal_n, normal_e = -sin(motion.psi), cos(motion.psi)
@@ -242,7 +261,7 @@ def _(leg: LoopLeg, pilot: Autopilot, motion: Motion, performance: Performance) 
         right = (sf * st * cp - cf * sp) * normal_n + (sf * st * sp + cf * cp) * normal_e
         down = (cf * st * cp + sf * sp) * normal_n + (cf * st * sp - sf * cp) * normal_e
         pilot.roll_rate = 1.5 * atan2(down, right)
-        pilot.pitch_rate = pilot.load_factor_rate(motion, leg.load_factor_g)
+        pilot.load_factor = leg.load_factor_g
         yield
         nose = atan2(sin(motion.theta), cos(motion.theta) * (cos(motion.psi) * ahead_n + sin(motion.psi) * ahead_e))
         angle += remainder(nose - last, 2.0 * pi)
@@ -259,14 +278,14 @@ def _(leg: BarrelRollLeg, pilot: Autopilot, motion: Motion, performance: Perform
     rate = 2.0 * pi / leg.duration_s
     # The lift turns once round and adds up to nothing, so gravity bends the path by gT/V: half of it up before.
     path = 0.5 * G * leg.duration_s / motion.tas
-    pilot.vertical = PITCH_RATE
+    pilot.vertical = LOAD_FACTOR
     while asin(max(-1.0, min(1.0, motion.climb / max(motion.tas, 20.0)))) < path:
-        pilot.pitch_rate = pilot.load_factor_rate(motion, 1.0 + leg.load_factor_g)
+        pilot.load_factor = 1.0 + leg.load_factor_g
         yield
     pilot.lateral, pilot.roll_rate = ROLL_RATE, side * rate
     rolled = 0.0
     while rolled < 2.0 * pi - rate / pilot.bank_rate:
-        pilot.pitch_rate = pilot.load_factor_rate(motion, leg.load_factor_g)
+        pilot.load_factor = leg.load_factor_g
         yield
         rolled += side * motion.p * INTERVAL
     pilot.resume(motion)
