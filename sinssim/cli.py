@@ -110,7 +110,6 @@ def run(
     Examples:
 
         sinssim run first_flight
-
         sinssim run my_flight.toml -o runs/tactical --set imu.grade=tactical --set seed=3
     """
     from sinssim.scenario import find_content, load_scenario
@@ -182,9 +181,7 @@ def view(
     Examples:
 
         sinssim view runs/first_flight --view navigation
-
         sinssim view runs/first_flight --web
-
         sinssim view runs/first_flight --view sensors --screenshot sensors.png
     """
     if web and screenshot is not None:

@@ -104,7 +104,7 @@ def _place(
     overridden: Collection[str],
 ) -> str:
     path, holders = _walk(error["loc"], model)
-    text = _sentence(error, path, holders)
+    text = _sentence(error, model, path, holders)
     if error["type"] == "union_tag_invalid":
         path = (*path, str(error["ctx"]["discriminator"]).strip("'"))
     dotted = ".".join(path)
@@ -116,7 +116,9 @@ def _place(
     return text
 
 
-def _sentence(error: ErrorDetails, path: tuple[str, ...], holders: list[type[BaseModel]]) -> str:
+def _sentence(
+    error: ErrorDetails, model: type[BaseModel], path: tuple[str, ...], holders: list[type[BaseModel]]
+) -> str:
     kind, value, context = error["type"], error["input"], error.get("ctx", {})
     name = ".".join(path)
     if kind == "extra_forbidden":
@@ -143,7 +145,8 @@ def _sentence(error: ErrorDetails, path: tuple[str, ...], holders: list[type[Bas
         key = str(context["discriminator"]).strip("'") if kind == "union_tag_invalid" else ""
         return f"{name}{'.' + key if key else ''} = '{given}' is not known.{hint} Known: {', '.join(known)}"
     if kind == "union_tag_not_found":
-        return f"{name} has no {context['discriminator']}, which says what it is"
+        key = str(context["discriminator"]).strip("'")
+        return f"{name} has no {key}, which says what kind it is: {', '.join(_kinds(error['loc'], model))}"
     message = str(context["error"]) if kind == "value_error" else error["msg"]
     return f"{name}: {message}".removeprefix(": ").removesuffix(".")
 
@@ -210,22 +213,38 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
     """
     path: list[str] = []
     here: list[Any] = [model]
-    holders: list[type[BaseModel]] = [model]
+    holders = [model]
     for part in loc:
+        models = _models(here)
         if isinstance(part, int):
             path.append(str(part + 1))
-            here = [entry for kind in here for entry in _entries(kind)]
-            continue
-        models = [kind for kind in here if isinstance(kind, type) and issubclass(kind, BaseModel)]
-        fields = [kind.model_fields[part].annotation for kind in models if part in kind.model_fields]
-        tagged = [kind for kind in models if part in _tags(kind)]
-        if not fields and tagged:  # a location names the member of a union by its tag, a file does not
-            here = tagged
-            continue
-        path.append(part)
-        holders = models or holders
-        here = [option for annotation in fields for option in _options(annotation)]
+        elif any(part in kind.model_fields for kind in models) or not any(part in _tags(kind) for kind in models):
+            path.append(part)
+            holders = models or holders
+        # else: a location names the member of a union by its tag, a file does not
+        here = _below(here, part)
     return tuple(path), holders
+
+
+def _below(here: list[Any], part: int | str) -> list[Any]:
+    """Return the types of an entry, a field or a union's member."""
+    if isinstance(part, int):
+        return [entry for kind in here for entry in _entries(kind)]
+    models = _models(here)
+    fields = [kind.model_fields[part].annotation for kind in models if part in kind.model_fields]
+    return [option for field in fields for option in _options(field)] or [k for k in models if part in _tags(k)]
+
+
+def _kinds(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[str]:
+    """Return the tags of the union's members at a location."""
+    here: list[Any] = [model]
+    for part in loc:
+        here = _below(here, part)
+    return [tag for kind in _models(here) for tag in _tags(kind)]
+
+
+def _models(types_: list[Any]) -> list[type[BaseModel]]:
+    return [kind for kind in types_ if isinstance(kind, type) and issubclass(kind, BaseModel)]
 
 
 def _options(annotation: Any) -> Iterator[Any]:
@@ -249,12 +268,9 @@ def _entries(annotation: Any) -> Iterator[Any]:
 
 
 def _tags(model: type[BaseModel]) -> list[str]:
-    return [
-        tag
-        for field in model.model_fields.values()
-        if get_origin(field.annotation) is Literal
-        for tag in get_args(field.annotation)
-    ]
+    """Return the values by which a model is chosen in a union: those of its `type` or `on`."""
+    fields = [model.model_fields[key] for key in ("type", "on") if key in model.model_fields]
+    return [tag for field in fields if get_origin(field.annotation) is Literal for tag in get_args(field.annotation)]
 
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([\w.\-\s\"']+?)\s*\]\]?\s*(?:#.*)?$")

@@ -137,6 +137,9 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         # Names, with the nearest and the list.
         ('"737"', '"738"', 0, "unknown aircraft '738'. Did you mean '737'? Known: 737"),
         ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: takeoff,"),
+        ('on = "air"\n', "", -1, "flight.start has no on, which says what kind it is: air, runway"),
+        ('type = "turn"\n', "", -1, "flight.legs.2 has no type, which says what kind it is: takeoff, parked, hold,"),
+        ('on = "air"', 'on = "water"', 0, "flight.start.on = 'water' is not known. Known: air, runway"),
         ('"euler"', '"eulr"', 0, "unknown algorithm 'eulr'. Did you mean 'euler'? Known: euler, poisson, quaternion"),
         ("[imu]", '[truth]\ngravity = "jj2"\n[imu]', 1, "unknown gravity model 'jj2'. Did you mean 'j2'?"),
         ("[imu]", '[truth]\nellipsoid = "wgs72"\n[imu]', 1, "unknown ellipsoid 'wgs72'. Did you mean 'wgs84'?"),
