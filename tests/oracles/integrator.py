@@ -3,9 +3,9 @@
 Everything happens in the Earth-centred inertial frame that coincides with the Earth-fixed one at the first
 edge. Rate and specific force inside a sample are the quartics whose integrals reproduce the increments of the
 sample and its two neighbours on either side; quaternion, velocity and position are advanced by the classical
-fourth-order Runge-Kutta method; gravitation is the zonal harmonic series J2...J20 of the normal field, with
-coefficients derived from the ellipsoid's defining constants (Hofmann-Wellenhof & Moritz, Physical Geodesy,
-eqs. 2-163...2-170), not the closed form that the package uses.
+fourth-order Runge-Kutta method in several steps a sample. Gravitation is the zonal harmonic series J2...J20 of
+the normal field, with coefficients derived from the ellipsoid's defining constants (Hofmann-Wellenhof & Moritz,
+Physical Geodesy, eqs. 2-163...2-170), not the closed form that the package uses.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ A = 6378137.0
 F = 1 / 298.257223563
 GM = 3.986004418e14
 OMEGA = 7.292115e-5
+STEPS = 4  # Runge-Kutta steps in a sample: with one, Simpson's rule would not even give back the increment
 DEGREES = 10  # zonal harmonics of degree 2, 4, ... 2*DEGREES
 
 
@@ -90,11 +91,12 @@ def _run(h: float, dtheta: Array, dvel: Array, fits: Array, start: Array, zonal:
     rows[0] = start
     state = start.copy()
     k1, k2, k3, k4 = np.empty(10), np.empty(10), np.empty(10), np.empty(10)
-    w, f = np.empty((3, 3)), np.empty((3, 3))
+    w, f = np.empty((2 * STEPS + 1, 3)), np.empty((2 * STEPS + 1, 3))
+    step = h / STEPS
     for k in range(n):
         first = min(max(k - 2, 0), n - 5)
-        fit = fits[k - first]  # (3 instants, 5 samples): start, middle and end of sample k
-        for i in range(3):
+        fit = fits[k - first]  # (instants from start to end of sample k, 5 samples)
+        for i in range(len(w)):
             for axis in range(3):
                 rate, force = 0.0, 0.0
                 for j in range(5):
@@ -102,11 +104,12 @@ def _run(h: float, dtheta: Array, dvel: Array, fits: Array, start: Array, zonal:
                     force += fit[i, j] * dvel[first + j, axis]
                 w[i, axis] = rate / h
                 f[i, axis] = force / h
-        _derivative(state, w[0], f[0], zonal, k1)
-        _derivative(state + 0.5 * h * k1, w[1], f[1], zonal, k2)
-        _derivative(state + 0.5 * h * k2, w[1], f[1], zonal, k3)
-        _derivative(state + h * k3, w[2], f[2], zonal, k4)
-        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        for i in range(0, 2 * STEPS, 2):
+            _derivative(state, w[i], f[i], zonal, k1)
+            _derivative(state + 0.5 * step * k1, w[i + 1], f[i + 1], zonal, k2)
+            _derivative(state + 0.5 * step * k2, w[i + 1], f[i + 1], zonal, k3)
+            _derivative(state + step * k3, w[i + 2], f[i + 2], zonal, k4)
+            state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         state[:4] /= math.sqrt(state[0] ** 2 + state[1] ** 2 + state[2] ** 2 + state[3] ** 2)
         rows[k + 1] = state
     return rows
@@ -118,7 +121,7 @@ def _fits() -> Array:
     powers = np.arange(1, 6)
     integral = (edges[1:, None] ** powers - edges[:-1, None] ** powers) / powers  # increments from coefficients
     coefficients = np.linalg.inv(integral)
-    instants = np.arange(5)[:, None] + np.array([0.0, 0.5, 1.0])
+    instants = np.arange(5)[:, None] + np.linspace(0.0, 1.0, 2 * STEPS + 1)
     return np.asarray(instants[..., None] ** np.arange(5) @ coefficients)
 
 
