@@ -20,7 +20,7 @@ from scipy.special import jv
 Array = NDArray[np.float64]
 Gravity = Callable[[Array, float], tuple[Array, Array]]  # (latitude, height) -> (north, down)
 
-A_AXIS = 6378137.0
+A_AXIS = 6378137.0  # WGS-84
 FLATTENING = 1 / 298.257223563
 E2 = FLATTENING * (2 - FLATTENING)
 OMEGA_IE = 7.292115e-5
@@ -34,15 +34,15 @@ def somigliana_free_air(latitude: Array, height: float) -> tuple[Array, Array]:
     return np.zeros_like(s2), surface * (1 - 2 * height / A_AXIS)
 
 
-def meridian_arc(latitude: Array) -> Array:
-    """Return the meridian arc from the equator, m (Helmert's series in the third flattening n, to n⁸)."""
-    n = FLATTENING / (2 - FLATTENING)
-    # M = a/(1+n) [c₀φ + Σ c_k sin 2kφ]; from (1−n²)² (1 + n² + 2n cos 2φ)^(−3/2): Gegenbauer coefficients
-    # g_j = (3/2)(5/2)…(3/2+j−1)/j!; R₁ = a (1−n)(1−n²) Σ_{i,j} g_i g_j (−n)^{i+j} cos 2(i−j)φ
+def meridian_arc(latitude: Array, a: float = A_AXIS, flattening: float = FLATTENING) -> Array:
+    """Return the meridian arc from the equator, m (Helmert's series in the third flattening n, to n⁶)."""
+    n = flattening / (2 - flattening)
+    # R₁ = a (1−n)(1−n²) (1 + n² + 2n cos 2φ)^(−3/2), and that power is |1 + n e^{2iφ}|^(−3): with the binomial
+    # coefficients g_j = (3/2)(5/2)…(3/2+j−1)/j! it is Σ_{i,j} g_i g_j (−n)^{i+j} cos 2(i−j)φ
     g = np.cumprod(np.concatenate([[1.0], (1.5 + np.arange(10)) / (1 + np.arange(10))]))
     p = g * (-n) ** np.arange(len(g))
     cosine = np.correlate(p, p, "full")[len(g) - 1 :]  # Σ_i p_i p_{i+k}
-    scale = A_AXIS * (1 - n) * (1 - n * n)
+    scale = a * (1 - n) * (1 - n * n)
     arc = cosine[0] * latitude
     for k in range(1, 7):
         arc = arc + cosine[k] / k * np.sin(2 * k * latitude)
@@ -62,6 +62,7 @@ class STurn:
         pitch: constant.
         latitude, longitude, height: at the start.
         gravity: model under which the specific force is made.
+        a, flattening: ellipsoid.
     """
 
     duration: float = 3600.0
@@ -74,6 +75,17 @@ class STurn:
     longitude: float = np.deg2rad(30.0)
     height: float = 5000.0
     gravity: Gravity = somigliana_free_air
+    a: float = A_AXIS
+    flattening: float = FLATTENING
+
+    @property
+    def e2(self) -> float:
+        """First eccentricity squared."""
+        return self.flattening * (2 - self.flattening)
+
+    def arc(self, latitude: Array) -> Array:
+        """Return the meridian arc from the equator at this height, m."""
+        return meridian_arc(latitude, self.a, self.flattening) + self.height * latitude
 
     @property
     def omega(self) -> float:
@@ -108,11 +120,11 @@ class STurn:
 
     def latitude_at(self, t: Array) -> Array:
         """Return geodetic latitude: M(B) + hB = M(B₀) + hB₀ + northing."""
-        arc = meridian_arc(np.asarray(self.latitude)) + self.height * self.latitude + self.northing(t)
-        latitude = arc / (meridian_arc(np.asarray(1.0)) + self.height)
+        arc = self.arc(np.asarray(self.latitude)) + self.northing(t)
+        latitude = arc / self.arc(np.asarray(1.0))
         for _ in range(4):
-            slope = A_AXIS * (1 - E2) / (1 - E2 * np.sin(latitude) ** 2) ** 1.5 + self.height
-            latitude = latitude - (meridian_arc(latitude) + self.height * latitude - arc) / slope
+            slope = self.a * (1 - self.e2) / (1 - self.e2 * np.sin(latitude) ** 2) ** 1.5 + self.height
+            latitude = latitude - (self.arc(latitude) - arc) / slope
         return latitude
 
     def velocity_ned(self, t: Array) -> Array:
@@ -124,7 +136,7 @@ class STurn:
     def longitude_rate(self, t: Array, latitude: Array) -> Array:
         """Return the rate of longitude, rad/s."""
         _, _, heading = self.euler(t)
-        normal = A_AXIS / np.sqrt(1 - E2 * np.sin(latitude) ** 2) + self.height
+        normal = self.a / np.sqrt(1 - self.e2 * np.sin(latitude) ** 2) + self.height
         return self.speed * np.sin(heading) / (normal * np.cos(latitude))
 
     def q_nb(self, t: Array) -> Array:
@@ -154,9 +166,9 @@ class STurn:
         roll_rate = slope * w * np.cos(x) / (1 + (slope * np.sin(x)) ** 2)
         latitude = self.latitude_at(t)
         sb, cb = np.sin(latitude), np.cos(latitude)
-        root = np.sqrt(1 - E2 * sb * sb)
-        r1 = A_AXIS * (1 - E2) / root**3 + self.height
-        r2 = A_AXIS / root + self.height
+        root = np.sqrt(1 - self.e2 * sb * sb)
+        r1 = self.a * (1 - self.e2) / root**3 + self.height
+        r2 = self.a / root + self.height
         vn, ve = self.speed * np.cos(heading), self.speed * np.sin(heading)
         en_n, en_e, en_d = ve / r2, -vn / r1, -ve * sb / (cb * r2)  # transport rate
         ie_n, ie_d = OMEGA_IE * cb, -OMEGA_IE * sb
@@ -231,7 +243,8 @@ class Flight:
         s = np.sin(self.latitude)
         root = np.sqrt(1 - E2 * s * s)
         north = (latitude - self.latitude) * (A_AXIS * (1 - E2) / root**3 + self.height)
-        east = (longitude - self.longitude) * (A_AXIS / root + self.height) * np.cos(self.latitude)
+        turn = np.mod(longitude - self.longitude + np.pi, 2 * np.pi) - np.pi
+        east = turn * (A_AXIS / root + self.height) * np.cos(self.latitude)
         return np.hypot(north, east)
 
     def attitude_error(self, q_nb: Array) -> Array:

@@ -8,6 +8,7 @@ from scipy.integrate import quad, solve_ivp
 
 from tests.oracles.gravity import WGS84
 from tests.oracles.s_turn import A_AXIS, E2, OMEGA_IE, STurn, meridian_arc
+from tests.oracles.turntable import cone, spin, transposed_times
 
 
 def ecef(latitude, longitude, height):
@@ -159,3 +160,16 @@ def test_s_turn_increments_are_converged():
     np.testing.assert_allclose(fine.dtheta.reshape(-1, 4, 3).sum(axis=1), coarse.dtheta, atol=1e-16, rtol=1e-14)
     np.testing.assert_allclose(fine.dvel.reshape(-1, 4, 3).sum(axis=1), coarse.dvel, atol=1e-15, rtol=1e-14)
     np.testing.assert_allclose(fine.longitude[::4], coarse.longitude, atol=1e-15)
+
+
+def test_turntable_rates_are_the_derivative_of_its_attitude():
+    start = np.array([0.5, -0.5, 0.1, 0.7])
+    start /= np.linalg.norm(start)
+    h = 1e-3
+    for motion in (cone(0.3, 2.0), spin(np.array([0.4, -1.0, 0.2]), start)):
+        for t in (0.0, 1.3, 7.7):
+            near, wide = (motion(np.array(t + k * h))[0] - motion(np.array(t - k * h))[0] for k in (1, 2))
+            q, rate = motion(np.array(t))
+            q_dot = (8 * near - wide) / (12 * h)
+            np.testing.assert_allclose(hamilton(q * [1, -1, -1, -1], q_dot), [0, *rate / 2], atol=1e-11)
+            np.testing.assert_allclose(transposed_times(q, rate), matrix(q).T @ rate, atol=1e-15)
