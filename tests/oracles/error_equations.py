@@ -171,7 +171,7 @@ def solve(
 
     scale = np.array([1e-6] * 3 + [1e-3] * 3 + [1e-7, 1e-7, 1.0])
     solution = solve_ivp(
-        slope, (time[0], time[-1]), start, method="DOP853", t_eval=time, rtol=1e-9, atol=1e-8 * scale, max_step=60.0
+        slope, (time[0], time[-1]), start, method="DOP853", t_eval=time, rtol=1e-9, atol=1e-8 * scale, max_step=300.0
     )
     x = solution.y.T
     position = np.empty((len(time), 3))
