@@ -185,7 +185,7 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
     except ValueError as error:
         raise InputError(f"the shapes of gyro {w.shape} and accel {a.shape} do not fit together.") from error
     angles, u_m, g_m = solve(w, a)
-    _check_lengths(u_m, g_m)
+    check_lengths(u_m, g_m)
     warnings: list[str] = []
 
     cos_pitch, cos_latitude = np.cos(angles.pitch), np.cos(angles.latitude)
@@ -213,26 +213,45 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
             f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or the unit "
             "is not rad/s."
         )
-    if sigmas is not None:
-        from sinssim.alignment.theory import error_statistics
-
-        fine = ~(vertical | polar | wrong_rate)
-        usable = Angles(*(np.where(fine, angle, 0.5) for angle in angles))
-        sigma = error_statistics(Attitude(*usable[:3]), usable.latitude, None, sigmas, gravity=g_m).sigma
-        values = np.broadcast_arrays(*sigma)
-        doubtful = Flags(*(fine & (value > LARGEST_SIGMA) for value in values))
-        for name, mask, value in zip(Flags._fields, doubtful, values, strict=True):
-            if np.any(mask):
-                warnings.append(
-                    f"the {name} is not determined{where(mask)}: with these instruments its standard deviation would "
-                    f"be {np.degrees(value[mask].flat[0]):.3g} deg."
-                )
-        no_heading, no_roll = no_heading | doubtful.heading, no_roll | doubtful.roll
-        no_pitch, no_latitude = doubtful.pitch, no_latitude | doubtful.latitude
     undetermined = Flags(no_heading, no_roll, no_pitch, no_latitude)
     if warnings:
         angles = Angles(*(np.where(mask, np.nan, value) for mask, value in zip(undetermined, angles, strict=True)))
-    return Determination(*angles, u_m, g_m, undetermined, tuple(warnings))
+    result = Determination(*angles, u_m, g_m, undetermined, tuple(warnings))
+    if sigmas is None:
+        return result
+    from sinssim.alignment.theory import error_statistics
+
+    # where there is no angle there is no theory either: any regular one holds its place
+    usable = Angles(*(np.where(vertical | polar | wrong_rate, 0.5, np.nan_to_num(angle)) for angle in angles))
+    return doubt(result, error_statistics(Attitude(*usable[:3]), usable.latitude, None, sigmas, gravity=g_m).sigma)
+
+
+def doubt(determination: Determination, sigma: Angles) -> Determination:
+    """Mark the angles whose expected standard deviation is beyond `LARGEST_SIGMA`.
+
+    Args:
+        determination: what was determined.
+        sigma: expected standard deviations, rad; broadcasts with it.
+
+    Returns:
+        The determination with those angles NaN, and a warning for each.
+    """
+    warnings = list(determination.warnings)
+
+    def marked(name: str, angle: Array, spread: Array) -> Array:
+        spread = np.broadcast_to(spread, angle.shape)
+        mask = np.isfinite(angle) & (spread > LARGEST_SIGMA)
+        if np.any(mask):
+            warnings.append(
+                f"the {name} is not determined{where(mask)}: with these instruments its standard deviation would be "
+                f"{np.degrees(spread[mask].flat[0]):.3g} deg."
+            )
+        return np.where(mask, np.nan, angle)
+
+    d = determination
+    angles = Angles(*map(marked, Angles._fields, (d.heading, d.roll, d.pitch, d.latitude), sigma))
+    flags = Flags(*(np.isnan(angle) for angle in angles))
+    return Determination(*angles, d.earth_rate, d.gravity, flags, tuple(warnings))
 
 
 def _checked_vectors(values: ArrayLike, name: str, unit: str) -> Array:
@@ -250,7 +269,7 @@ def _checked_vectors(values: ArrayLike, name: str, unit: str) -> Array:
     return array
 
 
-def _check_lengths(u_m: Array, g_m: Array) -> None:
+def check_lengths(u_m: Array, g_m: Array) -> None:
     """Raise for readings that no parked vehicle gives, with the value found."""
     if not np.all(g_m > 0.0):
         raise InputError(f"the accelerometers read zero{where(~(g_m > 0.0))}: no data, or a vehicle in free fall.")

@@ -197,11 +197,20 @@ def errors(
     """
     c = coefficients(attitude, latitude, earth_rate=earth_rate, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, earth_rate=earth_rate, gravity=gravity)
-    return _linear(c, *instrument_errors.reading_errors(gyro, accel))
+    return linear(c, *instrument_errors.reading_errors(gyro, accel))
 
 
-def _linear(c: Coefficients, d_rate: Array, d_force: Array) -> Angles:
-    """Return the sums of (7)-(10) over the axes."""
+def linear(c: Coefficients, d_rate: Array, d_force: Array) -> Angles:
+    """Return the sums of (7)-(10) over the axes; with squares of coefficients and variances, those of (12)-(23).
+
+    Args:
+        c: coefficients.
+        d_rate: errors of the rates, (..., 3) rad/s.
+        d_force: errors of the specific forces, (..., 3) m/s².
+
+    Returns:
+        Errors of the angles, rad.
+    """
 
     def dot(coefficient: Array, value: Array) -> Array:
         return np.asarray(np.einsum("...i,...i->...", *np.broadcast_arrays(coefficient, value)))
@@ -244,8 +253,8 @@ def error_statistics(
     """
     c = coefficients(attitude, latitude, earth_rate=earth_rate, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, earth_rate=earth_rate, gravity=gravity)
-    mean = _linear(c, *(means or InstrumentErrors()).reading_errors(gyro, accel))
+    mean = linear(c, *(means or InstrumentErrors()).reading_errors(gyro, accel))
     # (12), (17), (20), (23): the variance of a reading is that of its bias plus that of its scale factor at work.
     variances = sigmas.squared().reading_errors(gyro**2, accel**2)
-    variance = _linear(Coefficients(*(value**2 for value in c)), *variances)
+    variance = linear(Coefficients(*(value**2 for value in c)), *variances)
     return ErrorStatistics(mean, Angles(*(np.sqrt(value) for value in variance)))

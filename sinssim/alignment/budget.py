@@ -1,0 +1,257 @@
+"""What error to expect of a determination and from what: instruments, session length, method.
+
+The paper's twelve errors are those that no session averages. Around them stand misalignment, and what a session of
+length T does average: random walk (variance N²/T of a mean reading), quantisation (a pulse of weight Q at either end
+leaves Q²/6T²) and bias instability (the mean of a first-order Gauss-Markov process).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.alignment.axes import Angles, Array, Attitude
+from sinssim.alignment.determination import ideal_readings, local_gravity
+from sinssim.alignment.disturbed import RANDOM_WALK_FACTOR
+from sinssim.alignment.theory import Coefficients, InstrumentErrors, coefficients, linear
+from sinssim.earth_models import OMEGA_IE
+from sinssim.errors import InputError
+from sinssim.scenario.grades import find_grade
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.units import ARCSEC, DEG_H, PPM, UG
+
+Method = Literal["quiet", "disturbed"]
+"""Eq. (1) on a quiet base, or the inertial fit on a disturbed one."""
+
+SOURCES = (
+    "gyro bias",
+    "gyro scale factor",
+    "gyro misalignment",
+    "gyro bias instability",
+    "angle random walk",
+    "angle quantisation",
+    "accelerometer bias",
+    "accelerometer scale factor",
+    "accelerometer misalignment",
+    "accelerometer bias instability",
+    "velocity random walk",
+    "velocity quantisation",
+)
+"""The sources of error, in the order of tables and bars."""
+
+AVERAGED = tuple(source for source in SOURCES if source.split()[-1] in ("instability", "walk", "quantisation"))
+"""The sources that a longer session makes smaller."""
+
+
+_SHORTEST, _LONGEST = 1e-6, 1e12  # session lengths beyond which a crossing counts as none, s
+
+
+class Expected(NamedTuple):
+    """The known part of a sensor block's errors, and the standard deviations of the unknown part."""
+
+    mean: ImuErrors
+    sigma: ImuErrors
+
+    @property
+    def instrument_sigmas(self) -> InstrumentErrors:
+        """Standard deviations of biases and scale factors, as the paper's theory takes them."""
+        gyro, accel = self.sigma.gyro, self.sigma.accel
+        return InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
+
+    @property
+    def instrument_means(self) -> InstrumentErrors:
+        """Known biases and scale-factor errors."""
+        gyro, accel = self.mean.gyro, self.mean.accel
+        return InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
+
+
+def expected_errors(section: ImuSection) -> Expected:
+    """Return means and standard deviations of the errors that a sensor section describes.
+
+    What the section fixes is a mean without spread; what it leaves to be drawn has the section's or the grade's
+    standard deviation.
+
+    Args:
+        section: the [imu] section of a scenario.
+
+    Returns:
+        Means and standard deviations, SI.
+    """
+    from sinssim.sensors import draw
+
+    some_run, grade, s = draw(section, 0), find_grade(section.grade), section
+    gyro = _triad(
+        some_run.gyro,
+        _part(s.gyro_bias_deg_h, s.gyro_bias_sigma_deg_h, DEG_H, grade.gyro.bias),
+        _part(s.gyro_scale_ppm, s.gyro_scale_sigma_ppm, PPM, grade.gyro.scale),
+        _part(s.gyro_misalignment_arcsec, s.gyro_misalignment_sigma_arcsec, ARCSEC, grade.gyro.misalignment),
+    )
+    accel = _triad(
+        some_run.accel,
+        _part(s.accel_bias_ug, s.accel_bias_sigma_ug, UG, grade.accel.bias),
+        _part(s.accel_scale_ppm, s.accel_scale_sigma_ppm, PPM, grade.accel.scale),
+        _part(s.accel_misalignment_arcsec, s.accel_misalignment_sigma_arcsec, ARCSEC, grade.accel.misalignment),
+    )
+    return Expected(ImuErrors(gyro[0], accel[0]), ImuErrors(gyro[1], accel[1]))
+
+
+def _part(fixed: tuple[float, ...] | None, sigma: float | None, unit: float, of_grade: float) -> tuple[Array, Array]:
+    """Return mean and standard deviation of one error that differs from run to run."""
+    if fixed is not None:
+        return np.array(fixed) * unit, np.zeros(())
+    return np.zeros(()), np.asarray(of_grade if sigma is None else sigma * unit)
+
+
+def _triad(
+    some_run: TriadErrors, bias: tuple[Array, Array], scale: tuple[Array, Array], misalignment: tuple[Array, Array]
+) -> list[TriadErrors]:
+    """Return means and standard deviations of one triad; what is noise is the same in every run."""
+    off_diagonal = ~np.eye(3, dtype=bool)
+    triads = []
+    for k in range(2):
+        matrix = np.zeros((3, 3))
+        matrix[off_diagonal] = misalignment[k]  # row by row: xy, xz, yx, yz, zx, zy
+        triads.append(
+            replace(
+                some_run,
+                bias=np.broadcast_to(bias[k], 3),
+                scale=np.broadcast_to(scale[k], 3),
+                misalignment=matrix,
+            )
+        )
+    return triads
+
+
+def error_budget(
+    attitude: Attitude,
+    latitude: ArrayLike,
+    sigma: ImuErrors,
+    duration: ArrayLike,
+    *,
+    method: Method = "quiet",
+    gravity: ArrayLike | None = None,
+) -> dict[str, Angles]:
+    """Return the standard deviation of every angle from every source.
+
+    For a disturbed base the heading's part from angle random walk grows as the fit weighs it; the other angles of
+    that method, taken at the session's end rather than over it, are given as on a quiet base, except the latitude,
+    which the fit finds from cosφ.
+
+    Args:
+        attitude: heading, roll, pitch, rad, broadcasting.
+        latitude: rad, broadcasting.
+        sigma: standard deviations of the sensor block's errors.
+        duration: length of the session, s, broadcasting.
+        method: "quiet" or "disturbed".
+        gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
+
+    Returns:
+        By source, standard deviations, rad.
+
+    Raises:
+        InputError: as `coefficients`, or a duration that is not positive.
+    """
+    time = np.asarray(duration, dtype=np.float64)
+    if not np.all(time > 0.0):
+        raise InputError(f"a session of {np.min(time):g} s: its length must be positive.")
+    c = coefficients(attitude, latitude, gravity=gravity)
+    gyro, accel = ideal_readings(*attitude, latitude, gravity=gravity)
+    if method == "disturbed":
+        c = _of_the_cone(c, latitude, gravity)
+    squares = Coefficients(*(value**2 for value in c))
+    budget = {}
+    for name, triad, ideal in (("gyro", sigma.gyro, gyro), ("accelerometer", sigma.accel, accel)):
+        noise = "angle" if name == "gyro" else "velocity"
+        factor = RANDOM_WALK_FACTOR if method == "disturbed" and name == "gyro" else 1.0
+        variances = {
+            f"{name} bias": triad.bias**2,
+            f"{name} scale factor": (triad.scale * ideal) ** 2,
+            f"{name} misalignment": ideal**2 @ (triad.misalignment**2).T,
+            f"{name} bias instability": _averaged_instability(triad, time)[..., None],
+            f"{noise} random walk": factor * (triad.random_walk**2 / time)[..., None],
+            f"{noise} quantisation": (triad.quantum**2 / (6.0 * time**2))[..., None],
+        }
+        for source, variance in variances.items():
+            zero = np.zeros((1,) * variance.ndim)
+            pair = (variance, zero) if name == "gyro" else (zero, variance)
+            budget[source] = Angles(*(np.sqrt(value) for value in linear(squares, *pair)))
+    return budget
+
+
+def _of_the_cone(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None) -> Coefficients:
+    """Return the coefficients with the latitude's taken from the cone's opening, cosφ = (horizontal rate)/U."""
+    phi = np.asarray(latitude, dtype=np.float64)[..., None]
+    if np.any(np.abs(np.sin(phi)) < np.sin(np.radians(3.0))):
+        raise InputError("the latitude is within 3 deg of the equator, where gravity's cone does not determine it.")
+    g = local_gravity(np.asarray(latitude, dtype=np.float64), gravity)[..., None]
+    # N = g r on the body axes. A rate error along north opens the cone: δφ = −δω_N / (U sinφ). A tilt acts as in (10).
+    return c._replace(p=-c.r * g / (OMEGA_IE * np.sin(phi)))
+
+
+def _averaged_instability(triad: TriadErrors, time: Array) -> Array:
+    """Return the variance of the mean of a first-order Gauss-Markov process over the session."""
+    x = time / triad.correlation_time
+    # 2 (x − 1 + e^−x)/x², as a series where it would lose digits
+    shape = np.where(x < 1e-3, 1.0 - x / 3.0, 2.0 * (x + np.expm1(-x)) / x**2)
+    return np.asarray(triad.instability**2 * shape)
+
+
+def total(budget: dict[str, Angles], sources: tuple[str, ...] = SOURCES) -> Angles:
+    """Return the root of the sum of squares over sources.
+
+    Args:
+        budget: by source, standard deviations.
+        sources: which sources to sum.
+
+    Returns:
+        Standard deviations.
+    """
+    return Angles(
+        *(
+            np.sqrt(sum((budget[source][k] ** 2 for source in sources), np.zeros(())))
+            for k in range(len(Angles._fields))
+        )
+    )
+
+
+def bias_takes_over(
+    attitude: Attitude,
+    latitude: ArrayLike,
+    sigma: ImuErrors,
+    *,
+    method: Method = "quiet",
+    gravity: ArrayLike | None = None,
+) -> Angles:
+    """Return the session length at which what a session averages has fallen to what it does not average.
+
+    A longer session gains at most a factor √2 in the standard deviation.
+
+    Args:
+        attitude: heading, roll, pitch, rad, broadcasting.
+        latitude: rad, broadcasting.
+        sigma: standard deviations of the sensor block's errors.
+        method: "quiet" or "disturbed".
+        gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
+
+    Returns:
+        Session lengths by angle, s; infinite where nothing but averaged errors acts, 0 where nothing is averaged.
+
+    Raises:
+        InputError: as `error_budget`.
+    """
+    steady = tuple(source for source in SOURCES if source not in AVERAGED)
+
+    def crossing(angle: int) -> Array:
+        low, high = np.asarray(_SHORTEST), np.asarray(_LONGEST)
+        for _ in range(80):  # bisection of the logarithm
+            middle = np.sqrt(low * high)
+            budget = error_budget(attitude, latitude, sigma, middle, method=method, gravity=gravity)
+            noisy = total(budget, AVERAGED)[angle] > total(budget, steady)[angle]
+            low, high = np.where(noisy, middle, low), np.where(noisy, high, middle)
+        return np.where(low > 0.99 * _LONGEST, np.inf, np.where(high < 1.01 * _SHORTEST, 0.0, high))
+
+    return Angles(*(crossing(angle) for angle in range(len(Angles._fields))))

@@ -1,0 +1,277 @@
+"""Alignment on a disturbed base: the cone that gravity describes in inertial space (the i0 method).
+
+The gyros carry the block's attitude in an inertial frame ib0 that coincides with the block at the first instant;
+no attitude relative to the Earth is assumed to stay. Seen in ib0 the reaction to gravity, which turns with the
+Earth, describes a cone about the Earth's axis. The velocity that it builds up is known in the inertial frame i up to
+the latitude:
+
+    v(t) = v₀ + g C_ib0,i [cosφ sin(Ut)/U, cosφ (1 − cos Ut)/U, t sinφ]
+
+(X of i through the meridian at the first instant, Z along the Earth's axis). A least-squares fit of this to the
+measured velocity gives C_ib0,i, φ and g; heave and sway only add velocities that come back, and the fit averages
+them. The method is the one of inertial-frame coarse alignment (Qin, Yan, Gu and Zheng, "A clever way of SINS coarse
+alignment despite rocking ship", 2005); fitting the whole curve replaces its two chosen instants.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array
+from sinssim.alignment.determination import Determination, Flags, check_lengths
+from sinssim.alignment.session import check_session, mean_readings
+from sinssim.data import ImuData
+from sinssim.earth_models import OMEGA_IE
+from sinssim.errors import InputError, RunError
+from sinssim.jit import kernel
+from sinssim.rotation import multiply_k
+from sinssim.units import DEG_H
+
+SHORTEST = 60.0
+"""Shortest session that shows enough of the cone, s."""
+
+RANDOM_WALK_FACTOR = 10.0 / 7.0
+"""Variance of the heading from angle random walk, relative to eq. (1) on a quiet base.
+
+The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)², x = t/T, and ∫W² dx = 10/7.
+"""
+
+_ROWS = 3000  # of the velocity curve that enter the fit
+_ITERATIONS = 300  # a few at mid-latitudes, many near the poles, where the residual bends the fit
+
+# A cone tells cosφ, and so the latitude's size, except where cosφ hardly changes.
+_EQUATOR = np.radians(3.0)
+# Its sign comes from the vertical part of the Earth's rate, if the vehicle's own turn is less than this part of it.
+_OWN_TURN = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class DisturbedAlignment:
+    """What the fit of the cone found.
+
+    Attributes:
+        determination: the angles at the session's last instant, and the latitude.
+        residual: root mean square of the velocity that the cone does not explain, m/s: heave and sway.
+        time: instants of the fitted curve, (M,) s.
+        residual_velocity: that velocity, in the block's axes at the first instant, (M, 3) m/s.
+    """
+
+    determination: Determination
+    residual: float
+    time: Array
+    residual_velocity: Array
+
+
+def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAlignment:
+    """Align a vehicle that sways about its place, and find its latitude if that is not given.
+
+    Args:
+        imu: the session's increments, fast enough to follow the sway; 300 s or more.
+        latitude: rad, if known.
+
+    Returns:
+        The alignment.
+
+    Raises:
+        InputError: unusable increments, a session that is too short, readings that no parked vehicle gives, a
+            latitude beyond a pole.
+        RunError: the fit does not converge.
+    """
+    check_session(imu)
+    duration = float(imu.time[-1] - imu.time[0])
+    if duration < SHORTEST:
+        raise InputError(
+            f"the session lasts {duration:.6g} s; the cone that gravity describes needs at least {SHORTEST:g} s, "
+            "better 300 s."
+        )
+    if latitude is not None and not abs(latitude) <= np.pi / 2:
+        raise InputError(f"the latitude is {np.degrees(latitude):.6g} deg; it lies between -90 and 90 deg.")
+    _, accel = mean_readings(imu)
+    check_lengths(np.asarray(OMEGA_IE), np.asarray(np.linalg.norm(accel)))
+
+    attitude, velocity = inertial_curve(imu)
+    rows = np.unique(np.linspace(0, len(imu), _ROWS + 1).astype(int))
+    t, v = imu.time[rows] - imu.time[0], velocity[rows]
+    fits = [_fit(t, v, start, fixed=latitude is not None or start.latitude == 0.0) for start in _starts(t, v, latitude)]
+    turn = _turn_about_vertical(t, attitude[rows], fits[0])
+    fit = min(fits, key=lambda candidate: abs(turn - OMEGA_IE * np.sin(candidate.latitude)))
+    return _alignment(imu, attitude[-1], t, fit, turn, free=latitude is None)
+
+
+def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
+    """Carry attitude and velocity of the block in the inertial frame of its first instant.
+
+    Args:
+        imu: increments.
+
+    Returns:
+        Quaternion ib0 from b, (N+1, 4), and the integral of the specific force in ib0, (N+1, 3) m/s.
+    """
+    theta, dvel = imu.dtheta, imu.dvel
+    # Change of the increments per interval, centred: coning and sculling to the next order (Savage 1998).
+    d_theta, d_dvel = np.gradient(theta, axis=0), np.gradient(dvel, axis=0)
+    phi = theta + np.cross(theta, d_theta) / 12.0
+    turned = np.cross(phi, dvel)
+    u = dvel + 0.5 * turned + np.cross(phi, turned) / 6.0
+    u += (np.cross(theta, d_dvel) + np.cross(dvel, d_theta)) / 12.0
+    from sinssim import rotation
+
+    q = np.empty((len(imu) + 1, 4))
+    _accumulate(rotation.quaternion_from_rotation_vector(phi), q)
+    return q, np.concatenate([np.zeros((1, 3)), np.cumsum(rotation.rotate(q[:-1], u), axis=0)])
+
+
+@kernel
+def _accumulate(steps: Array, out: Array) -> None:
+    q0, q1, q2, q3 = 1.0, 0.0, 0.0, 0.0
+    out[0, 0], out[0, 1], out[0, 2], out[0, 3] = q0, q1, q2, q3
+    for k in range(steps.shape[0]):
+        q0, q1, q2, q3 = multiply_k(q0, q1, q2, q3, steps[k, 0], steps[k, 1], steps[k, 2], steps[k, 3])
+        out[k + 1, 0], out[k + 1, 1], out[k + 1, 2], out[k + 1, 3] = q0, q1, q2, q3
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Unknowns of the fit: C_ib0,i, latitude, g, v₀; and what it leaves."""
+
+    c: Array
+    latitude: float
+    gravity: float
+    v0: Array
+    residual: Array
+
+    @property
+    def cost(self) -> float:
+        return float(np.sqrt(np.mean(np.sum(self.residual**2, axis=1))))
+
+
+def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
+    """Return a start in each hemisphere, or one on the equator, from the parabola v₀ + at + bt².
+
+    a is up, b points east, and its length tells cosφ.
+    """
+    x = t / t[-1]
+    coefficients, *_ = np.linalg.lstsq(np.stack([np.ones_like(x), x, x * x], axis=1), v, rcond=None)
+    v0, a, b = coefficients[0], coefficients[1] / t[-1], coefficients[2] / t[-1] ** 2
+    gravity = float(np.linalg.norm(a))
+    up = a / gravity
+    east = b - up * (up @ b)
+    if not np.linalg.norm(east) > 0.0:
+        raise InputError("the gyros and accelerometers show no turn of the Earth at all; are these real increments?")
+    # b = ½ g U cosφ
+    cosine = min(1.0, 2.0 * float(np.linalg.norm(east)) / (gravity * OMEGA_IE))
+    east /= np.linalg.norm(east)
+    north = np.cross(up, east)
+    size = float(np.arccos(cosine))
+    if latitude is not None:
+        candidates = [latitude]
+    elif size < _EQUATOR:
+        candidates = [0.0]
+    else:
+        candidates = [size, -size]
+    starts = []
+    for phi in candidates:
+        meridian, axis = np.cos(phi) * up - np.sin(phi) * north, np.sin(phi) * up + np.cos(phi) * north
+        starts.append(_Fit(np.stack([meridian, east, axis], axis=1), phi, gravity, v0, v))
+    return starts
+
+
+def _turn_about_vertical(t: Array, attitude: Array, fit: _Fit) -> float:
+    """Return the mean rate of the block about the plumb line, rad/s: U sinφ if it does not turn on the Earth.
+
+    The slope of a straight line through the angle, which a sway hardly changes. It serves to tell north from south.
+    """
+    from sinssim import rotation
+
+    up = fit.c @ np.array([np.cos(fit.latitude), 0.0, np.sin(fit.latitude)])
+    angle = rotation.rotation_vector_from_quaternion(attitude) @ up
+    return float(np.polynomial.polynomial.polyfit(t, angle, 1)[1])
+
+
+def _fit(t: Array, v: Array, start: _Fit, fixed: bool) -> _Fit:
+    """Fit the cone by Gauss-Newton steps on a small rotation of C_ib0,i, latitude, g and v₀."""
+    ut = OMEGA_IE * t
+    sine, cosine = np.sin(ut) / OMEGA_IE, 2.0 * np.sin(0.5 * ut) ** 2 / OMEGA_IE
+    c, phi, gravity, v0 = start.c, start.latitude, start.gravity, start.v0
+    scale = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0])
+    for _ in range(_ITERATIONS):
+        curve = np.stack([np.cos(phi) * sine, np.cos(phi) * cosine, np.sin(phi) * t], axis=1) @ c.T
+        slope = np.stack([-np.sin(phi) * sine, -np.sin(phi) * cosine, np.cos(phi) * t], axis=1) @ c.T
+        residual = v - v0 - gravity * curve
+        jacobian = np.empty((len(t), 3, 8))
+        for k in range(3):  # a small rotation δ of C adds δ × curve
+            jacobian[:, :, k] = gravity * np.cross(np.eye(3)[k], curve)
+        jacobian[:, :, 3] = 0.0 if fixed else gravity * slope
+        jacobian[:, :, 4] = curve
+        jacobian[:, :, 5:] = np.eye(3)
+        step, *_ = np.linalg.lstsq(jacobian.reshape(-1, 8) * scale, residual.reshape(-1), rcond=1e-13)
+        step *= scale
+        length = float(np.linalg.norm(step[:3])) + abs(step[3])
+        step *= min(1.0, 0.3 / length) if length > 0.0 else 1.0
+        c = _rotation(step[:3]) @ c
+        phi = float(np.clip(phi + step[3], -np.pi / 2, np.pi / 2))
+        gravity += step[4]
+        v0 = v0 + step[5:]
+        if length < 1e-10:
+            curve = np.stack([np.cos(phi) * sine, np.cos(phi) * cosine, np.sin(phi) * t], axis=1) @ c.T
+            return _Fit(c, phi, float(gravity), v0, v - v0 - gravity * curve)
+    raise RunError(
+        "the fit of gravity's cone does not converge: the session is too short, the gyros too coarse, or the vehicle "
+        "travelled; give the latitude if it is known, or a longer session."
+    )
+
+
+def _rotation(vector: Array) -> Array:
+    from sinssim import rotation
+
+    return rotation.dcm_from_quaternion(rotation.quaternion_from_rotation_vector(vector))
+
+
+def _alignment(imu: ImuData, q_last: Array, t: Array, fit: _Fit, turn: float, free: bool) -> DisturbedAlignment:
+    from sinssim import rotation
+
+    phi, ut = fit.latitude, OMEGA_IE * t[-1]
+    up = np.array([np.cos(phi) * np.cos(ut), np.cos(phi) * np.sin(ut), np.sin(phi)])
+    east = np.array([-np.sin(ut), np.cos(ut), 0.0])
+    c_ni = np.stack([np.cross(up, east), east, -up])
+    q_nb = rotation.quaternion_from_dcm(c_ni @ fit.c.T @ rotation.dcm_from_quaternion(q_last))
+    roll, pitch, heading = rotation.euler_from_quaternion(q_nb)
+
+    warnings: list[str] = []
+    rate = float(np.linalg.norm(imu.dtheta.sum(axis=0))) / float(imu.time[-1] - imu.time[0])
+    polar = bool(np.cos(phi) < np.sin(SINGULAR_ZONE))
+    vertical = bool(np.cos(pitch) < np.sin(SINGULAR_ZONE))
+    vertical_rate = OMEGA_IE * np.sin(phi)
+    equatorial = free and abs(phi) < _EQUATOR
+    turned = free and not equatorial and abs(turn - vertical_rate) > _OWN_TURN * abs(vertical_rate)
+    if equatorial:
+        warnings.append(
+            f"the latitude is not determined: within {np.degrees(_EQUATOR):g} deg of the equator gravity's cone hardly "
+            "depends on it; give it if it is known."
+        )
+    if turned:
+        warnings.append(
+            f"heading and latitude are not determined: the vehicle turned about the vertical at {turn / DEG_H:.3g} "
+            f"deg/h, where the Earth alone would give {vertical_rate / DEG_H:.3g} or {-vertical_rate / DEG_H:.3g} "
+            "deg/h, so that north and south latitude cannot be told apart; give the latitude."
+        )
+    if polar:
+        warnings.append(f"the heading is not determined: at latitude {np.degrees(phi):.3f} deg there is no north.")
+    if vertical:
+        warnings.append(
+            "heading and roll are not determined: the longitudinal axis is vertical "
+            f"(pitch {np.degrees(pitch):.3f} deg)."
+        )
+    flags = Flags(*(np.asarray(f) for f in (turned or polar or vertical, vertical, False, turned or equatorial)))
+    angles = Angles(heading, roll, pitch, np.asarray(phi))
+    marked = Angles(*(np.where(flag, np.nan, angle) for flag, angle in zip(flags, angles, strict=True)))
+    determination = Determination(
+        *marked,
+        earth_rate=np.asarray(rate),
+        gravity=np.asarray(fit.gravity),
+        undetermined=flags,
+        warnings=tuple(warnings),
+    )
+    return DisturbedAlignment(determination, fit.cost, imu.time[0] + t, fit.residual)
