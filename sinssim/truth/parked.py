@@ -57,6 +57,7 @@ class Parked:
         self.gravity = gravity
         self.ellipsoid = ellipsoid
 
+        longitude -= 2.0 * np.pi * np.round(longitude / (2.0 * np.pi))  # into [−π, π], as everywhere
         q_ns = rotation.multiply(rotation.normalize(q_nb), rotation.normalize(q_bs))
         place = NavState(np.asarray(latitude), np.asarray(longitude), np.asarray(height), np.zeros(3), q_ns)
         if np.any(np.asarray(lever_arm) != 0.0):
