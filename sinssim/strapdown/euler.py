@@ -17,7 +17,7 @@ from sinssim.rotation import (
     euler_from_quaternion_k,
     quaternion_from_euler_k,
 )
-from sinssim.strapdown.interval import Interval
+from sinssim.strapdown.interval import BodyTurn, FrameTurn
 
 Attitude = Vector
 
@@ -60,24 +60,40 @@ def _rates_k(
 
 
 @inline
-def step_k(attitude: Attitude, i: Interval) -> Attitude:
+def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
     """Attitude variables at the end of the interval."""
     roll, pitch, heading = attitude
     # body rate at s = −½, 0, ½
     ax, ay, az = (
-        i.a1_x - 0.5 * i.a2_x + 0.25 * i.a3_x,
-        i.a1_y - 0.5 * i.a2_y + 0.25 * i.a3_y,
-        i.a1_z - 0.5 * i.a2_z + 0.25 * i.a3_z,
+        body.a1_x - 0.5 * body.a2_x + 0.25 * body.a3_x,
+        body.a1_y - 0.5 * body.a2_y + 0.25 * body.a3_y,
+        body.a1_z - 0.5 * body.a2_z + 0.25 * body.a3_z,
     )
-    bx, by, bz = ax + i.a2_x, ay + i.a2_y, az + i.a2_z
-    k1r, k1p, k1h = _rates_k(roll, pitch, heading, ax, ay, az, i.u0_n, i.u0_e, i.u0_d)
+    bx, by, bz = ax + body.a2_x, ay + body.a2_y, az + body.a2_z
+    k1r, k1p, k1h = _rates_k(roll, pitch, heading, ax, ay, az, frame.u0_x, frame.u0_y, frame.u0_z)
     k2r, k2p, k2h = _rates_k(
-        roll + 0.5 * k1r, pitch + 0.5 * k1p, heading + 0.5 * k1h, i.a1_x, i.a1_y, i.a1_z, i.um_n, i.um_e, i.um_d
+        roll + 0.5 * k1r,
+        pitch + 0.5 * k1p,
+        heading + 0.5 * k1h,
+        body.a1_x,
+        body.a1_y,
+        body.a1_z,
+        frame.um_x,
+        frame.um_y,
+        frame.um_z,
     )
     k3r, k3p, k3h = _rates_k(
-        roll + 0.5 * k2r, pitch + 0.5 * k2p, heading + 0.5 * k2h, i.a1_x, i.a1_y, i.a1_z, i.um_n, i.um_e, i.um_d
+        roll + 0.5 * k2r,
+        pitch + 0.5 * k2p,
+        heading + 0.5 * k2h,
+        body.a1_x,
+        body.a1_y,
+        body.a1_z,
+        frame.um_x,
+        frame.um_y,
+        frame.um_z,
     )
-    k4r, k4p, k4h = _rates_k(roll + k3r, pitch + k3p, heading + k3h, bx, by, bz, i.u1_n, i.u1_e, i.u1_d)
+    k4r, k4p, k4h = _rates_k(roll + k3r, pitch + k3p, heading + k3h, bx, by, bz, frame.u1_x, frame.u1_y, frame.u1_z)
     return (
         roll + (k1r + 2.0 * (k2r + k3r) + k4r) / 6.0,
         pitch + (k1p + 2.0 * (k2p + k3p) + k4p) / 6.0,

@@ -1,25 +1,39 @@
-"""What an attitude algorithm is told about one interval."""
+"""What is known of one interval: the body's motion in it, and the navigation frame's."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+from sinssim.data import Array
+from sinssim.jit import inline
+from sinssim.rotation import cross_k
+from sinssim.strapdown.coning_sculling import logarithm_k, velocity_increment_k
+from sinssim.strapdown.fit import WINDOW
 
-class Interval(NamedTuple):
-    """The rotation of body and navigation frame over one interval.
+_HALF = WINDOW // 2
 
-    phi: the body's rotation vector relative to inertial space, in body axes (coning-compensated), rad.
-    zeta: the navigation frame's rotation vector, in its own axes (north, east, down), rad.
-    a1, a2, a3: the body's rate times the interval as a1 + a2 s + a3 s² over s ∈ [−½, ½], rad.
-    u0, um, u1: the navigation frame's rate times the interval at its start, middle and end, rad.
+
+class BodyTurn(NamedTuple):
+    """Rotation of the body and its specific force over one interval, in the body axes of the interval's start.
+
+    phi: rotation vector relative to inertial space, compensated for coning, rad.
+    dv: velocity increment, compensated for sculling and rotation, m/s.
+    fs, fe: specific force at the start and the end, times the interval, m/s.
+    a1, a2, a3: the body's own rate times the interval as a1 + a2 s + a3 s² over s ∈ [−½, ½], rad.
     """
 
     phi_x: float
     phi_y: float
     phi_z: float
-    zeta_n: float
-    zeta_e: float
-    zeta_d: float
+    dv_x: float
+    dv_y: float
+    dv_z: float
+    fs_x: float
+    fs_y: float
+    fs_z: float
+    fe_x: float
+    fe_y: float
+    fe_z: float
     a1_x: float
     a1_y: float
     a1_z: float
@@ -29,12 +43,57 @@ class Interval(NamedTuple):
     a3_x: float
     a3_y: float
     a3_z: float
-    u0_n: float
-    u0_e: float
-    u0_d: float
-    um_n: float
-    um_e: float
-    um_d: float
-    u1_n: float
-    u1_e: float
-    u1_d: float
+
+
+class FrameTurn(NamedTuple):
+    """Rotation of the navigation frame relative to inertial space over one interval, in its own axes.
+
+    zeta: rotation vector, rad.
+    u0, um, u1: rate at the start, the middle and the end, times the interval, rad.
+    """
+
+    zeta_x: float
+    zeta_y: float
+    zeta_z: float
+    u0_x: float
+    u0_y: float
+    u0_z: float
+    um_x: float
+    um_y: float
+    um_z: float
+    u1_x: float
+    u1_y: float
+    u1_z: float
+
+
+@inline
+def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
+    """Body's turn in interval k from the fit over its neighbours; sixth order in the interval."""
+    count = dtheta.shape[0]
+    first = min(max(k - _HALF, 0), count - min(count, WINDOW))
+    row = k - first if uniform else k
+    a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
+    x2, y2, z2, u2, v2, w2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x3, y3, z3, u3, v3, w3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(WINDOW):  # a constant count, unrolled: with fewer samples the weights beyond them are zero
+        p, q, i = weights[row, j], weights[row, WINDOW + j], min(first + j, count - 1)
+        x2, x3 = x2 + p * dtheta[i, 0], x3 + q * dtheta[i, 0]
+        y2, y3 = y2 + p * dtheta[i, 1], y3 + q * dtheta[i, 1]
+        z2, z3 = z2 + p * dtheta[i, 2], z3 + q * dtheta[i, 2]
+        u2, u3 = u2 + p * dvel[i, 0], u3 + q * dvel[i, 0]
+        v2, v3 = v2 + p * dvel[i, 1], v3 + q * dvel[i, 1]
+        w2, w3 = w2 + p * dvel[i, 2], w3 + q * dvel[i, 2]
+    px, py, pz, nx, ny, nz = logarithm_k(a0, (x2, y2, z2, u2, v2, w2), (x3, y3, z3, u3, v3, w3))
+    dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz)
+    # f dt = f1 + f2 s + f3 s² at s = ∓½; the end's is turned back to the axes of the start
+    fsx = a0[3] - u3 / 12.0 - 0.5 * u2 + 0.25 * u3
+    fsy = a0[4] - v3 / 12.0 - 0.5 * v2 + 0.25 * v3
+    fsz = a0[5] - w3 / 12.0 - 0.5 * w2 + 0.25 * w3
+    fex, fey, fez = fsx + u2, fsy + v2, fsz + w2
+    ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
+    bx, by, bz = cross_k(px, py, pz, ax, ay, az)
+    return BodyTurn(
+        px, py, pz, dvx, dvy, dvz, fsx, fsy, fsz,
+        fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz,
+        a0[0] - x3 / 12.0, a0[1] - y3 / 12.0, a0[2] - z3 / 12.0, x2, y2, z2, x3, y3, z3,
+    )  # fmt: skip

@@ -24,15 +24,12 @@ from sinssim.data import Array
 from sinssim.earth import EarthParameters, gravity_ned_k, radii_k
 from sinssim.jit import bind, inline
 from sinssim.rotation import cross_k
-from sinssim.strapdown.coning_sculling import logarithm_k, velocity_increment_k
-from sinssim.strapdown.fit import WINDOW
-from sinssim.strapdown.interval import Interval
+from sinssim.strapdown.interval import FrameTurn, fitted_turn_k
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
 """Vertical channels by number."""
 
-_HALF = WINDOW // 2
 _EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
 
 
@@ -85,7 +82,6 @@ def _navigate(
     defect: Array,
 ) -> None:
     count = dtheta.shape[0]
-    window = min(count, WINDOW)
     lat, lon, h = latitude[0], longitude[0], height[0]
     vn, ve, vd = velocity[0, 0], velocity[0, 1], velocity[0, 2]
     attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
@@ -105,8 +101,6 @@ def _navigate(
 
     for k in range(count):
         dt = time[k + 1] - time[k]
-        first = min(max(k - _HALF, 0), count - window)
-        row = k - first if uniform else k
 
         # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then
         # waits for nothing that is computed in this step. The position found in the end corrects it to first order.
@@ -122,40 +116,20 @@ def _navigate(
         gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
         i1 = 1.0 / c1
 
-        # --- increments of the interval and their fitted moments over it
-        a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
-        x2, y2, z2, t2, m2, n2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        x3, y3, z3, t3, m3, n3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for j in range(WINDOW):  # a constant count, unrolled: with fewer samples the weights beyond them are zero
-            w2, w3, i = weights[row, j], weights[row, WINDOW + j], min(first + j, count - 1)
-            x2, x3 = x2 + w2 * dtheta[i, 0], x3 + w3 * dtheta[i, 0]
-            y2, y3 = y2 + w2 * dtheta[i, 1], y3 + w3 * dtheta[i, 1]
-            z2, z3 = z2 + w2 * dtheta[i, 2], z3 + w3 * dtheta[i, 2]
-            t2, t3 = t2 + w2 * dvel[i, 0], t3 + w3 * dvel[i, 0]
-            m2, m3 = m2 + w2 * dvel[i, 1], m3 + w3 * dvel[i, 1]
-            n2, n3 = n2 + w2 * dvel[i, 2], n3 + w3 * dvel[i, 2]
-        px, py, pz, nx, ny, nz = logarithm_k(a0, (x2, y2, z2, t2, m2, n2), (x3, y3, z3, t3, m3, n3))
-        dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz)
-
-        # specific force times dt at the interval's start and end, the end's in the body axes of the start
-        f1x, f1y, f1z = a0[3] - t3 / 12, a0[4] - m3 / 12, a0[5] - n3 / 12
-        fsx, fsy, fsz = f1x - 0.5 * t2 + 0.25 * t3, f1y - 0.5 * m2 + 0.25 * m3, f1z - 0.5 * n2 + 0.25 * n3
-        fex, fey, fez = fsx + t2, fsy + m2, fsz + n2
-        ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
-        bx, by, bz = cross_k(px, py, pz, ax, ay, az)
-        fex, fey, fez = fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz
+        # --- the body's rotation and specific force over the interval
+        b = fitted_turn_k(dtheta, dvel, weights, uniform, k)
 
         # --- into the navigation axes of the start
         c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
-        dn = c11 * dvx + c12 * dvy + c13 * dvz
-        de = c21 * dvx + c22 * dvy + c23 * dvz
-        dd = c31 * dvx + c32 * dvy + c33 * dvz
-        sn = c11 * fsx + c12 * fsy + c13 * fsz
-        se = c21 * fsx + c22 * fsy + c23 * fsz
-        sd = c31 * fsx + c32 * fsy + c33 * fsz
-        en = c11 * fex + c12 * fey + c13 * fez
-        ee = c21 * fex + c22 * fey + c23 * fez
-        ed = c31 * fex + c32 * fey + c33 * fez
+        dn = c11 * b.dv_x + c12 * b.dv_y + c13 * b.dv_z
+        de = c21 * b.dv_x + c22 * b.dv_y + c23 * b.dv_z
+        dd = c31 * b.dv_x + c32 * b.dv_y + c33 * b.dv_z
+        sn = c11 * b.fs_x + c12 * b.fs_y + c13 * b.fs_z
+        se = c21 * b.fs_x + c22 * b.fs_y + c23 * b.fs_z
+        sd = c31 * b.fs_x + c32 * b.fs_y + c33 * b.fs_z
+        en = c11 * b.fe_x + c12 * b.fe_y + c13 * b.fe_z
+        ee = c21 * b.fe_x + c22 * b.fe_y + c23 * b.fe_z
+        ed = c31 * b.fe_x + c32 * b.fe_y + c33 * b.fe_z
 
         # --- start of the interval: frame rate times dt, acceleration times dt
         un0, ue0, ud0 = dt * (omega * c + ve * k2), -dt * vn * k1, -dt * s * (omega + ve * k2 * i0)
@@ -213,13 +187,11 @@ def _navigate(
             vd1 = climb_reference[k + 1]
 
         # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
-        interval = Interval(
-            px, py, pz,
+        frame = FrameTurn(
             (un0 + 4.0 * unm + un1) / 6.0, (ue0 + 4.0 * uem + ue1) / 6.0, (ud0 + 4.0 * udm + ud1) / 6.0,
-            a0[0] - x3 / 12, a0[1] - y3 / 12, a0[2] - z3 / 12, x2, y2, z2, x3, y3, z3,
             un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1,
         )  # fmt: skip
-        attitude = step_k(attitude, interval)
+        attitude = step_k(attitude, b, frame)
 
         lat += dlat
         if lon > pi:
@@ -237,10 +209,10 @@ def _navigate(
 
         latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, h
         velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = vn, ve, vd
-        b0, b1, b2, b3, defect[k + 1] = quaternion_k(attitude)
-        if q0 * b0 + q1 * b1 + q2 * b2 + q3 * b3 < 0.0:  # the sign that makes the stream continuous
-            b0, b1, b2, b3 = -b0, -b1, -b2, -b3
-        q0, q1, q2, q3 = b0, b1, b2, b3
+        r0, r1, r2, r3, defect[k + 1] = quaternion_k(attitude)
+        if q0 * r0 + q1 * r1 + q2 * r2 + q3 * r3 < 0.0:  # the sign that makes the stream continuous
+            r0, r1, r2, r3 = -r0, -r1, -r2, -r3
+        q0, q1, q2, q3 = r0, r1, r2, r3
         q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from sinssim.jit import inline
 from sinssim.rotation import Matrix, Vector, dcm_from_quaternion_k, quaternion_from_dcm_k
-from sinssim.strapdown.interval import Interval
+from sinssim.strapdown.interval import BodyTurn, FrameTurn
 
 Attitude = Matrix
 
@@ -34,9 +34,9 @@ def _times_rotation_k(bx: float, by: float, bz: float, s: float, c: float, px: f
 
 
 @inline
-def step_k(attitude: Attitude, i: Interval) -> Attitude:
+def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
     """Attitude variables at the end of the interval."""
-    px, py, pz = i.phi_x, i.phi_y, i.phi_z
+    px, py, pz = body.phi_x, body.phi_y, body.phi_z
     x2 = px * px + py * py + pz * pz
     # Taylor to the fourth order: [φ×] − [φ×] φ²/6 and [φ×]²/2 − [φ×]² φ²/24
     s, c = 1.0 - x2 / 6.0, 0.5 - x2 / 24.0
@@ -44,7 +44,7 @@ def step_k(attitude: Attitude, i: Interval) -> Attitude:
     b21, b22, b23 = _times_rotation_k(attitude[3], attitude[4], attitude[5], s, c, px, py, pz)
     b31, b32, b33 = _times_rotation_k(attitude[6], attitude[7], attitude[8], s, c, px, py, pz)
     # from the left by exp(−[ζ×]): columns b ← b (row form) times exp([ζ×]), since (exp(−[ζ×]) b)ᵀ = bᵀ exp([ζ×])
-    zx, zy, zz = i.zeta_n, i.zeta_e, i.zeta_d
+    zx, zy, zz = frame.zeta_x, frame.zeta_y, frame.zeta_z
     z2 = zx * zx + zy * zy + zz * zz
     s, c = 1.0 - z2 / 6.0, 0.5 - z2 / 24.0
     b11, b21, b31 = _times_rotation_k(b11, b21, b31, s, c, zx, zy, zz)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from sinssim.jit import inline
 from sinssim.rotation import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k, quaternion_from_rotation_vector_k
-from sinssim.strapdown.interval import Interval
+from sinssim.strapdown.interval import BodyTurn, FrameTurn
 
 Attitude = Quaternion
 
@@ -26,10 +26,10 @@ def dcm_k(attitude: Attitude) -> Matrix:
 
 
 @inline
-def step_k(attitude: Attitude, i: Interval) -> Attitude:
+def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
     """Attitude variables at the end of the interval."""
-    p0, p1, p2, p3 = quaternion_from_rotation_vector_k(i.phi_x, i.phi_y, i.phi_z)
-    z0, z1, z2, z3 = quaternion_from_rotation_vector_k(-i.zeta_n, -i.zeta_e, -i.zeta_d)
+    p0, p1, p2, p3 = quaternion_from_rotation_vector_k(body.phi_x, body.phi_y, body.phi_z)
+    z0, z1, z2, z3 = quaternion_from_rotation_vector_k(-frame.zeta_x, -frame.zeta_y, -frame.zeta_z)
     a0, a1, a2, a3 = multiply_k(attitude[0], attitude[1], attitude[2], attitude[3], p0, p1, p2, p3)
     return multiply_k(z0, z1, z2, z3, a0, a1, a2, a3)
 
