@@ -320,22 +320,26 @@ def _number(value: float) -> str:
 
 def _show_result(result: RunResult, directory: Path) -> None:
     """Print each algorithm's errors, the time that each stage took, and what to open."""
+    from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f"{result.scenario.name}: errors against the truth", title_justify="left")
-    table.add_column("algorithm")
+    table = Table(
+        title=f"{result.scenario.name}: errors against the truth",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    table.add_column("algorithm", no_wrap=True)
     for heading in (
         "horizontal\nfinal, m",
         "\nrms, m",
         "\nmax, m",
         "\nmax, nmi",
-        "velocity\nfinal, m/s",
-        "\nmax, m/s",
-        "attitude\nfinal, ′",
-        "\nmax, ′",
+        "velocity\nmax, m/s",
+        "attitude\nmax, arcmin",
     ):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     for name, errors in result.summary["algorithms"].items():
         table.add_row(
             name,
@@ -343,9 +347,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
             _number(errors["rms_horizontal_error_m"]),
             _number(errors["max_horizontal_error_m"]),
             _number(errors["max_horizontal_error_m"] / 1852.0),
-            _number(errors["final_velocity_error_mps"]),
             _number(errors["max_velocity_error_mps"]),
-            _number(errors["final_attitude_error_arcsec"] / 60.0),
             _number(errors["max_attitude_error_arcsec"] / 60.0),
         )
     console = Console(highlight=False)
