@@ -24,49 +24,50 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             origin=f"/flight/{key}",
             name=name,
             axis_x=run.axis_x(),
+            axis_y=run.axis_y(f"flight/{key}"),
             plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
         )
 
-    eye = rrb.EyeControls3D(position=run.eye[0], look_target=run.eye[1], eye_up=(0, 0, 1)) if run.eye else None
+    no_grid = rrb.LineGrid3D(visible=False)
+    path = rrb.Spatial3DView(
+        origin="/world",
+        contents=["/world/**", "- /world/nav/**"],
+        name=f"Flight path{heights}",
+        line_grid=no_grid,
+        eye_controls=rrb.EyeControls3D(position=run.eye[0], look_target=run.eye[1], eye_up=(0, 0, 1))
+        if run.eye
+        else None,
+    )
+    attitude = rrb.Spatial3DView(
+        origin="/attitude",
+        name="Attitude",
+        line_grid=no_grid,
+        eye_controls=rrb.EyeControls3D(position=(0.9, -1.5, 0.9), look_target=(0, 0, 0), eye_up=(0, 0, 1)),
+    )
+    words = rrb.Tabs(
+        rrb.TextLogView(
+            origin="/events",
+            name="Events",
+            columns=rrb.TextLogColumns(timeline_columns=["sim_time"], text_log_columns=["Body"]),
+        ),
+        rrb.TextDocumentView(origin="/about/scenario", name="Scenario"),
+    )
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                rrb.Spatial3DView(
-                    origin="/world",
-                    name=f"Flight path{heights}",
-                    line_grid=rrb.LineGrid3D(visible=False),
-                    eye_controls=eye,
-                ),
-                rrb.Horizontal(
-                    rrb.MapView(origin="/map", name="Map", zoom=run.map_zoom),
-                    rrb.Spatial3DView(
-                        origin="/attitude",
-                        name="Attitude",
-                        line_grid=rrb.LineGrid3D(visible=False),
-                        eye_controls=rrb.EyeControls3D(
-                            position=(0.9, -1.5, 0.9), look_target=(0, 0, 0), eye_up=(0, 0, 1)
-                        ),
-                    ),
-                    column_shares=[3, 2],
-                ),
+                path,
+                rrb.Horizontal(rrb.MapView(origin="/map", name="Map", zoom=run.map_zoom), attitude),
                 row_shares=[3, 2],
             ),
-            rrb.Vertical(
-                plot("roll_pitch", "Roll and pitch [deg]", legend=True),
-                plot("heading", "Heading [deg]"),
+            rrb.Grid(
                 plot("height", "Height above the ellipsoid [m]"),
+                plot("roll_pitch", "Roll and pitch [deg]", legend=True),
                 plot("ground_speed", "Ground speed [m/s]"),
+                plot("heading", "Heading [deg]"),
                 plot("vertical_speed", "Vertical speed, up [m/s]"),
+                words,
+                grid_columns=2,
             ),
-            rrb.Vertical(
-                rrb.TextLogView(
-                    origin="/events",
-                    name="Events",
-                    columns=rrb.TextLogColumns(timeline_columns=["sim_time"], text_log_columns=["Body"]),
-                ),
-                rrb.TextDocumentView(origin="/about/scenario", name="Scenario"),
-            ),
-            column_shares=[5, 3, 2],
         ),
         collapse_panels=True,
     )

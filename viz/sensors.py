@@ -19,11 +19,13 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     window = run.label("sensor_window", "1 s")
 
     def plot(name: str, *keys: str) -> rrb.TimeSeriesView:
+        entities = [f"sensors/{key}" for key in keys]
         return rrb.TimeSeriesView(
             origin="/sensors",
-            contents=[f"/sensors/{key}" for key in keys],
+            contents=[f"/{entity}" for entity in entities],
             name=name,
             axis_x=run.axis_x(),
+            axis_y=run.axis_y(*entities),
             plot_legend=rrb.PlotLegend(visible=True, corner=rrb.Corner2D.LeftTop),
         )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -29,6 +30,7 @@ class RunInfo:
         algorithms: navigation algorithms, in the scenario's order.
         labels: units and the like that were chosen to suit the run's numbers, for titles: `position`, `velocity`,
             `attitude`, `height_scale` and so on.
+        ranges: smallest and largest number of every plotted entity.
         eye: position of the 3D view's eye and the point it looks at, m in the scene, or () before it is known.
         map_zoom: zoom level of the map.
     """
@@ -38,6 +40,7 @@ class RunInfo:
     end: float
     algorithms: tuple[str, ...]
     labels: Mapping[str, str] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     eye: tuple[tuple[float, float, float], tuple[float, float, float]] | tuple[()] = ()
     map_zoom: float | None = None
 
@@ -70,6 +73,30 @@ class RunInfo:
         start, end = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (self.start, self.end))
         return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
+    def axis_y(self, *entities: str) -> rrb.ScalarAxis | None:
+        """Return a vertical axis on which at least two numbers can be read.
+
+        The viewer writes numbers at whole powers of ten only, and none where they lie close together. Nine steps of
+        one decade thus stay without any, and without scale; such an axis is widened to steps of the next.
+
+        Args:
+            entities: what the plot shows.
+
+        Returns:
+            The axis, or None where the viewer's own choice does well.
+        """
+        import rerun.blueprint as rrb
+
+        known = [self.ranges[entity] for entity in entities if entity in self.ranges]
+        low, high = min((r[0] for r in known), default=0.0), max((r[1] for r in known), default=0.0)
+        if not (high > low and math.isfinite(high - low)):
+            return None
+        decade = 10.0 ** math.floor(math.log10(high - low))
+        if high - low <= 8.5 * decade:
+            return None
+        step = 10.0 * decade
+        return rrb.ScalarAxis(range=(step * math.floor(low / step), step * math.ceil(high / step)))
+
     def to_json(self) -> str:
         """Return the same as text, as it is kept in the recording.
 
@@ -90,6 +117,7 @@ class RunInfo:
         """
         values = json.loads(text)
         values["algorithms"] = tuple(values["algorithms"])
+        values["ranges"] = {entity: tuple(r) for entity, r in values["ranges"].items()}
         values["eye"] = tuple(tuple(point) for point in values["eye"])
         return cls(**values)
 

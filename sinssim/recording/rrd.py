@@ -75,6 +75,8 @@ class Recording:
             application: application identifier; the viewer keeps one layout for each.
             blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
         """
+        self.ranges: dict[str, tuple[float, float]] = {}
+        """Smallest and largest number of every entity that `series` recorded, for the axes of plots."""
         self._stream = rr.RecordingStream(application)
         self._stream.save(path, blueprint)
 
@@ -145,6 +147,7 @@ class Recording:
         )
         self.static(entity, lines)
         self._scalars(entity, time, values)
+        self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
 
     def _scalars(self, entity: str, time: Array, values: Array) -> None:
         rows = np.ascontiguousarray(values)

@@ -88,12 +88,12 @@ def markdown_table(errors: Mapping[str, NavError]) -> str:
     numbers = {name: error_numbers(error) for name, error in errors.items()}
     lines = ["| error | " + " | ".join(numbers) + " |", "|---|" + "---|" * len(numbers)]
     for quantity, key in (
-        ("horizontal, m", "horizontal_error_m"),
-        ("height, m", "height_error_m"),
-        ("velocity, m/s", "velocity_error_mps"),
-        ("attitude, arcsec", "attitude_error_arcsec"),
+        ("horizontal [m]", "horizontal_error_m"),
+        ("height [m]", "height_error_m"),
+        ("velocity [m/s]", "velocity_error_mps"),
+        ("attitude [arcsec]", "attitude_error_arcsec"),
     ):
-        for kind in ("final", "rms", "max"):
+        for kind in ("final", "max"):
             values = " | ".join(f"{n[f'{kind}_{key}']:.4g}" for n in numbers.values())
-            lines.append(f"| {quantity}, {kind} | {values} |")
+            lines.append(f"| {kind} {quantity} | {values} |")
     return "\n".join(lines)

@@ -22,6 +22,8 @@ RUN_ENTITY = "about/run"
 _START_SECONDS = 60.0
 _SETTLE_SECONDS = 1.0
 """How long the picture takes to settle after the time cursor was moved, s."""
+_NOTES_SECONDS = 6.0
+"""How long the viewer's notes about itself lie over the picture after its start, s."""
 
 
 def find_recording(path: Path) -> Path:
@@ -149,12 +151,13 @@ def screenshot(
     with _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
         viewer.wait_for_port(port)
         client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-        deadline = time.monotonic() + _START_SECONDS
+        started = time.monotonic()
+        deadline = started + _START_SECONDS
         while not _loaded(client):
             viewer.check(deadline)
             time.sleep(0.1)
         client.set_time("sim_time", duration=moment, play_state="paused")
-        time.sleep(_SETTLE_SECONDS)
+        time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
         png = client.take_screenshot()
     beside = picture.with_name(picture.name + ".part")
     try:

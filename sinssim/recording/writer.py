@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
@@ -52,9 +52,9 @@ class RunWriter:
             float(time[0]),
             float(time[-1]),
             scenario.navigation.algorithms,
-            {"height_scale": str(self._scene.height_scale)},
-            (self._scene.eye, self._scene.middle),
-            self._scene.map_zoom,
+            labels={"height_scale": str(self._scene.height_scale)},
+            eye=(self._scene.eye, self._scene.middle),
+            map_zoom=self._scene.map_zoom,
         )
         self._recording = Recording(folder / "recording.rrd", self._run.application, all_views(self._run))
         self._to_rerun = ThreadPoolExecutor(1, "rerun")
@@ -137,6 +137,10 @@ class RunWriter:
             progress(1.0 - len(left) / len(self._tasks))
         self._close()
 
+    def _draw_flight(self, time: Array, truth: NavState, events: Sequence[FlightEvent]) -> None:
+        pictures.draw_flight(self._recording, time, truth, self._scene, events)
+        self._learn({})
+
     def _draw_sensors(self, measured: ImuData) -> None:
         self._learn(pictures.draw_sensors(self._recording, self._ideal, measured))
 
@@ -144,7 +148,7 @@ class RunWriter:
         self._learn(pictures.draw_navigation(self._recording, self._scene, solutions, errors))
 
     def _learn(self, labels: dict[str, str]) -> None:
-        """Put units and the like that suit the run's numbers into the views' titles."""
-        self._run = replace(self._run, labels={**self._run.labels, **labels})
+        """Put units that suit the run's numbers into the views' titles, and ranges on their axes."""
+        self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
         self._recording.blueprint(all_views(self._run))
         self._recording.document(RUN_ENTITY, self._run.to_json())
