@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from sinssim.truth import Trajectory
 from tests.oracles import integrator as oracle
 
 Array = NDArray[np.float64]
@@ -24,3 +25,11 @@ def synthetic_flight(time: ArrayLike) -> tuple[Array, Array]:
     c_nb = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
     c_eb = np.swapaxes(oracle.ned_axes(latitude, longitude), -1, -2) @ c_nb
     return position, Rotation.from_matrix(c_eb).as_quat(scalar_first=True)
+
+
+def ecef(trajectory: Trajectory, t: Array) -> tuple[Array, Array, Array]:
+    """Return a trajectory's position, velocity and C_es in Earth-fixed axes by the oracle's formulas."""
+    s = trajectory.state(t)
+    c_en = np.swapaxes(oracle.ned_axes(s.latitude, s.longitude), -1, -2)
+    position = oracle.geodetic_to_ecef(s.latitude, s.longitude, s.height)
+    return position, np.einsum("...ij,...j->...i", c_en, s.velocity_ned), c_en @ oracle.matrix(s.q_nb)

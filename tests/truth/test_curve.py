@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 from sinssim.errors import InputError
 from sinssim.truth.curve import Curve
 from tests.oracles import integrator as oracle
-from tests.truth.motions import Array, synthetic_flight
+from tests.truth.motions import Array, ecef, synthetic_flight
 
 LEVER = np.array([3.0, -1.0, 0.5])
 MOUNTING = Rotation.from_euler("ZYX", [30.0, -10.0, 5.0], degrees=True)  # C_bs
@@ -22,14 +22,6 @@ KNOT_HZ = 30.0
 def flight_curve(duration: float, knot_hz: float = KNOT_HZ, **options: object) -> tuple[Array, Curve]:
     time = np.arange(round(duration * knot_hz) + 1) / knot_hz
     return time, Curve(time, *synthetic_flight(time), **options)  # type: ignore[arg-type]
-
-
-def ecef(curve: Curve, t: Array) -> tuple[Array, Array, Array]:
-    """Return the curve's position, velocity and C_es in Earth-fixed axes by the oracle's formulas."""
-    s = curve.state(t)
-    c_en = np.swapaxes(oracle.ned_axes(s.latitude, s.longitude), -1, -2)
-    position = oracle.geodetic_to_ecef(s.latitude, s.longitude, s.height)
-    return position, np.einsum("...ij,...j->...i", c_en, s.velocity_ned), c_en @ oracle.matrix(s.q_nb)
 
 
 def test_goes_through_the_knots() -> None:
@@ -208,34 +200,6 @@ def test_curve_is_a_quintic_spline() -> None:
     t = np.linspace(0.0, 600.0, 4321)
     spline = make_interp_spline(time, position - position[0], k=5)
     assert np.abs(ecef(curve, t)[0] - position[0] - spline(t)).max() < 1e-8
-
-
-def _independent_run(curve: Curve, rate_hz: float) -> tuple[Array, Array]:
-    """Return position difference in NED, m, and attitude difference, rad, of the independent integrator."""
-    imu = curve.increments(rate_hz)
-    position, velocity, c_es = ecef(curve, imu.time)
-    q0 = Rotation.from_matrix(c_es[0]).as_quat(scalar_first=True)
-    r, _, c = oracle.integrate(imu.time, imu.dtheta, imu.dvel, position[0], velocity[0], q0)
-    s = curve.state(imu.time)
-    ned = np.einsum("nij,nj->ni", oracle.ned_axes(s.latitude, s.longitude), r - position)
-    turn = Rotation.from_matrix(np.swapaxes(c_es, 1, 2) @ c)
-    return ned, turn.magnitude()
-
-
-def test_independent_integration_of_ten_minutes() -> None:
-    _, curve = flight_curve(600.0, lever_arm=LEVER)
-    ned, turn = _independent_run(curve, 100.0)
-    assert np.hypot(ned[:, 0], ned[:, 1]).max() < 1e-6
-    assert np.abs(ned[:, 2]).max() < 3e-6
-    assert turn.max() < 1e-11
-
-
-@pytest.mark.slow
-def test_independent_integration_of_an_hour() -> None:
-    _, curve = flight_curve(3600.0, lever_arm=LEVER)
-    ned, turn = _independent_run(curve, 100.0)
-    assert np.hypot(ned[:, 0], ned[:, 1]).max() < 1e-4
-    assert turn.max() < 1e-11
 
 
 def test_same_numbers_on_one_thread_and_two(monkeypatch: pytest.MonkeyPatch) -> None:

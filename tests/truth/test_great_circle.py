@@ -11,17 +11,10 @@ from sinssim.earth_models import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.truth.great_circle import GreatCircle
 from tests.oracles import integrator as oracle
+from tests.truth.motions import ecef
 
 V, H = 250.0, 9000.0
 SPIN = np.array([0.0, 0.0, oracle.OMEGA])
-Array = np.ndarray
-
-
-def ecef(flight: GreatCircle, t: Array) -> tuple[Array, Array, Array]:
-    s = flight.state(t)
-    c_en = np.swapaxes(oracle.ned_axes(s.latitude, s.longitude), -1, -2)
-    r = oracle.geodetic_to_ecef(s.latitude, s.longitude, s.height)
-    return r, np.einsum("...ij,...j->...i", c_en, s.velocity_ned), c_en @ oracle.matrix(s.q_nb)
 
 
 FLIGHTS = {
@@ -68,7 +61,7 @@ def test_vertical_stays_on_the_circle_and_attitude_level(flight: GreatCircle) ->
 def test_velocity_rates_and_force_by_differences(flight: GreatCircle) -> None:
     t, h = np.linspace(30.0, 1770.0, 201), 10.0
 
-    def difference(values: list[Array]) -> Array:
+    def difference(values: list[np.ndarray]) -> np.ndarray:
         p = values
         return (45.0 * (p[3] - p[2]) - 9.0 * (p[4] - p[1]) + (p[5] - p[0])) / (60.0 * h)
 
