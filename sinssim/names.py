@@ -13,6 +13,10 @@ ALGORITHMS: dict[str, str] = {
 
 FRAMES: dict[str, str] = {
     "level": "local geodetic level with north orientation (north, east, down)",
+    "wander": "local level whose azimuth does not turn relative to the Earth about the vertical; over the poles too",
+    "free-azimuth": "local level whose azimuth does not turn in inertial space about the vertical; over the poles too",
+    "transverse": "local level oriented along an orthodrome: spherical coordinates whose equator is the route",
+    "inertial": "Earth-centred inertial, with geodetic output",
 }
 
 CURVATURES: dict[str, str] = {

@@ -12,11 +12,17 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
 from sinssim.errors import InputError, RunError, unknown_name
 from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
+from sinssim.strapdown import azimuth, inertial, level
 from sinssim.strapdown.fit import is_uniform, weight_table
-from sinssim.strapdown.level import BARO_LOOP, FREE, HELD, engine
+from sinssim.strapdown.level import BARO_LOOP, FREE, HELD
 from sinssim.strapdown.singularity import singularity_events
 
 _VERTICAL_NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
+_AZIMUTH_RULES = {
+    "wander": azimuth.WANDER,
+    "free-azimuth": azimuth.FREE_AZIMUTH,
+    "transverse": azimuth.TRANSVERSE,
+}
 
 POLAR_LIMIT = math.radians(89.9)
 """Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
@@ -108,6 +114,7 @@ def navigate(
     vertical: str = "free",
     height: ArrayLike | None = None,
     baro_time_constant: float = 50.0,
+    route: tuple[float, float, float, float] | None = None,
 ) -> NavSolution:
     """Navigate on inertial increments from a given initial state.
 
@@ -126,6 +133,9 @@ def navigate(
         vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
         height: reference height above the ellipsoid at every imu.time, (N+1,) m; for the last two.
         baro_time_constant: time constant τ of the baro loop, s; k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.
+
+        route: for the transverse frame, latitude and longitude of A and of B, rad: its equator is the great circle
+            from A to B; None takes the great circle along the initial velocity.
 
     Returns:
         The solution at every imu.time, N+1 rows, the first being the initial state.
@@ -157,12 +167,18 @@ def navigate(
     velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
     uniform = is_uniform(time)
-    engine(algorithm)(
-        time, dtheta, dvel, weight_table(time, uniform), uniform, earth, gravity_model, curvature == "simplified",
-        _VERTICAL_NUMBERS[vertical], reference, climb, baro_time_constant,
-        latitude, longitude, height_out, velocity, q_nb, defect,
-    )  # fmt: skip
-    _check_solution(time, latitude, height_out, velocity, q_nb)
+    data = (time, dtheta, dvel, weight_table(time, uniform), uniform, earth, gravity_model)
+    channel = (_VERTICAL_NUMBERS[vertical], reference, climb, baro_time_constant)
+    out = (latitude, longitude, height_out, velocity, q_nb, defect)
+    simplified = curvature == "simplified"
+    if frame == "level":
+        level.engine(algorithm)(*data, simplified, *channel, *out)
+    elif frame == "inertial":
+        inertial.engine(algorithm)(*data, *channel, *out)
+    else:
+        pole = _route_pole(route, lat0, lon0, v0) if frame == "transverse" else np.zeros(3)
+        azimuth.engine(algorithm)(*data, simplified, *channel, _AZIMUTH_RULES[frame], pole, *out)
+    _check_solution(frame, time, latitude, height_out, velocity, q_nb)
     solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
     if algorithm != "euler":
         return solution
@@ -178,14 +194,39 @@ def navigate(
     return replace(solution, events=singularity_events(solution, without_singularity))
 
 
-def _check_solution(time: Array, latitude: Array, height: Array, velocity: Array, q_nb: Array) -> None:
+def _normal(latitude: float, longitude: float) -> Array:
+    """Return the ellipsoid's outward normal in Earth-fixed axes."""
+    c = math.cos(latitude)
+    return np.array([c * math.cos(longitude), c * math.sin(longitude), math.sin(latitude)])
+
+
+def _route_pole(route: tuple[float, float, float, float] | None, lat0: float, lon0: float, v0: Array) -> Array:
+    """Return the pole of the route's great circle, to the left of the route, in Earth-fixed axes."""
+    if route is None:
+        north = np.array([-math.sin(lat0) * math.cos(lon0), -math.sin(lat0) * math.sin(lon0), math.cos(lat0)])
+        east = np.array([-math.sin(lon0), math.cos(lon0), 0.0])
+        ahead = v0[0] * north + v0[1] * east
+        if not float(np.linalg.norm(ahead)) > 0.0:
+            ahead = east
+        pole = np.cross(_normal(lat0, lon0), ahead)
+    else:
+        values = np.asarray(route, dtype=np.float64)
+        if values.shape != (4,) or not np.all(np.isfinite(values)):
+            raise InputError(f"route = {route} must be latitude and longitude of A and of B: four finite numbers, rad.")
+        pole = np.cross(_normal(values[0], values[1]), _normal(values[2], values[3]))
+        if float(np.linalg.norm(pole)) < 1e-9:
+            raise InputError(f"route = {route}: A and B coincide or lie opposite; they fix no great circle.")
+    return np.asarray(pole / np.linalg.norm(pole))
+
+
+def _check_solution(frame: str, time: Array, latitude: Array, height: Array, velocity: Array, q_nb: Array) -> None:
     """Raise if the frame met a pole or the numbers ran away."""
-    if not max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
+    if frame == "level" and not max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
         row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
         raise RunError(
             f"the north-pointing level frame cannot be used within {90.0 - math.degrees(POLAR_LIMIT):.1f}° of a pole, "
             f"where north turns as fast as the vehicle moves: latitude {math.degrees(latitude[row]):.4f}° at "
-            f"t = {time[row]:.2f} s."
+            f"t = {time[row]:.2f} s. The frames wander, free-azimuth, transverse and inertial pass the poles."
         )
     for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
         row_or_none = _not_finite(array)
