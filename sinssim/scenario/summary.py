@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
 
@@ -35,7 +35,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
             about = f"about {_clock(seconds)}" if seconds else ""
             yield f"  leg {number:<3} {leg.type:<12} {about:<16} {_given(leg, {'type', 'timeout_s'})}".rstrip()
         yield f"wind        {_given(flight.wind, set()) or 'none'}"
-        yield f"turbulence  {_given(flight.turbulence, set()) or 'as by default' if flight.turbulence else 'none'}"
+        yield f"turbulence  {_values(flight.turbulence.model_dump()) if flight.turbulence else 'none'}"
     elif scenario.parked is not None:
         yield f"parked      {_given(scenario.parked, set())}"
     elif scenario.great_circle is not None:
@@ -49,13 +49,16 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
 
 def _given(section: BaseModel, without: set[str]) -> str:
     """Return the values that are not the defaults, as "key = value"."""
-    values = section.model_dump(exclude_defaults=True, exclude=without)
+    return _values(section.model_dump(exclude_defaults=True, exclude=without))
+
+
+def _values(values: Mapping[str, object]) -> str:
     return ", ".join(f"{key} = {_value(value)}" for key, value in values.items())
 
 
 def _value(value: object) -> str:
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + "}"
+        return "{" + _values(value) + "}"
     if isinstance(value, tuple | list):
         return "[" + ", ".join(_value(item) for item in value) + "]"
     return f"{value:g}" if isinstance(value, float) else str(value)
