@@ -282,7 +282,8 @@ def q_en_k(latitude: float, longitude: float) -> Quaternion:
 
 def _columns(*values: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in values))
-    return arrays[0].shape, [np.ascontiguousarray(array).reshape(-1) for array in arrays]
+    # copies: numpy warns when numba asks whether a broadcast view of one element is writeable
+    return arrays[0].shape, [array.copy().reshape(-1) for array in arrays]
 
 
 def _vectors(r: ArrayLike) -> tuple[tuple[int, ...], Array]:
