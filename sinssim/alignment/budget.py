@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from sinssim.alignment.axes import Angles, Array, Attitude
 from sinssim.alignment.determination import ideal_readings, local_gravity
-from sinssim.alignment.disturbed import RANDOM_WALK_FACTOR
+from sinssim.alignment.disturbed import EQUATOR, RANDOM_WALK_FACTOR
 from sinssim.alignment.theory import Coefficients, InstrumentErrors, coefficients, linear
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
@@ -42,6 +42,9 @@ SOURCES = (
     "velocity quantisation",
 )
 """The sources of error, in the order of tables and bars."""
+
+OF_GYROS = SOURCES[:6]
+"""The sources that act through the rates; the others act through the specific forces."""
 
 AVERAGED = tuple(source for source in SOURCES if source.split()[-1] in ("instability", "walk", "quantisation"))
 """The sources that a longer session makes smaller."""
@@ -155,19 +158,47 @@ def error_budget(
     Raises:
         InputError: as `coefficients`, or a duration that is not positive.
     """
-    time = np.asarray(duration, dtype=np.float64)
-    if not np.all(time > 0.0):
-        raise InputError(f"a session of {np.min(time):g} s: its length must be positive.")
     c = coefficients(attitude, latitude, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, gravity=gravity)
     if method == "disturbed":
-        c = _of_the_cone(c, latitude, gravity)
+        c = cone_coefficients(c, latitude, gravity)
     squares = Coefficients(*(value**2 for value in c))
+    zero = np.zeros(3)
     budget = {}
-    for name, triad, ideal in (("gyro", sigma.gyro, gyro), ("accelerometer", sigma.accel, accel)):
-        noise = "angle" if name == "gyro" else "velocity"
+    for source, variance in reading_variances(sigma, gyro, accel, duration, method).items():
+        pair = (variance, zero) if source in OF_GYROS else (zero, variance)
+        budget[source] = Angles(*(np.sqrt(value) for value in linear(squares, *pair)))
+    return budget
+
+
+def reading_variances(
+    sigma: ImuErrors, gyro: Array, accel: Array, duration: ArrayLike, method: Method = "quiet"
+) -> dict[str, Array]:
+    """Return by source the variance of every axis's mean reading over a session.
+
+    Args:
+        sigma: standard deviations of the sensor block's errors.
+        gyro: ideal rates, (..., 3) rad/s.
+        accel: ideal specific forces, (..., 3) m/s².
+        duration: length of the session, s, broadcasting with the readings' leading shape.
+        method: "quiet" or "disturbed".
+
+    Returns:
+        By source, (..., 3) (rad/s)² or (m/s²)².
+
+    Raises:
+        InputError: a duration that is not positive.
+    """
+    time = np.asarray(duration, dtype=np.float64)
+    if not np.all(time > 0.0):
+        raise InputError(f"a session of {np.min(time):g} s: its length must be positive.")
+    variances: dict[str, Array] = {}
+    for name, noise, triad, ideal in (
+        ("gyro", "angle", sigma.gyro, gyro),
+        ("accelerometer", "velocity", sigma.accel, accel),
+    ):
         factor = RANDOM_WALK_FACTOR if method == "disturbed" and name == "gyro" else 1.0
-        variances = {
+        variances |= {
             f"{name} bias": triad.bias**2,
             f"{name} scale factor": (triad.scale * ideal) ** 2,
             f"{name} misalignment": ideal**2 @ (triad.misalignment**2).T,
@@ -175,18 +206,29 @@ def error_budget(
             f"{noise} random walk": factor * (triad.random_walk**2 / time)[..., None],
             f"{noise} quantisation": (triad.quantum**2 / (6.0 * time**2))[..., None],
         }
-        for source, variance in variances.items():
-            zero = np.zeros((1,) * variance.ndim)
-            pair = (variance, zero) if name == "gyro" else (zero, variance)
-            budget[source] = Angles(*(np.sqrt(value) for value in linear(squares, *pair)))
-    return budget
+    return variances
 
 
-def _of_the_cone(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None) -> Coefficients:
-    """Return the coefficients with the latitude's taken from the cone's opening, cosφ = (horizontal rate)/U."""
+def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None) -> Coefficients:
+    """Return the coefficients with the latitude's taken from the cone's opening, cosφ = (horizontal rate)/U.
+
+    Args:
+        c: coefficients of eq. (1).
+        latitude: rad.
+        gravity: g, m/s², or None for normal gravity.
+
+    Returns:
+        Coefficients of the fit on a disturbed base.
+
+    Raises:
+        InputError: a latitude at which the cone's opening hardly depends on it.
+    """
     phi = np.asarray(latitude, dtype=np.float64)[..., None]
-    if np.any(np.abs(np.sin(phi)) < np.sin(np.radians(3.0))):
-        raise InputError("the latitude is within 3 deg of the equator, where gravity's cone does not determine it.")
+    if np.any(np.abs(phi) < EQUATOR):
+        raise InputError(
+            f"the latitude is within {np.degrees(EQUATOR):g} deg of the equator, where gravity's cone does "
+            "not determine it."
+        )
     g = local_gravity(np.asarray(latitude, dtype=np.float64), gravity)[..., None]
     # N = g r on the body axes. A rate error along north opens the cone: δφ = −δω_N / (U sinφ). A tilt acts as in (10).
     return c._replace(p=-c.r * g / (OMEGA_IE * np.sin(phi)))

@@ -38,12 +38,14 @@ RANDOM_WALK_FACTOR = 10.0 / 7.0
 The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)², x = t/T, and ∫W² dx = 10/7.
 """
 
+EQUATOR = np.radians(3.0)
+"""A cone tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes, rad."""
+
 _ROWS = 3000  # of the velocity curve that enter the fit
 _ITERATIONS = 300  # a few at mid-latitudes, many near the poles, where the residual bends the fit
 
-# A cone tells cosφ, and so the latitude's size, except where cosφ hardly changes.
-_EQUATOR = np.radians(3.0)
-# Its sign comes from the vertical part of the Earth's rate, if the vehicle's own turn is less than this part of it.
+# The latitude's sign comes from the vertical part of the Earth's rate, if the vehicle's own turn is less than this
+# part of it.
 _OWN_TURN = 0.5
 
 
@@ -167,7 +169,7 @@ def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
     size = float(np.arccos(cosine))
     if latitude is not None:
         candidates = [latitude]
-    elif size < _EQUATOR:
+    elif size < EQUATOR:
         candidates = [0.0]
     else:
         candidates = [size, -size]
@@ -244,11 +246,11 @@ def _alignment(imu: ImuData, q_last: Array, t: Array, fit: _Fit, turn: float, fr
     polar = bool(np.cos(phi) < np.sin(SINGULAR_ZONE))
     vertical = bool(np.cos(pitch) < np.sin(SINGULAR_ZONE))
     vertical_rate = OMEGA_IE * np.sin(phi)
-    equatorial = free and abs(phi) < _EQUATOR
+    equatorial = free and abs(phi) < EQUATOR
     turned = free and not equatorial and abs(turn - vertical_rate) > _OWN_TURN * abs(vertical_rate)
     if equatorial:
         warnings.append(
-            f"the latitude is not determined: within {np.degrees(_EQUATOR):g} deg of the equator gravity's cone hardly "
+            f"the latitude is not determined: within {np.degrees(EQUATOR):g} deg of the equator gravity's cone hardly "
             "depends on it; give it if it is known."
         )
     if turned:

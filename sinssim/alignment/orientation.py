@@ -1,0 +1,143 @@
+"""The best way to stand: the heading, or the set of two or four headings, that makes an angle's error smallest.
+
+A vehicle (or its sensor block on a turntable) that is turned between sessions carries its instruments' errors with
+it. The mean of the determined headings, each less its known turn, then keeps of every instrument error only the mean
+of its coefficient: over two opposite headings the biases cancel, over four at right angles the scale factors too.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.alignment.axes import Angles, Array, Attitude
+from sinssim.alignment.budget import AVERAGED, OF_GYROS, reading_variances
+from sinssim.alignment.determination import ideal_readings
+from sinssim.alignment.theory import coefficients
+from sinssim.errors import InputError
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+
+
+class BestHeadings(NamedTuple):
+    """A set of headings and what it brings.
+
+    Attributes:
+        headings: in [0, 2π), (count,) rad.
+        sigma: standard deviations of the mean determination, rad.
+        worst: standard deviation of the chosen angle if the set is turned to its worst, rad.
+    """
+
+    headings: Array
+    sigma: Angles
+    worst: float
+
+
+def set_sigma(
+    attitude: Attitude,
+    latitude: ArrayLike,
+    sigma: ImuErrors,
+    duration: ArrayLike,
+    *,
+    gravity: ArrayLike | None = None,
+) -> Angles:
+    """Return the standard deviations of a determination averaged over a set of positions.
+
+    The errors of one run (bias, scale factor, misalignment, and the slow bias instability) are the same in every
+    position, noise is new in each. Roll and pitch are those of the positions, their errors averaged.
+
+    Args:
+        attitude: heading, roll, pitch, rad, broadcasting, the last axis counting the positions.
+        latitude: rad, broadcasting without that axis.
+        sigma: standard deviations of the sensor block's errors.
+        duration: length of all sessions together, s, split evenly; broadcasting without that axis.
+        gravity: g, m/s², broadcasting without that axis; by default normal gravity on the ellipsoid.
+
+    Returns:
+        Standard deviations of the averaged angles, rad.
+
+    Raises:
+        InputError: as `coefficients`, or a duration that is not positive.
+    """
+    phi = np.asarray(latitude, dtype=np.float64)[..., None]
+    g = None if gravity is None else np.asarray(gravity, dtype=np.float64)[..., None]
+    attitude = Attitude(*np.broadcast_arrays(*attitude))
+    count = np.shape(attitude.heading)[-1]
+    c = coefficients(attitude, phi, gravity=g)
+    gyro, accel = ideal_readings(*attitude, phi, gravity=g)
+    each = np.asarray(duration, dtype=np.float64)[..., None] / count
+    noise = reading_variances(sigma, gyro, accel, each)
+    zero = np.zeros_like(c.m)
+    variances = []
+    for by_rate, by_force in ((c.m, c.n), (zero, c.q), (zero, c.l), (c.p, c.r)):
+        variance = _carried(by_rate, gyro, sigma.gyro) + _carried(by_force, accel, sigma.accel)
+        for source in AVERAGED:
+            weight = by_rate if source in OF_GYROS else by_force
+            if source.endswith("instability"):  # hardly changes from one position to the next
+                variance = variance + (weight.mean(axis=-2) ** 2 * noise[source].mean(axis=-2)).sum(axis=-1)
+            else:
+                variance = variance + (weight**2 * noise[source]).sum(axis=(-2, -1)) / count**2
+        variances.append(variance)
+    return Angles(*(np.sqrt(variance) for variance in variances))
+
+
+def _carried(weight: Array, ideal: Array, triad: TriadErrors) -> Array:
+    """Return the variance from errors that are the same in every position: (mean coefficient)² σ²."""
+    bias = weight.mean(axis=-2) ** 2 @ triad.bias**2
+    scale = (weight * ideal).mean(axis=-2) ** 2 @ triad.scale**2
+    # misalignment M_ij brings part of the reading along j into that of i
+    cross = np.einsum("...ni,...nj->...ij", *np.broadcast_arrays(weight, ideal)) / weight.shape[-2]
+    return np.asarray(bias + scale + np.einsum("...ij,ij->...", cross**2, triad.misalignment**2))
+
+
+def best_headings(
+    count: int,
+    latitude: float,
+    sigma: ImuErrors,
+    duration: float,
+    *,
+    roll: float = 0.0,
+    pitch: float = 0.0,
+    angle: str = "heading",
+) -> BestHeadings:
+    """Find the headings, evenly spread round the circle, at which an angle's error is smallest.
+
+    Args:
+        count: how many headings: 1, 2, 4 ...
+        latitude: rad.
+        sigma: standard deviations of the sensor block's errors.
+        duration: length of all sessions together, s.
+        roll, pitch: the vehicle's tilt, rad.
+        angle: which error is to be smallest: "heading" or "latitude" (roll and pitch do not depend on heading).
+
+    Returns:
+        The headings and what they bring. Where several sets are equally good, the one nearest north.
+
+    Raises:
+        InputError: a count below 1, another angle, or as `coefficients`.
+    """
+    if count < 1:
+        raise InputError(f"a set of {count} headings: there must be at least one.")
+    if angle not in ("heading", "latitude"):
+        raise InputError(f"no heading makes the {angle} better; choose heading or latitude.")
+    spread = 2.0 * np.pi * np.arange(count) / count
+
+    def value(first: Array) -> Array:
+        attitude = Attitude(first[..., None] + spread, roll, pitch)
+        return np.asarray(getattr(set_sigma(attitude, latitude, sigma, duration), angle))
+
+    def one_value(first: float) -> float:
+        return float(value(np.asarray(first)))
+
+    from scipy.optimize import minimize_scalar
+
+    step = np.radians(0.5)
+    grid = np.arange(0.0, 2.0 * np.pi / count, step)
+    values = value(grid)
+    start = float(grid[np.argmax(values <= values.min() * (1.0 + 1e-12))])
+    refined = minimize_scalar(one_value, bounds=(start - step, start + step), method="bounded")
+    first = float(refined.x) if refined.fun < one_value(start) * (1.0 - 1e-12) else start
+    headings = np.mod(first + spread, 2.0 * np.pi)
+    sigma_there = set_sigma(Attitude(headings, roll, pitch), latitude, sigma, duration)
+    return BestHeadings(headings, sigma_there, float(values.max()))
