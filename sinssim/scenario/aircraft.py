@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
-from typing import Any
+from pydantic import Field
 
-from pydantic import Field, ValidationError
-
-from sinssim.errors import InputError
 from sinssim.scenario.content import find_content
 from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
+from sinssim.scenario.toml_file import read_toml, validate
 
 
 class Mounting(Section):
@@ -123,7 +119,7 @@ class Aircraft(Section):
     Attributes:
         description: a sentence for a person.
         jsbsim_model: name of the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml.
-        omitted_elements: names of elements of the model's XML that are left out when it is loaded.
+        model_changes: new text for elements of the model's XML, by XPath, put in when the model is loaded.
         mounting: where the sensor block sits.
         performance: what a pilot of the type flies by.
         autopilot: gains of our autopilot.
@@ -131,7 +127,7 @@ class Aircraft(Section):
 
     description: str
     jsbsim_model: str
-    omitted_elements: tuple[str, ...] = ()
+    model_changes: dict[str, str] = Field(default_factory=dict)
     mounting: Mounting
     performance: Performance
     autopilot: AutopilotGains
@@ -163,39 +159,8 @@ def load_aircraft(name: str) -> Aircraft:
         The description.
 
     Raises:
-        InputError: no such aircraft, or its aircraft.toml is not right; the message names file and key.
+        InputError: no such aircraft, or its aircraft.toml is not right; the message names file, line and key.
     """
     file = find_content("aircraft", name)
-    return parse_aircraft(file, _read(file))
-
-
-def _read(file: Path) -> dict[str, Any]:
-    try:
-        with file.open("rb") as stream:
-            return tomllib.load(stream)
-    except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror}.") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file} is not TOML: {error}.") from error
-
-
-def parse_aircraft(file: Path, content: dict[str, Any]) -> Aircraft:
-    """Check the contents of an aircraft.toml.
-
-    Args:
-        file: the file they came from, for messages.
-        content: the parsed TOML.
-
-    Returns:
-        The description.
-
-    Raises:
-        InputError: a key is missing, unknown or has a wrong value; the message names the first one.
-    """
-    try:
-        return Aircraft.model_validate(content)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        more = f" ({error.error_count()} errors in all)" if error.error_count() > 1 else ""
-        raise InputError(f"{file}, key {key}: {first['msg']}{more}.") from error
+    text, data = read_toml(file)
+    return validate(Aircraft, data, text, str(file))

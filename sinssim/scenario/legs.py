@@ -345,13 +345,13 @@ class Turbulence(Section):
     """Dryden turbulence after MIL-F-8785C, seeded by the scenario's seed.
 
     Attributes:
-        severity: probability of exceedance index of the specification's table above 2000 ft: 3 is light, 4 is
-            moderate, 6 is severe.
+        severity: row of the specification's table, which sets the strength above 2000 ft: 2 is weak (0.3 m/s at
+            3 km), 3 light (1.5 m/s), 4 moderate (2.5 m/s), 6 severe.
         wind_at_6m_mps: wind speed 20 ft above the ground, which sets the strength below 1000 ft, m/s; light
             7.7, moderate 15.4, severe 23.
     """
 
-    severity: int = Field(default=3, ge=1, le=7, description="1 … 7: 3 is light, 4 moderate, 6 severe")
+    severity: int = Field(default=3, ge=1, le=7, description="2 weak, 3 light, 4 moderate, 6 severe")
     wind_at_6m_mps: NotNegative = Field(default=7.7, description="wind speed 6 m above the ground")
 
 

@@ -140,6 +140,9 @@ class Autopilot:
         self._bank_reference, self._roll_reference = motion.phi, motion.p
         self._climb_reference, self._speed_reference = motion.climb, motion.cas
         self.lateral, self.vertical = HEADING, HEIGHT
+        if self.fixed_throttle is not None:
+            ahead = self._gains.climb_throttle * motion.climb / max(motion.tas, 20.0)
+            self._throttle_integral = self.throttle - ahead
         self.fixed_elevator = self.fixed_aileron = self.fixed_rudder = self.fixed_throttle = None
 
     def step(self, m: Motion) -> None:
@@ -152,7 +155,7 @@ class Autopilot:
         dt = self._dt
         cas = m.cas
         tas = m.tas if m.tas > 20.0 else 20.0
-        ratio = self._reference / cas if cas > 0.5 * self._reference else 2.0
+        ratio = self._reference / cas if cas > 0.6 * self._reference else 1.0 / 0.6
         pressure = feedback = ratio * ratio
         if not k.airspeed_scheduled:
             ratio = feedback = 1.0
@@ -249,21 +252,19 @@ class Autopilot:
         step = self._throttle_step
         self.throttle += step if change > step else -step if change < -step else change
 
-        # Coordination: yaw rate of the coordinated turn, r = (g/V) cosθ sinφ, and no sideslip.
-        if self.fixed_rudder is None:
-            if cas > 15.0:
-                integral = self._rudder_integral - feedback * k.sideslip_integral * m.beta * dt
-                self._rudder_integral = 0.5 if integral > 0.5 else -0.5 if integral < -0.5 else integral
-                yaw = G / tas * cos_theta * sin(phi)
-                rudder = integral - k.yaw_feedforward * yaw
-                rudder -= feedback * (k.yaw_gain * (yaw - m.r) + k.sideslip_gain * m.beta)
-                self.rudder = 1.0 if rudder > 1.0 else -1.0 if rudder < -1.0 else rudder
-            else:
-                self.rudder = 0.0
-        else:
-            self.rudder = self.fixed_rudder
+        # On the ground pedals and nose wheel keep the heading; in the air the pedals coordinate: the yaw rate of the
+        # coordinated turn, r = (g/V) cosθ sinφ, and no sideslip. JSBSim's rudder is positive nose left.
         if self.steering:
-            steer = k.steering_gain * remainder(self.heading - m.psi, 2.0 * pi) - 0.5 * k.steering_gain * m.r
+            steer = k.steering_gain * (remainder(self.heading - m.psi, 2.0 * pi) - m.r)
             self.steer = 1.0 if steer > 1.0 else -1.0 if steer < -1.0 else steer
+            self.rudder = -self.steer
+        elif self.fixed_rudder is not None:
+            self.rudder = self.fixed_rudder
         else:
             self.steer = 0.0
+            integral = self._rudder_integral - feedback * k.sideslip_integral * m.beta * dt
+            self._rudder_integral = 0.5 if integral > 0.5 else -0.5 if integral < -0.5 else integral
+            yaw = G / tas * cos_theta * sin(phi)
+            rudder = integral - k.yaw_feedforward * yaw
+            rudder -= feedback * (k.yaw_gain * (yaw - m.r) + k.sideslip_gain * m.beta)
+            self.rudder = 1.0 if rudder > 1.0 else -1.0 if rudder < -1.0 else rudder

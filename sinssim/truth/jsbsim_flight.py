@@ -140,8 +140,8 @@ def model_folder(name: str, model: str) -> Path:
     )
 
 
-def _load(model: Path, folder: str, omitted: tuple[str, ...]) -> Any:
-    """Load a model without its sockets and log files (nothing outside may steer the flight, or be written to)."""
+def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
+    """Load a model without its sockets and log files (nothing outside may steer or be written to), and changed as asked."""
     import jsbsim
 
     root = Path(jsbsim.get_default_root_dir())
@@ -151,9 +151,12 @@ def _load(model: Path, folder: str, omitted: tuple[str, ...]) -> Any:
     for tag in ("input", "output"):
         for element in tree.getroot().findall(tag):
             tree.getroot().remove(element)
-    for parent in list(tree.getroot().iter()):
-        for element in [child for child in parent if child.tag in omitted]:
-            parent.remove(element)
+    for path, text in changes.items():
+        found = tree.getroot().findall(path)
+        if not found:
+            raise InputError(f"model_changes of {model.name}: nothing in {model.name}.xml is at {path!r}.")
+        for element in found:
+            element.text = text
     tree.write(definition, encoding="utf-8", xml_declaration=True)
     executive = jsbsim.FGFDMExec(str(root))
     executive.set_debug_level(0)
@@ -375,7 +378,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
     folder = model_folder(flight.aircraft, aircraft.jsbsim_model)
     with _quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
         try:
-            executive = _load(folder, own_folder, aircraft.omitted_elements)
+            executive = _load(folder, own_folder, aircraft.model_changes)
             _set_out(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             said = " ".join(" ".join(messages[1:]).split())
@@ -482,7 +485,7 @@ def _fraction(flight: FlightSection, number: int, time: float) -> float:
 
 def _stir(executive: Any, turbulence: Turbulence) -> None:
     """Switch the turbulence on."""
-    executive["atmosphere/turb-type"] = 3  # MIL-F-8785C
+    executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's rule
     executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
     executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity
 

@@ -103,17 +103,17 @@ def _(leg: TakeoffLeg, pilot: Autopilot, motion: Motion, performance: Performanc
     pilot.brakes, pilot.steering, pilot.flaps = 0.0, True, performance.takeoff_flaps
     pilot.lateral, pilot.bank = BANK, 0.0
     pilot.heading = motion.psi
-    pilot.fixed_elevator, pilot.fixed_rudder, pilot.fixed_throttle = 0.0, None, performance.takeoff_throttle
+    pilot.fixed_elevator, pilot.fixed_aileron, pilot.fixed_throttle = 0.0, 0.0, performance.takeoff_throttle
     while motion.cas < performance.takeoff_kt * KNOT:
         yield
-    pilot.fixed_elevator = None
+    pilot.fixed_elevator = pilot.fixed_aileron = None
     pilot.vertical, pilot.pitch = PITCH, performance.takeoff_pitch_deg * DEG
     while motion.height < runway + 12.0:
         yield
     pilot.steering = False
     pilot.gear = 0.0 if performance.retractable_gear else 1.0
-    pilot.resume(motion)
-    pilot.vertical, pilot.fixed_throttle = PITCH, performance.takeoff_throttle
+    pilot.vertical = PITCH
+    pilot.lateral = HEADING
     while motion.height < runway + min(60.0, 0.5 * leg.height_m) and motion.cas < performance.initial_climb_kt * KNOT:
         yield
     pilot.resume(motion)
@@ -262,6 +262,8 @@ def _(leg: LoopLeg, pilot: Autopilot, motion: Motion, performance: Performance) 
         down = (cf * st * cp + sf * sp) * normal_n + (cf * st * sp - sf * cp) * normal_e
         pilot.roll_rate = 1.5 * atan2(down, right)
         pilot.load_factor = leg.load_factor_g
+        if angle > pi:  # over the top full power would only make the loop's second half wider
+            pilot.fixed_throttle = None
         yield
         nose = atan2(sin(motion.theta), cos(motion.theta) * (cos(motion.psi) * ahead_n + sin(motion.psi) * ahead_e))
         angle += remainder(nose - last, 2.0 * pi)
