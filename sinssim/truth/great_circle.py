@@ -112,7 +112,10 @@ class GreatCircle:
         )
         u = np.arange(2 * (_HARMONICS + 1)) * np.pi / (2 * (_HARMONICS + 1))
         spectrum = np.fft.rfft(np.linalg.norm(self._path(u)[1], axis=1)) / len(u)
-        self._mean, self._harmonics = spectrum[0].real, 2.0 * spectrum[1 : _HARMONICS + 1]
+        # |dr/du| = mean + Re Σ c_k exp(2iku); its integral has c_k/(2ik) in place of c_k
+        k = np.arange(1, _HARMONICS + 1)
+        self._mean = spectrum[0].real
+        self._waves = np.concatenate([[0.0], 2.0 * spectrum[k] / (2j * k)])
 
     @classmethod
     def between(
@@ -179,10 +182,8 @@ class GreatCircle:
 
     def _length(self, u: Array) -> Array:
         """Distance flown from u = 0, m: the integral of the Fourier series of |dr/du|."""
-        length = self._mean * u
-        for k, harmonic in enumerate(self._harmonics, start=1):
-            length = length + (harmonic.real * np.sin(2 * k * u) + harmonic.imag * (np.cos(2 * k * u) - 1.0)) / (2 * k)
-        return np.asarray(length)
+        wave = np.polynomial.polynomial.polyval(np.exp(2j * u), self._waves)
+        return np.asarray(self._mean * u + (wave - self._waves.sum()).real)
 
     def _motion(self, time: Array) -> _Motion:
         distance = self._speed * time
