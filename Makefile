@@ -2,6 +2,7 @@
 # make test   set up, run every test
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure the speed of what has to be fast
+# make docs   set up, write the reference of the scenario file from the schema
 #
 # Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and
 # again only when requirements.lock or pyproject.toml change. Another Python: make demo PYTHON=/path/to/python3.12
@@ -16,7 +17,7 @@ CODE    := $(shell find sinssim -name '*.py')
 PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test test-slow lint format bench setup clean
+.PHONY: demo test test-slow lint format bench docs setup clean
 .DEFAULT_GOAL := demo
 
 demo: $(KERNELS)
@@ -42,6 +43,9 @@ format: $(READY)
 bench: $(KERNELS)
 	@for bench in $(notdir $(basename $(wildcard benchmarks/bench_*.py))); do \
 	  echo "== $$bench"; $(BIN)/python -m benchmarks.$$bench || exit 1; done
+
+docs: $(READY)
+	$(BIN)/python docs/scenario_reference.py
 
 setup: $(KERNELS)
 
