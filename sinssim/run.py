@@ -90,9 +90,9 @@ def run(
     if directory is None:
         return _compute(scenario, None, stages)
     folder = RunDirectory(Path(directory), overwrite=overwrite)
-    # Loading Rerun takes a while; the flight does not need it.
-    threading.Thread(target=importlib.import_module, args=("sinssim.recording.writer",), daemon=True).start()
     try:
+        # Loading Rerun takes a while; the flight does not need it.
+        threading.Thread(target=importlib.import_module, args=("sinssim.recording.writer",), daemon=True).start()
         return _compute(scenario, folder, stages)
     except BaseException as error:
         _leave(folder, scenario, stages, error)
