@@ -41,7 +41,7 @@ The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)
 EQUATOR = np.radians(3.0)
 """A cone tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes, rad."""
 
-_ROWS = 3000  # of the velocity curve that enter the fit
+_BLOCKS = 1000  # of the session, over which velocities are averaged before the fit
 _ITERATIONS = 300  # a few at mid-latitudes, many near the poles, where the residual bends the fit
 
 # The latitude's sign comes from the vertical part of the Earth's rate, if the vehicle's own turn is less than this
@@ -94,10 +94,13 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
     check_lengths(np.asarray(OMEGA_IE), np.asarray(np.linalg.norm(accel)))
 
     attitude, velocity = inertial_curve(imu)
-    rows = np.unique(np.linspace(0, len(imu), _ROWS + 1).astype(int))
-    t, v = imu.time[rows] - imu.time[0], velocity[rows]
+    # Means over blocks, so that no vibration is sampled at its own rhythm.
+    edges = np.unique(np.linspace(0, len(imu) + 1, _BLOCKS + 1).astype(int))
+    counts = np.diff(edges)[:, None]
+    t = np.add.reduceat(imu.time - imu.time[0], edges[:-1]) / counts[:, 0]
+    v = np.add.reduceat(velocity, edges[:-1], axis=0) / counts
     fits = [_fit(t, v, start, fixed=latitude is not None or start.latitude == 0.0) for start in _starts(t, v, latitude)]
-    turn = _turn_about_vertical(t, attitude[rows], fits[0])
+    turn = _turn_about_vertical(imu.time[edges[:-1]] - imu.time[0], attitude[edges[:-1]], fits[0])
     fit = min(fits, key=lambda candidate: abs(turn - OMEGA_IE * np.sin(candidate.latitude)))
     return _alignment(imu, attitude[-1], t, fit, turn, free=latitude is None)
 
@@ -234,7 +237,7 @@ def _rotation(vector: Array) -> Array:
 def _alignment(imu: ImuData, q_last: Array, t: Array, fit: _Fit, turn: float, free: bool) -> DisturbedAlignment:
     from sinssim import rotation
 
-    phi, ut = fit.latitude, OMEGA_IE * t[-1]
+    phi, ut = fit.latitude, OMEGA_IE * (imu.time[-1] - imu.time[0])
     up = np.array([np.cos(phi) * np.cos(ut), np.cos(phi) * np.sin(ut), np.sin(phi)])
     east = np.array([-np.sin(ut), np.cos(ut), 0.0])
     c_ni = np.stack([np.cross(up, east), east, -up])
