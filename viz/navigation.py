@@ -27,7 +27,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             name=name,
             axis_x=run.axis_x(),
             axis_y=run.axis_y(*entities),
-            plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
+            plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(*entities)),
         )
 
     return rrb.Blueprint(

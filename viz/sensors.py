@@ -18,7 +18,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     """
     window = run.label("sensor_window", "1 s")
 
-    def plot(name: str, *keys: str) -> rrb.TimeSeriesView:
+    def plot(name: str, *keys: str, legend: bool = True) -> rrb.TimeSeriesView:
         entities = [f"sensors/{key}" for key in keys]
         return rrb.TimeSeriesView(
             origin="/sensors",
@@ -26,18 +26,28 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             name=name,
             axis_x=run.axis_x(),
             axis_y=run.axis_y(*entities),
-            plot_legend=rrb.PlotLegend(visible=True, corner=rrb.Corner2D.LeftTop),
+            plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(*entities)),
         )
 
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                plot("Angular rate, inertial [deg/s]", "gyro/ideal", "gyro/measured"),
+                plot(
+                    "Inertial angular rate [deg/s], measured (thin) on ideal (wide)",
+                    "gyro/ideal",
+                    "gyro/measured",
+                    legend=False,
+                ),
                 plot(f"Gyro error, mean over {window} [deg/h]", "gyro/error"),
                 plot(f"Gyro error, accumulated [{run.label('gyro_sum', 'arcsec')}]", "gyro/sum"),
             ),
             rrb.Vertical(
-                plot("Specific force [m/s²]", "accel/ideal", "accel/measured"),
+                plot(
+                    "Specific force [m/s²], measured (thin) on ideal (wide)",
+                    "accel/ideal",
+                    "accel/measured",
+                    legend=False,
+                ),
                 plot(f"Accelerometer error, mean over {window} [µg]", "accel/error"),
                 plot(f"Accelerometer error, accumulated [{run.label('accel_sum', 'm/s')}]", "accel/sum"),
             ),

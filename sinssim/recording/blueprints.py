@@ -73,29 +73,57 @@ class RunInfo:
         start, end = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (self.start, self.end))
         return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
+    def range_of(self, *entities: str) -> tuple[float, float]:
+        """Return the smallest and the largest number of some plotted entities.
+
+        Args:
+            entities: what a plot shows.
+
+        Returns:
+            Both, or zeros before they are known.
+        """
+        known = [self.ranges[entity] for entity in entities if entity in self.ranges]
+        return min((r[0] for r in known), default=0.0), max((r[1] for r in known), default=0.0)
+
     def axis_y(self, *entities: str) -> rrb.ScalarAxis | None:
         """Return a vertical axis on which at least two numbers can be read.
 
-        The viewer writes numbers at whole powers of ten only, and none where they lie close together. Nine steps of
-        one decade thus stay without any, and without scale; such an axis is widened to steps of the next.
+        The viewer writes numbers at whole powers of ten only, none where they lie closer than about nine to a plot,
+        and none at the very edges. Left to itself, a plot from -9 to 9 shows the number 0 alone.
 
         Args:
             entities: what the plot shows.
 
         Returns:
-            The axis, or None where the viewer's own choice does well.
+            The axis, or None where there is nothing to choose.
         """
         import rerun.blueprint as rrb
 
-        known = [self.ranges[entity] for entity in entities if entity in self.ranges]
-        low, high = min((r[0] for r in known), default=0.0), max((r[1] for r in known), default=0.0)
+        low, high = self.range_of(*entities)
         if not (high > low and math.isfinite(high - low)):
             return None
-        decade = 10.0 ** math.floor(math.log10(high - low))
-        if high - low <= 8.5 * decade:
-            return None
-        step = 10.0 * decade
-        return rrb.ScalarAxis(range=(step * math.floor(low / step), step * math.ceil(high / step)))
+        step = 10.0 ** math.floor(math.log10(high - low))
+        if high - low > 8.5 * step:
+            step *= 10.0
+        numbers = [k * step for k in range(math.floor(low / step) - 1, math.ceil(high / step) + 2)]
+        numbers.sort(key=lambda n: max(low - n, n - high, 0.0))  # those in the range, then the nearest outside
+        low, high = min(low, *numbers[:2]), max(high, *numbers[:2])
+        margin = 0.05 * (high - low)
+        return rrb.ScalarAxis(range=(low - margin, high + margin))
+
+    def corner(self, *entities: str) -> rrb.Corner2D:
+        """Return the corner for the legend of lines that begin near zero at the left.
+
+        Args:
+            entities: what the plot shows.
+
+        Returns:
+            The left corner that is farther from zero.
+        """
+        import rerun.blueprint as rrb
+
+        low, high = self.range_of(*entities)
+        return rrb.Corner2D.LeftTop if high >= -low else rrb.Corner2D.LeftBottom
 
     def to_json(self) -> str:
         """Return the same as text, as it is kept in the recording.

@@ -17,7 +17,7 @@ from sinssim.data import Array, NavState
 from sinssim.earth import WGS84, Ellipsoid, geodetic_to_ecef
 
 _SCALES = (1, 2, 5, 10, 20, 50)
-_MAP_POINTS = 300.0
+_MAP_POINTS = 250.0
 """Height of the map on the screen that the flight shall fill, points."""
 
 
@@ -31,6 +31,7 @@ class Scene:
         height_scale: by how much heights are exaggerated.
         size: diagonal of the flight as drawn, m.
         center: middle of the flight as drawn, (3,) m.
+        side: horizontal direction from which the flight looks longest, (2,).
         ellipsoid: reference ellipsoid.
     """
 
@@ -41,6 +42,7 @@ class Scene:
     height_scale: int
     size: float
     center: Array
+    side: Array
     ellipsoid: Ellipsoid
 
     @classmethod
@@ -63,6 +65,7 @@ class Scene:
             1,
             0.0,
             np.zeros(3),
+            np.zeros(2),
             ellipsoid,
         )
         points = start.points(truth.latitude[rows], truth.longitude[rows], truth.height[rows])
@@ -81,13 +84,14 @@ class Scene:
             scale,
             max(float(np.linalg.norm(high - low)), 30.0),
             0.5 * (low + high),
+            _across(points[:, :2]),
             ellipsoid,
         )
 
     @property
     def eye(self) -> tuple[float, float, float]:
-        """Point from which the whole flight is seen, looking north-west and down, m."""
-        x, y, z = self.center + self.size * np.array([0.35, -0.6, 0.45])
+        """Point from which the whole flight is seen, m."""
+        x, y, z = self.center + self.size * np.array([0.8 * self.side[0], 0.8 * self.side[1], 0.5])
         return float(x), float(y), float(z)
 
     @property
@@ -148,6 +152,13 @@ class Scene:
         east = np.array([-sin_lon, cos_lon, 0.0])
         north = np.array([-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat])
         return east, north
+
+
+def _across(points: Array) -> Array:
+    """Return the horizontal direction across the longest extent of points (N, 2), to the south of them if possible."""
+    _, axes = np.linalg.eigh(np.cov(points.T))
+    side: Array = axes[:, 0]  # of the smallest variance
+    return -side if side[1] > 0.0 else side
 
 
 def aircraft_mesh() -> tuple[Array, NDArray[np.uint32], Array]:
