@@ -22,8 +22,6 @@ PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
 
 demo: $(KERNELS)
 	$(BIN)/sinssim run scenarios/first_flight.toml -o runs/first_flight --overwrite
-	@echo "Look at it:  $(BIN)/sinssim view runs/first_flight          (native viewer)"
-	@echo "             $(BIN)/sinssim view runs/first_flight --web    (in a browser)"
 
 test: $(KERNELS)
 	$(BIN)/python -m pytest -n 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -283,23 +284,25 @@ def _progress(show: bool) -> Iterator[Callable[[str, float], None] | None]:
         yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     words = {
         "flight": "Flying",
         "truth": "Fitting the true motion",
         "imu": "Sensing",
         "navigate": "Navigating",
+        "filter": "Filtering",
         "record": "Recording",
     }
     columns = (TextColumn("{task.description:<24}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as bars:
-        tasks: dict[str, TaskID] = {}
+        # In the order of the stages, each from the moment it begins.
+        tasks = {stage: bars.add_task(word, total=1.0, start=False, visible=False) for stage, word in words.items()}
 
         def report(stage: str, fraction: float) -> None:
-            if stage not in tasks:
-                tasks[stage] = bars.add_task(words.get(stage, stage), total=1.0)
-            bars.update(tasks[stage], completed=fraction)
+            if not bars.tasks[tasks[stage]].started:
+                bars.start_task(tasks[stage])
+            bars.update(tasks[stage], completed=fraction, visible=True)
 
         yield report
 
@@ -316,6 +319,13 @@ def _number(value: float) -> str:
     if not math.isfinite(value) or not 1e-4 <= abs(value) < 1e9:
         return f"{value:.2e}"
     return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
+
+
+def _command() -> str:
+    """Return what to type for this program: its name if the shell finds it, else the way it was called."""
+    if shutil.which("sinssim"):
+        return "sinssim"
+    return sys.argv[0] if Path(sys.argv[0]).name == "sinssim" else f"{Path(sys.executable).name} -m sinssim"
 
 
 def _show_result(result: RunResult, directory: Path) -> None:
@@ -357,7 +367,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
             console.print(f"{name}: {event.text}", markup=False)
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in result.summary["timing"].items()}
     print("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
-    print(f"Look at it: sinssim view {directory}    (in a browser: sinssim view {directory} --web)")
+    print(f"Look at it: {_command()} view {directory}    (--web: in a browser)")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -224,7 +225,7 @@ def test_run_prints_the_errors_and_what_to_open(folder: Path, capsys: pytest.Cap
     assert captured.err == ""  # no progress bars where there is no terminal
     assert "standing: errors against the truth" in captured.out
     assert "quaternion" in captured.out
-    assert "sinssim view runs/standing" in captured.out
+    assert "sinssim view runs/standing    (--web: in a browser)" in captured.out
     for name in ("scenario.toml", "summary.json", "recording.rrd", "streams/truth.parquet"):
         assert (folder / "runs" / "standing" / name).is_file()
 
@@ -261,6 +262,29 @@ def test_output_that_cannot_be_written(folder: Path, capsys: pytest.CaptureFixtu
     assert call("run", "plan.toml", "-o", "plan.toml/out") == 2
     assert "plan.toml" in capsys.readouterr().err
     assert everything_in(folder) == {"plan.toml": PARKED.encode()}
+
+
+def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    ours, theirs = os.openpty()
+    child = subprocess.Popen(
+        [sys.executable, "-m", "sinssim", "run", "plan.toml", "--json"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        env={**os.environ, "TERM": "xterm"},
+    )
+    os.close(theirs)
+    shown = b""
+    with contextlib.suppress(OSError):  # the terminal's end
+        while part := os.read(ours, 65536):
+            shown += part
+    os.close(ours)
+    out, _ = child.communicate(timeout=60.0)
+    assert child.returncode == 0
+    json.loads(out)
+    for word in ("Sensing", "Navigating", "Recording", "100%"):
+        assert word in shown.decode()
 
 
 def test_interrupt(folder: Path) -> None:
