@@ -179,8 +179,9 @@ def _navigate(
             e0 = h - height_reference[k]
             e1 = h1 - dt * loop1 * e0 - height_reference[k + 1]
             e = 0.5 * (e0 + e1)
-            h1 -= dt * loop1 * e
-            vd1 += dt * (loop2 * e + loop_sum + 0.5 * dt * loop3 * e)
+            pull = dt * (loop2 * e + loop_sum + 0.5 * dt * loop3 * e)
+            h1 -= dt * (loop1 * e + 0.5 * pull)
+            vd1 += pull
             loop_sum += dt * loop3 * e
         elif vertical == HELD:
             h1 = height_reference[k + 1]

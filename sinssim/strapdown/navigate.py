@@ -34,7 +34,9 @@ def _not_finite(array: Array) -> int | None:
     """Return the first row that holds a NaN or an infinity."""
     for start in range(0, len(array), _BLOCK):
         block = array[start : start + _BLOCK]
-        if not math.isfinite(float(np.sum(block))) and not np.all(np.isfinite(block)):
+        with np.errstate(invalid="ignore", over="ignore"):  # +∞ and −∞ in one block, or sums beyond the range
+            total = float(np.sum(block))
+        if not math.isfinite(total) and not np.all(np.isfinite(block)):
             finite = np.isfinite(block).reshape(len(block), -1).all(axis=1)
             return start + int(np.argmin(finite))
     return None
