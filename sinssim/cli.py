@@ -356,7 +356,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
             _number(errors["final_horizontal_error_m"]),
             _number(errors["rms_horizontal_error_m"]),
             _number(errors["max_horizontal_error_m"]),
-            _number(errors["max_horizontal_error_m"] / 1852.0),
+            f"{errors['max_horizontal_error_m'] / 1852.0:.3f}",
             _number(errors["max_velocity_error_mps"]),
             _number(errors["max_attitude_error_arcsec"] / 60.0),
         )

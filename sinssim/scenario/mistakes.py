@@ -83,7 +83,7 @@ def describe(
         One sentence per mistake: the line where it stands, the key's path, what is wrong and what would be right.
     """
     # An array with a bad entry is also reported as too short, and the right key as missing where it is misspelt.
-    parents = {error["loc"][:-1] for error in errors}
+    parents = {error["loc"][:length] for error in errors for length in range(len(error["loc"]))}
     meant = {
         (*error["loc"][:-1], key)
         for error in errors

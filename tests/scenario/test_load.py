@@ -166,6 +166,15 @@ def test_flight_without_legs(tmp_path: Path) -> None:
     assert "flight.legs must have at least 1 entry" in mistake(tmp_path, head.replace("aircraft", "legs=[]\naircraft"))
 
 
+def test_array_with_nothing_but_bad_legs_is_not_called_short(tmp_path: Path) -> None:
+    """A leg of another type than its keys are of: what it lacks and what it has too much, and no more."""
+    first, _ = FLIGHT.split('[[flight.legs]]\ntype = "turn"')
+    lines = mistake(tmp_path, first.replace("altitude_m = 4000.0", "duration_s = 60.0")).split("\n  - ")
+    assert lines[1] == "line 15: flight.legs.1.altitude_m is missing (height above the ellipsoid to reach)."
+    assert lines[2].startswith("line 17: unknown key 'flight.legs.1.duration_s'. [flight.legs.1] may have: altitude_m,")
+    assert len(lines) == 3
+
+
 def test_zero_length(tmp_path: Path) -> None:
     assert "parked.duration_s = 0.0 must be greater than 0" in mistake(tmp_path, PARKED.replace("20.0", "0.0", 1))
 
