@@ -37,6 +37,7 @@ STEP = 1.0 / 120.0
 """JSBSim's step [s]."""
 
 _POUND_FORCE = 4.4482216152605  # [N]
+_NEAR_GROUND = 500.0  # below this height the gear may touch before the next look [m]
 _SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
 
 # Logged ten times a second: name, JSBSim property, factor to the unit, unit.
@@ -294,6 +295,8 @@ class _Link:
             )
         )
         self._gusts = sorted(flight.wind.gusts, key=lambda gust: gust.start_s)
+        self._ground_reactions = write("simulation/models/FGGroundReactions/enabled")
+        self._near_ground = True
 
     def sense(self) -> None:
         """Refresh what the autopilot flies by, and log the knot."""
@@ -315,6 +318,10 @@ class _Link:
         m.track, m.ground_speed = self._track(), FOOT * self._ground_speed()
         m.height_above_ground = FOOT * self._above_ground()
         m.on_wheels = self._wow() > 0.0
+        # Far from the ground its reactions are nothing, and working out that nothing is a tenth of the run time.
+        if self._near_ground != (m.height_above_ground < _NEAR_GROUND):
+            self._near_ground = not self._near_ground
+            self._ground_reactions(float(self._near_ground))
         self.channels.extend([channel() for channel in self._logged])
 
     def stand(self) -> None:

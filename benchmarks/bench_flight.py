@@ -1,0 +1,82 @@
+"""How long our autopilot's flight takes against JSBSim alone stepping the same model for the same time."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+
+from sinssim.scenario.aircraft import load_aircraft
+from sinssim.scenario.legs import FlightSection
+from sinssim.truth import jsbsim_flight
+from sinssim.units import FOOT
+
+
+def plan(aircraft: str, seconds: float) -> FlightSection:
+    """Return a flight of S-turns and changes of height at the aircraft's usual airspeed."""
+    altitude = 1500.0 if aircraft == "c172x" else 5000.0
+    return FlightSection.model_validate(
+        {
+            "aircraft": aircraft,
+            "start": {"on": "air", "latitude_deg": 50.0, "longitude_deg": 14.0, "altitude_m": altitude},
+            "legs": [
+                {"type": "climb", "altitude_m": altitude + 200.0},
+                {"type": "s_turns", "duration_s": 0.6 * seconds},
+                {"type": "hold", "until_s": seconds},
+            ],
+        }
+    )
+
+
+def alone(flight: FlightSection, seconds: float, shipped: bool) -> float:
+    """Return the time that JSBSim alone takes, s: the model as it is shipped, or without its sockets as we load it."""
+    import jsbsim
+
+    aircraft = load_aircraft(flight.aircraft)
+    with jsbsim_flight._quiet(), tempfile.TemporaryDirectory() as folder:
+        if shipped:
+            executive = jsbsim.FGFDMExec(None)
+            executive.set_debug_level(0)
+            executive.load_model(aircraft.jsbsim_model)
+            executive.disable_output()
+            executive.set_dt(jsbsim_flight.STEP)
+            executive["ic/h-sl-ft"] = flight.start.altitude_m / FOOT
+            executive["ic/vc-kts"] = aircraft.performance.cruise_kt
+            executive.run_ic()
+            executive["propulsion/set-running"] = -1
+            executive["simulation/do_simple_trim"] = 1
+        else:
+            model = jsbsim_flight.model_folder(flight.aircraft, aircraft.jsbsim_model)
+            executive = jsbsim_flight._load(model, folder, aircraft.model_changes)
+            jsbsim_flight._set_out(executive, flight, aircraft, 0)
+        run = executive.run
+        begin = time.process_time()
+        for _ in range(round(seconds / jsbsim_flight.STEP)):
+            run()
+        return time.process_time() - begin
+
+
+def main() -> None:
+    """Print both times and their ratios for each aircraft."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=600.0, help="duration of the flight")
+    parser.add_argument("--repeat", type=int, default=3, help="the best of this many")
+    arguments = parser.parse_args()
+    for aircraft in ("737", "f16", "c172x"):
+        flight = plan(aircraft, arguments.seconds)
+        jsbsim_flight.fly_plan(flight)  # compiles the kernels that make the log's attitudes
+        ours, bare, shipped = [], [], []
+        for _ in range(arguments.repeat):
+            begin = time.process_time()
+            jsbsim_flight.fly_plan(flight)
+            ours.append(time.process_time() - begin)
+            bare.append(alone(flight, arguments.seconds, shipped=False))
+            shipped.append(alone(flight, arguments.seconds, shipped=True))
+        print(
+            f"{aircraft:6s} flight {min(ours):6.3f} s   JSBSim alone, same model {min(bare):6.3f} s: x{min(ours) / min(bare):.2f}"
+            f"   as shipped {min(shipped):6.3f} s: x{min(ours) / min(shipped):.2f}"
+        )
+
+
+if __name__ == "__main__":
+    main()
