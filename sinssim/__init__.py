@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from sinssim.run import RunResult, run
     from sinssim.scenario import Scenario, load_scenario
     from sinssim.sensors import GRADES, emulate
-    from sinssim.strapdown import ALGORITHMS, FRAMES, navigate
-    from sinssim.truth import Trajectory, fly
+    from sinssim.strapdown import ALGORITHMS, FRAMES
+    from sinssim.strapdown.navigate import navigate
+    from sinssim.truth import Trajectory
+    from sinssim.truth.fly import fly
 
 # Loaded on first use, so that `import sinssim` (and `sinssim --help`) stays light.
 _HOME = {
@@ -41,7 +43,7 @@ _HOME = {
     "fly": "truth",
 }
 
-__all__ = [  # noqa: RUF022 - grouped as in the documentation
+__all__ = [
     "ALGORITHMS", "ELLIPSOIDS", "FRAMES", "GRADES", "GRAVITY_MODELS",
     "ImuData", "InputError", "NavSolution", "NavState", "RunError", "RunResult", "Scenario",
     "SingularityEvent", "SinssimError", "Trajectory",
