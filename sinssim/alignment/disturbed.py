@@ -38,7 +38,7 @@ RANDOM_WALK_FACTOR = 10.0 / 7.0
 The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)², x = t/T, and ∫W² dx = 10/7.
 """
 
-EQUATOR = np.radians(3.0)
+EQUATOR = np.radians(5.0)
 """A cone tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes, rad."""
 
 _BLOCKS = 1000  # of the session, over which velocities are averaged before the fit

@@ -21,9 +21,9 @@ from sinssim.units import ARCSEC
 FEWEST_SAMPLES = 40
 """Samples below which a session does not show whether the vehicle moved."""
 
-_BLOCKS = 20  # of the session, whose mean specific forces are compared
+_BLOCKS = (2, 20)  # into which a session is cut to compare mean specific forces: a slow sinking, a jolt
 _ROTATION_FLOOR = 5.0 * ARCSEC  # departures that are let pass whatever the noise
-_TILT_FLOOR = 3.0 * ARCSEC
+_TILT_FLOOR = 1.5 * ARCSEC
 # A random walk of σ at its end departs from the straight line to its end by more than x with a probability of
 # 2 exp(-2x²/σ²): 5e-11 for x = 3.5σ.
 _BRIDGE = 3.5
@@ -153,32 +153,35 @@ def stillness(imu: ImuData, sigmas: InstrumentErrors | None = None) -> Stillness
     slant = 0.0 if sigmas is None else 0.2 * float(np.max(np.asarray(sigmas.accel_bias)))
 
     departure = np.linalg.norm(np.cumsum(imu.dtheta, axis=0) - np.outer(elapsed[1:], gyro), axis=1)
-    rotation_limit = (
-        max(_ROTATION_FLOOR, drift * duration)
-        + _BRIDGE * white_level(imu.dtheta, duration) * np.sqrt(duration)
-        + _pulse(imu.dtheta)
-    )
+    noise = _BRIDGE * white_level(imu.dtheta, duration) * np.sqrt(duration) + _pulse(imu.dtheta)
+    rotation_limit = np.hypot(max(_ROTATION_FLOOR, drift * duration), noise)
 
-    edges = np.linspace(0, count, _BLOCKS + 1).astype(int)
-    spans = np.diff(elapsed[edges])
-    means = np.add.reduceat(imu.dvel, edges[:-1], axis=0) / spans[:, None]
-    tilt = np.linalg.norm(np.cross(means, accel), axis=1) / gravity**2
-    block = duration / _BLOCKS
-    noise = _SIGMAS * white_level(imu.dvel, duration) / np.sqrt(block) + _pulse(imu.dvel) / block
-    tilt_limit = max(_TILT_FLOOR, slant / gravity) + noise / gravity
-    worst, tilted = int(np.argmax(departure)), int(np.argmax(tilt))
+    level, pulse = white_level(imu.dvel, duration), _pulse(imu.dvel)
+    tilts = []
+    for blocks in _BLOCKS:
+        edges = np.linspace(0, count, blocks + 1).astype(int)
+        spans = np.diff(elapsed[edges])
+        means = np.add.reduceat(imu.dvel, edges[:-1], axis=0) / spans[:, None]
+        tilt = np.linalg.norm(np.cross(means, accel), axis=1) / gravity**2
+        worst = int(np.argmax(tilt))
+        block = duration / blocks
+        noise = (_SIGMAS * level / np.sqrt(block) + pulse / block) / gravity
+        limit = np.hypot(max(_TILT_FLOOR, slant / gravity), noise)
+        tilts.append((float(tilt[worst]), float(imu.time[edges[worst]] + 0.5 * spans[worst]), float(limit)))
+    tilt_found, tilt_time, tilt_limit = max(tilts, key=lambda found: found[0] / found[2])
+    worst = int(np.argmax(departure))
     return Stillness(
         rotation=float(departure[worst]),
         rotation_time=float(imu.time[worst + 1]),
         rotation_limit=float(rotation_limit),
-        tilt=float(tilt[tilted]),
-        tilt_time=float(imu.time[edges[tilted]] + 0.5 * spans[tilted]),
-        tilt_limit=float(tilt_limit),
+        tilt=tilt_found,
+        tilt_time=tilt_time,
+        tilt_limit=tilt_limit,
     )
 
 
 def white_level(increments: Array, duration: float) -> float:
-    """Return the random walk coefficient N of the noisiest axis, seen past motion and quantisation.
+    """Return the random walk coefficient N of the noisiest axis, seen past slow motion and most of quantisation.
 
     White noise has an Allan deviation N/√τ at every τ; slow motion raises it at long τ, quantisation at short τ, a
     jolt in one part of the session. So the smallest N over octaves of τ, of the median over parts of the session.

@@ -1,0 +1,166 @@
+"""What a session averages and what it does not: against closed forms and against emulated sessions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim import rotation
+from sinssim.alignment import (
+    SOURCES,
+    Attitude,
+    InstrumentErrors,
+    bias_takes_over,
+    determine,
+    error_budget,
+    error_statistics,
+    expected_errors,
+    ideal_readings,
+    mean_readings,
+    total,
+)
+from sinssim.earth_models import OMEGA_IE
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.sensors.gauss_markov import gauss_markov
+from sinssim.truth.parked import Parked
+from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, PPM, UG
+
+LEVEL = Attitude(0.4, 0.0, 0.0)
+LATITUDE = np.radians(50.0)
+
+
+def test_expected_errors_are_those_of_the_grade():
+    mean, sigma = expected_errors(ImuSection(grade="laser-standard"))
+    np.testing.assert_allclose(sigma.gyro.bias, 0.01 * DEG_H)
+    np.testing.assert_allclose(sigma.accel.scale, 50 * PPM)
+    np.testing.assert_allclose(sigma.gyro.misalignment, 5 * ARCSEC * (1 - np.eye(3)))
+    assert sigma.gyro.random_walk == pytest.approx(0.003 * DEG_SQRT_H)
+    assert not np.any(mean.gyro.bias)
+
+
+def test_what_is_fixed_has_a_mean_and_no_spread():
+    section = ImuSection(
+        gyro_bias_deg_h=(0.1, 0.2, 0.3), accel_scale_sigma_ppm=7.0, gyro_misalignment_arcsec=(1, 2, 3, 4, 5, 6)
+    )
+    mean, sigma = expected_errors(section)
+    np.testing.assert_allclose(mean.gyro.bias, np.array([0.1, 0.2, 0.3]) * DEG_H)
+    np.testing.assert_allclose(mean.gyro.misalignment, np.array([[0, 1, 2], [3, 0, 4], [5, 6, 0]]) * ARCSEC)
+    assert not np.any(sigma.gyro.bias)
+    assert not np.any(sigma.gyro.misalignment)
+    np.testing.assert_allclose(sigma.accel.scale, 7 * PPM)
+
+
+def test_biases_and_scale_factors_are_the_statistics_of_the_theory():
+    expected = expected_errors(ImuSection(grade="laser-standard"))
+    attitude = Attitude(0.7, 0.2, -0.3)
+    budget = error_budget(attitude, LATITUDE, expected.sigma, 300.0)
+    four = ("gyro bias", "gyro scale factor", "accelerometer bias", "accelerometer scale factor")
+    theory = error_statistics(attitude, LATITUDE, None, expected.instrument_sigmas).sigma
+    np.testing.assert_allclose(total(budget, four), theory, rtol=1e-13)
+    assert set(budget) == set(SOURCES)
+
+
+def test_laser_standard_at_50_degrees():
+    """0.01 deg/h over the horizontal part of the Earth's rate; 0.003 deg/√h over five minutes is as much again."""
+    budget = error_budget(LEVEL, LATITUDE, expected_errors(ImuSection()).sigma, 300.0)
+    horizontal = 15.041067 * np.cos(LATITUDE)
+    assert budget["gyro bias"].heading == pytest.approx(0.01 / horizontal, rel=1e-7)
+    assert budget["gyro bias"].heading / ARCMIN == pytest.approx(3.6, abs=0.05)
+    assert budget["angle random walk"].heading == pytest.approx(0.003 / np.sqrt(300 / 3600) / horizontal, rel=1e-7)
+    assert budget["accelerometer bias"].pitch / ARCSEC == pytest.approx(10.3, abs=0.05)
+
+
+def test_misalignment_brings_in_what_the_other_axes_read():
+    sigma = ImuErrors(accel=TriadErrors(misalignment=5 * ARCSEC * (1 - np.eye(3))))
+    budget = error_budget(LEVEL, LATITUDE, sigma, 300.0)
+    assert budget["accelerometer misalignment"].pitch == pytest.approx(5 * ARCSEC, rel=1e-9)  # all of gravity, tilted
+    one = TriadErrors(misalignment=np.array([[0, 1e-5, 0], [0, 0, 0], [0, 0, 0.0]]))  # forward axis towards right
+    attitude = Attitude(0.3, 0.2, 0.1)
+    gyro, accel = ideal_readings(*attitude, LATITUDE)
+    moved = determine(gyro + np.array([1e-5 * gyro[1], 0, 0]), accel)
+    budget = error_budget(attitude, LATITUDE, ImuErrors(gyro=one), 300.0)
+    assert budget["gyro misalignment"].heading == pytest.approx(abs(moved.heading - 0.3), rel=1e-4)
+
+
+def test_quantisation_at_both_ends_of_a_session():
+    rng = np.random.default_rng(3)
+    quantum, duration, rate = 2 * ARCSEC, 100.0, 7e-5
+    start = rng.uniform(0, quantum, 200_000)  # the phase of a counter that ran before
+    counted = np.rint((start + rate * duration) / quantum) - np.rint(start / quantum)
+    sigma = np.std(counted * quantum / duration - rate)
+    budget = error_budget(
+        Attitude(np.pi / 2, 0.0, 0.0), LATITUDE, ImuErrors(gyro=TriadErrors(quantum=quantum)), duration
+    )
+    predicted = budget["angle quantisation"].heading * OMEGA_IE * np.cos(LATITUDE)
+    phase = (rate * duration / quantum) % 1.0  # this one session's variance: Q² x(1 - x), on average over x Q²/6
+    assert sigma == pytest.approx(quantum / duration * np.sqrt(phase * (1 - phase)), rel=0.02)
+    assert predicted == pytest.approx(quantum / duration / np.sqrt(6), rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 0.3, 3.0])
+def test_bias_instability_is_the_mean_of_a_gauss_markov_process(ratio):
+    rng = np.random.default_rng(4)
+    tau, count, runs = 1000.0, 200, 4000
+    duration = ratio * tau
+    interval = np.full(count, duration / count)
+    means = [gauss_markov(interval, tau, rng.standard_normal(count + 1)).mean() for _ in range(runs)]
+    sigma = ImuErrors(gyro=TriadErrors(instability=1.0, correlation_time=tau))
+    budget = error_budget(LEVEL, LATITUDE, sigma, duration)
+    predicted = budget["gyro bias instability"].heading * OMEGA_IE * np.cos(LATITUDE)
+    assert np.std(means) == pytest.approx(predicted, rel=4 / np.sqrt(2 * runs))
+
+
+def test_noise_falls_with_the_session_and_bias_does_not():
+    sigma = expected_errors(ImuSection(gyro_quantum_arcsec=1.0)).sigma
+    budget = error_budget(LEVEL, LATITUDE, sigma, np.array([100.0, 400.0]))
+    for source, power in (("angle random walk", 0.5), ("angle quantisation", 1.0), ("gyro bias", 0.0)):
+        heading = np.broadcast_to(budget[source].heading, 2)
+        assert heading[0] / heading[1] == pytest.approx(4.0**power, rel=1e-12)
+
+
+def test_bias_takes_over_where_the_parts_are_equal():
+    sigma = ImuErrors(gyro=TriadErrors(bias=np.full(3, 0.01 * DEG_H), random_walk=0.003 * DEG_SQRT_H))
+    crossing = bias_takes_over(LEVEL, LATITUDE, sigma)
+    assert crossing.heading == pytest.approx(3600 * (0.003 / 0.01) ** 2, rel=1e-9)  # 324 s
+    assert crossing.roll == 0.0  # nothing acts on it at all
+    only_noise = ImuErrors(gyro=TriadErrors(random_walk=0.003 * DEG_SQRT_H))
+    assert bias_takes_over(LEVEL, LATITUDE, only_noise).heading == np.inf
+    pulses = ImuErrors(gyro=TriadErrors(bias=np.full(3, 0.01 * DEG_H), quantum=ARCSEC))
+    # Q²/6T² = σ²
+    assert bias_takes_over(LEVEL, LATITUDE, pulses).heading == pytest.approx(
+        ARCSEC / np.sqrt(6) / (0.01 * DEG_H), rel=1e-9
+    )
+
+
+def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread():
+    """Truth, sensors, session, determination against the theory, all sources of the grade together."""
+    roll, pitch, heading, runs = 0.05, -0.1, 1.2, 1500
+    q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
+    ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 300.0).increments(2.0)
+    section = ImuSection(grade="laser-standard")
+    readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
+    result = determine(*(np.array(part) for part in zip(*readings, strict=True)))
+    found = np.stack([result.heading - heading, result.roll - roll, result.pitch - pitch, result.latitude - LATITUDE])
+    budget = error_budget(Attitude(heading, roll, pitch), LATITUDE, expected_errors(section).sigma, 300.0)
+    for errors, sigma in zip(found, total(budget), strict=True):
+        assert abs(errors.mean()) < 4 * sigma / np.sqrt(runs)
+        assert errors.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * runs))
+
+
+@pytest.mark.parametrize("duration", [0.0, -5.0, np.nan])
+def test_a_session_has_a_length(duration):
+    with pytest.raises(InputError, match="must be positive"):
+        error_budget(LEVEL, LATITUDE, expected_errors(ImuSection()).sigma, duration)
+
+
+def test_the_cone_does_not_tell_the_latitude_on_the_equator():
+    with pytest.raises(InputError, match="equator"):
+        error_budget(LEVEL, 0.01, expected_errors(ImuSection()).sigma, 300.0, method="disturbed")
+
+
+def test_instrument_sigmas_carry_over():
+    sigmas = expected_errors(ImuSection(grade="laser-standard")).instrument_sigmas
+    assert isinstance(sigmas, InstrumentErrors)
+    np.testing.assert_allclose(sigmas.accel_bias, 50 * UG)

@@ -1,0 +1,188 @@
+"""Alignment on a disturbed base, on vehicles whose sway is known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim import rotation
+from sinssim.alignment import (
+    Attitude,
+    align_disturbed,
+    determine,
+    error_budget,
+    expected_errors,
+    mean_readings,
+    total,
+)
+from sinssim.alignment.disturbed import inertial_curve
+from sinssim.data import ImuData
+from sinssim.earth_models import OMEGA_IE
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.truth.parked import Parked
+from sinssim.truth.swaying import Sway, Swaying
+from sinssim.units import ARCSEC, DEG_SQRT_H
+
+LATITUDE, HEADING = np.radians(50.0), np.radians(40.0)
+LASER = ImuSection(grade="laser-standard")
+
+
+def sways(seed):
+    """Four sinusoids a coordinate at 0.1-1 Hz that reach ±0.5° of attitude and ±2 cm of heave together."""
+    rng = np.random.default_rng(seed)
+    return [
+        Sway(name, size / 4, frequency, phase)
+        for name, size in (("roll", 0.5), ("pitch", 0.5), ("heading", 0.5), ("down", 0.02))
+        for size in ((np.radians(size) if name != "down" else size),)
+        for frequency, phase in zip(np.exp(rng.uniform(*np.log([0.1, 1.0]), 4)), rng.uniform(0, 6.28, 4), strict=True)
+    ]
+
+
+@pytest.fixture(scope="module")
+def vehicle():
+    return Swaying(LATITUDE, 0.3, 0.0, 0.02, 0.03, HEADING, 300.0, sways(0))
+
+
+@pytest.fixture(scope="module")
+def ideal(vehicle):
+    return vehicle.increments(50.0)
+
+
+def angles_at(vehicle, time):
+    roll, pitch, heading = rotation.euler_from_quaternion(vehicle.state(time).q_nb)
+    return np.array([heading, roll, pitch])
+
+
+def found(alignment):
+    d = alignment.determination
+    return np.array([d.heading, d.roll, d.pitch])
+
+
+def test_attitude_in_the_inertial_frame_follows_the_truth(vehicle, ideal):
+    q, velocity = inertial_curve(ideal)
+
+    def inertial(t):
+        state = vehicle.state(t)
+        c_en = Rotation.from_euler("ZY", [0.3, -LATITUDE - np.pi / 2])  # of the mean place: within 5e-9 rad
+        return Rotation.from_rotvec([0, 0, OMEGA_IE * t]) * c_en * Rotation.from_quat(state.q_nb, scalar_first=True)
+
+    closed = inertial(0.0).inv() * inertial(300.0)
+    assert (closed.inv() * Rotation.from_quat(q[-1], scalar_first=True)).magnitude() < 2e-8
+    assert np.linalg.norm(velocity[-1]) == pytest.approx(9.81 * 300.0, rel=1e-2)
+
+
+def test_perfect_instruments_leave_only_what_the_sway_adds(vehicle, ideal):
+    alignment = align_disturbed(ideal)
+    assert np.abs(found(alignment) - angles_at(vehicle, 300.0)).max() < 0.01 * ARCSEC
+    assert abs(alignment.determination.latitude - LATITUDE) < 0.1 * ARCSEC
+    assert alignment.determination.gravity == pytest.approx(9.810702, rel=1e-6)  # normal gravity at 50°
+    assert alignment.determination.warnings == ()
+    # the residual is the heave's own velocity
+    heave = np.sqrt(
+        sum((s.amplitude * 2 * np.pi * s.frequency_hz) ** 2 / 2 for s in sways(0) if s.coordinate == "down")
+    )
+    assert alignment.residual == pytest.approx(heave, rel=0.2)
+
+
+def test_laser_gyros_align_on_the_swaying_base_as_theory_says_and_eq_1_does_not(vehicle, ideal):
+    """Heading within twice the quiet base's σ; eq. (1) on the same data is degrees off."""
+    runs = 60
+    truth, errors, latitudes, means = angles_at(vehicle, 300.0), [], [], []
+    for seed in range(runs):
+        imu = emulate(ideal, LASER, seed)
+        alignment = align_disturbed(imu)
+        errors.append(found(alignment) - truth)
+        latitudes.append(alignment.determination.latitude - LATITUDE)
+        means.append(determine(*mean_readings(imu)).heading - HEADING)
+    attitude, sigma = Attitude(truth[0], truth[1], truth[2]), expected_errors(LASER).sigma
+    quiet = total(error_budget(attitude, LATITUDE, sigma, 300.0))
+    predicted = total(error_budget(attitude, LATITUDE, sigma, 300.0, method="disturbed"))
+    band = 4 / np.sqrt(2 * runs)
+    spread = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert spread[0] < 2 * quiet.heading
+    np.testing.assert_allclose(spread, [predicted.heading, predicted.roll, predicted.pitch], rtol=band)
+    assert np.sqrt(np.mean(np.square(latitudes))) == pytest.approx(predicted.latitude, rel=band)
+    assert np.abs(means).mean() > 20 * quiet.heading
+
+
+def test_random_walk_weighs_ten_sevenths_of_a_quiet_base():
+    q_nb = rotation.quaternion_from_euler(0.0, 0.0, HEADING)
+    ideal = Parked(LATITUDE, 0.3, 0.0, q_nb, 300.0).increments(4.0)
+    noise = ImuErrors(gyro=TriadErrors(random_walk=0.003 * DEG_SQRT_H))
+    runs = 400
+    errors = [
+        align_disturbed(emulate(ideal, noise, seed), LATITUDE).determination.heading - HEADING for seed in range(runs)
+    ]
+    quiet = 0.003 * DEG_SQRT_H / np.sqrt(300.0) / (OMEGA_IE * np.cos(LATITUDE))
+    # at the session's end the heading has walked on about the vertical: half of that is new to the fit's middle
+    walked = 0.003 * DEG_SQRT_H * np.sqrt(300.0)
+    assert walked < 0.02 * quiet
+    assert np.std(errors) / quiet == pytest.approx(np.sqrt(10 / 7), rel=4 / np.sqrt(2 * runs))
+
+
+@pytest.mark.parametrize("latitude", [-80.0, -50.0, -10.0, 10.0, 35.0, 80.0])
+def test_latitude_and_its_sign_come_from_the_session(latitude):
+    q_nb = rotation.quaternion_from_euler(0.1, -0.2, 4.0)
+    imu = Parked(np.radians(latitude), 0.3, 0.0, q_nb, 300.0).increments(5.0)
+    alignment = align_disturbed(imu)
+    assert np.degrees(alignment.determination.latitude) == pytest.approx(latitude, abs=1e-4)
+    np.testing.assert_allclose(found(alignment), [4.0, 0.1, -0.2], atol=1e-7)
+
+
+def test_any_attitude_but_the_vertical_one(vehicle):
+    for roll, pitch in ((3.0, 0.5), (-1.6, -1.2)):
+        q_nb = rotation.quaternion_from_euler(roll, pitch, 1.0)
+        np.testing.assert_allclose(
+            found(align_disturbed(Parked(LATITUDE, 0.3, 0.0, q_nb, 300.0).increments(5.0))),
+            [1.0, roll, pitch],
+            atol=1e-7,
+        )
+    q_nb = rotation.quaternion_from_euler(0.0, np.pi / 2, 1.0)
+    d = align_disturbed(Parked(LATITUDE, 0.3, 0.0, q_nb, 300.0).increments(5.0)).determination
+    assert np.isnan(d.heading)
+    assert np.isnan(d.roll)
+    assert d.pitch == pytest.approx(np.pi / 2, abs=1e-6)
+
+
+def test_on_the_equator_the_latitude_is_marked_and_the_heading_stays():
+    imu = Parked(0.0, 0.3, 0.0, rotation.quaternion_from_euler(0.0, 0.0, 1.0), 300.0).increments(5.0)
+    d = align_disturbed(emulate(imu, LASER, 1)).determination
+    assert np.isnan(d.latitude)
+    assert d.heading == pytest.approx(1.0, abs=0.01)
+    assert "equator" in d.warnings[0]
+    assert align_disturbed(imu, 0.0).determination.warnings == ()
+
+
+def test_at_the_pole_there_is_no_heading():
+    imu = Parked(np.pi / 2, 0.3, 0.0, rotation.quaternion_from_euler(0.0, 0.0, 1.0), 300.0).increments(5.0)
+    d = align_disturbed(emulate(imu, LASER, 1), np.pi / 2).determination
+    assert np.isnan(d.heading)
+    assert "no north" in d.warnings[0]
+
+
+def test_a_vehicle_that_keeps_turning_cannot_tell_north_from_south():
+    turning = Swaying(LATITUDE, 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, [Sway("heading", np.radians(3.0), 1 / 1200)])
+    d = align_disturbed(turning.increments(10.0)).determination
+    assert np.isnan(d.heading)
+    assert np.isnan(d.latitude)
+    assert "give the latitude" in d.warnings[0]
+    known = align_disturbed(turning.increments(10.0), LATITUDE)
+    np.testing.assert_allclose(found(known), angles_at(turning, 300.0), atol=0.1 * ARCSEC)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "latitude", "text"),
+    [
+        (lambda d: ImuData(d.time[:2001], d.dtheta[:2000], d.dvel[:2000]), None, "at least 60 s"),
+        (lambda d: d, 2.0, "between -90 and 90"),
+        (lambda d: ImuData(d.time, d.dtheta, 3 * d.dvel), None, "m/s²"),
+        (lambda d: ImuData(d.time, d.dtheta * np.nan, d.dvel), None, "not a finite number"),
+    ],
+)
+def test_unusable_sessions_are_refused(ideal, spoil, latitude, text):
+    with pytest.raises(InputError) as info:
+        align_disturbed(spoil(ideal), latitude)
+    assert text in str(info.value)

@@ -1,0 +1,102 @@
+"""The start of navigation: P₀ against the spread of emulated alignments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim import earth
+from sinssim.alignment import (
+    STATES,
+    determine,
+    expected_errors,
+    ideal_readings,
+    initial_covariance,
+    initial_state,
+)
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import draw
+from sinssim.units import ARCSEC
+
+ANGLES = (1.2, 0.3, -0.2)  # heading, roll, pitch
+LATITUDE = np.radians(50.0)
+SECTION = ImuSection(grade="laser-standard")
+
+
+def test_the_state_is_the_determined_attitude_at_rest():
+    result = determine(*ideal_readings(*ANGLES, LATITUDE))
+    state = initial_state(result, 0.4, 120.0)
+    expected = Rotation.from_euler("ZYX", [1.2, -0.2, 0.3])
+    assert (Rotation.from_quat(state.q_nb, scalar_first=True).inv() * expected).magnitude() < 1e-12
+    assert (state.latitude, state.longitude, state.height) == (pytest.approx(LATITUDE), 0.4, 120.0)
+    np.testing.assert_array_equal(state.velocity_ned, 0.0)
+    assert initial_state(result, 0.4, 120.0, latitude=0.7).latitude == 0.7
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_covariance_is_that_of_emulated_alignments(known):
+    """Attitude, gyro and accelerometer biases of many runs, cross-correlations included."""
+    runs, duration = 20_000, 300.0
+    gyro, accel = ideal_readings(*ANGLES, LATITUDE)
+    rng = np.random.default_rng(6)
+    readings, biases = [], []
+    for seed in range(runs // 10):
+        errors = draw(SECTION, seed)
+        for _ in range(10):  # new noise ten times on each draw: the biases cost the time
+            measured = [
+                (1 + t.scale) * (ideal + t.misalignment @ ideal)
+                + t.bias
+                + t.random_walk / np.sqrt(duration) * rng.standard_normal(3)
+                for t, ideal in ((errors.gyro, gyro), (errors.accel, accel))
+            ]
+            readings.append(measured)
+            biases.append(np.r_[errors.gyro.bias, errors.accel.bias])
+    result = determine(*np.moveaxis(np.array(readings), 1, 0))
+    c_true = Rotation.from_euler("ZYX", [ANGLES[0], ANGLES[2], ANGLES[1]])
+    computed = Rotation.from_euler("ZYX", np.stack([result.heading, result.pitch, result.roll], axis=1))
+    phi = -(computed * c_true.inv()).as_rotvec()  # C_computed = (I − [φ×]) C_true
+    north = (result.latitude - LATITUDE) * earth.radii(LATITUDE)[0]
+    samples = np.column_stack([north, phi, biases])
+    rows = [0, *range(6, 15)]
+
+    sigma = expected_errors(SECTION).sigma
+    exact = determine(gyro, accel)
+    latitude = LATITUDE if known else None
+    covariance = initial_covariance(exact, sigma, duration, latitude=latitude, position_sigma=(5.0, 6.0, 7.0))
+    assert covariance.shape == (15, 15) == (len(STATES),) * 2
+    np.testing.assert_array_equal(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(*(np.diag(covariance),) * 2))).min() > -1e-12
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)[1:6]), [6.0, 7.0, 0.01, 0.01, 0.01])
+    predicted = covariance[np.ix_(rows, rows)]
+    if known:
+        assert predicted[0, 0] == pytest.approx(25.0)
+        rows, samples, predicted = rows[1:], samples[:, 1:], predicted[1:, 1:]
+    scale = np.sqrt(np.diag(predicted))
+    found = np.cov(samples.T) / np.outer(scale, scale)
+    # 2000 independent draws: a correlation is known to 1/√2000, four of them
+    np.testing.assert_allclose(found, predicted / np.outer(scale, scale), atol=4 * np.sqrt(2 / (runs // 10)))
+
+
+def test_the_heading_error_knows_the_gyro_bias_that_caused_it():
+    exact = determine(*ideal_readings(0.0, 0.0, 0.0, LATITUDE))
+    covariance = initial_covariance(exact, expected_errors(SECTION).sigma, 3600.0, latitude=LATITUDE)
+    row, column = STATES.index("attitude down"), STATES.index("gyro bias right")
+    correlation = covariance[row, column] / np.sqrt(covariance[row, row] * covariance[column, column])
+    # a positive east gyro bias makes the heading too small, φ_down = −ΔK too large; at one hour it is most of it
+    assert 0.9 < correlation < 1.0
+    row, column = STATES.index("attitude east"), STATES.index("accelerometer bias forward")
+    correlation = covariance[row, column] / np.sqrt(covariance[row, row] * covariance[column, column])
+    assert -1.0 < correlation < -0.8  # φ_east = −Δθ
+    assert np.sqrt(covariance[7, 7]) / ARCSEC == pytest.approx(11.5, abs=0.1)  # 50 µg and 5 arcsec
+
+
+def test_what_is_not_determined_cannot_start_navigation():
+    pole = determine(*ideal_readings(0.3, 0.1, 0.2, np.pi / 2))
+    with pytest.raises(InputError, match="heading not determined"):
+        initial_state(pole, 0.0, 0.0)
+    with pytest.raises(InputError, match="heading not determined"):
+        initial_covariance(pole, expected_errors(SECTION).sigma, 300.0)
+    with pytest.raises(InputError, match="one vehicle"):
+        initial_state(determine(*ideal_readings([0.3, 0.4], 0.1, 0.2, 0.5)), 0.0, 0.0)

@@ -1,0 +1,117 @@
+"""Turning the vehicle between sessions: what cancels, and which heading is best."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim.alignment import (
+    Attitude,
+    best_headings,
+    determine,
+    error_budget,
+    expected_errors,
+    ideal_readings,
+    set_sigma,
+    total,
+)
+from sinssim.earth_models import OMEGA_IE
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors, draw
+from sinssim.units import DEG_H, PPM, UG
+
+LATITUDE = np.radians(50.0)
+GRADE = expected_errors(ImuSection(grade="laser-standard")).sigma
+TILT = {"roll": 0.03, "pitch": -0.02}
+
+
+def quarter_turns(first, count):
+    return Attitude(first + 2 * np.pi * np.arange(count) / count, TILT["roll"], TILT["pitch"])
+
+
+def test_one_position_is_a_plain_session():
+    alone = set_sigma(quarter_turns(0.7, 1), LATITUDE, GRADE, 300.0)
+    plain = total(error_budget(Attitude(0.7, *TILT.values()), LATITUDE, GRADE, 300.0))
+    np.testing.assert_allclose(alone, plain, rtol=1e-12)
+
+
+def test_opposite_headings_cancel_the_horizontal_biases_of_a_level_vehicle():
+    sigma = ImuErrors(gyro=TriadErrors(bias=np.full(3, 0.01 * DEG_H)), accel=TriadErrors(bias=np.full(3, 50 * UG)))
+    attitude = Attitude(np.array([0.7, 0.7 + np.pi]), 0.0, 0.0)
+    result = set_sigma(attitude, LATITUDE, sigma, 300.0)
+    assert result.heading < 1e-15
+    # of the latitude the vertical gyro's part stays, (24); turning about the vertical does not move that gyro
+    assert result.latitude == pytest.approx(0.01 * DEG_H * np.cos(LATITUDE) / OMEGA_IE, rel=1e-12)
+
+
+def test_four_headings_cancel_the_scale_factors_too():
+    sigma = ImuErrors(gyro=TriadErrors(scale=np.full(3, 100 * PPM)))
+    two = set_sigma(Attitude(0.7 + np.array([0.0, np.pi]), 0.0, 0.0), LATITUDE, sigma, 300.0)
+    four = set_sigma(Attitude(0.7 + np.pi / 2 * np.arange(4), 0.0, 0.0), LATITUDE, sigma, 300.0)
+    assert two.heading == pytest.approx(100 * PPM * np.sqrt(0.5) * abs(np.sin(1.4)), rel=1e-9)  # (15)
+    assert four.heading < 1e-15
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_sets_against_draws_through_the_determination(count):
+    """Every error of a run is the same in all positions, noise is new in each."""
+    runs, duration = 3000, 600.0
+    attitude = quarter_turns(0.5, count)
+    gyro, accel = ideal_readings(*attitude, LATITUDE)
+    rng = np.random.default_rng(5)
+    deltas = np.empty((runs, 4))
+    for run in range(runs):
+        errors = draw(ImuSection(grade="laser-standard"), run)
+        noise = [
+            triad.random_walk / np.sqrt(duration / count) * rng.standard_normal((count, 3))
+            for triad in (errors.gyro, errors.accel)
+        ]
+        measured = [
+            (1 + triad.scale) * (ideal + ideal @ triad.misalignment.T) + triad.bias + white
+            for triad, ideal, white in ((errors.gyro, gyro, noise[0]), (errors.accel, accel, noise[1]))
+        ]
+        result = determine(*measured)
+        turned = (result.heading - attitude.heading + np.pi) % (2 * np.pi) - np.pi
+        deltas[run] = [
+            turned.mean(),
+            (result.roll - attitude.roll).mean(),
+            (result.pitch - attitude.pitch).mean(),
+            (result.latitude - LATITUDE).mean(),
+        ]
+    predicted = set_sigma(attitude, LATITUDE, GRADE, duration)
+    np.testing.assert_allclose(deltas.std(axis=0), np.array(predicted), rtol=4 / np.sqrt(2 * runs))
+
+
+def test_the_better_gyro_faces_east():
+    """Facing north the right gyro points east and alone decides the heading; facing east the forward one does."""
+    good, bad = 0.001 * DEG_H, 0.05 * DEG_H
+    right_is_good = ImuErrors(gyro=TriadErrors(bias=np.array([bad, good, good])))
+    forward_is_good = ImuErrors(gyro=TriadErrors(bias=np.array([good, bad, good])))
+    best = best_headings(1, LATITUDE, right_is_good, 300.0)
+    assert np.degrees(best.headings[0]) % 180 == pytest.approx(0.0, abs=0.01)
+    assert best.sigma.heading == pytest.approx(good / (OMEGA_IE * np.cos(LATITUDE)), rel=1e-6)
+    assert best.worst == pytest.approx(bad / (OMEGA_IE * np.cos(LATITUDE)), rel=1e-3)
+    best = best_headings(1, LATITUDE, forward_is_good, 300.0)
+    assert np.degrees(best.headings[0]) == pytest.approx(90.0, abs=0.01)
+    # what is best for the heading is worst for the latitude: (25)
+    best = best_headings(1, LATITUDE, forward_is_good, 300.0, angle="latitude")
+    assert np.degrees(best.headings[0]) == pytest.approx(0.0, abs=0.01)
+
+
+def test_scale_factors_alone_want_a_cardinal_heading_and_the_best_is_never_worse_than_any():
+    sigma = ImuErrors(gyro=TriadErrors(scale=np.full(3, 100 * PPM)))
+    best = best_headings(1, LATITUDE, sigma, 300.0)
+    assert best.sigma.heading < 1e-12
+    for count in (1, 2, 4):
+        best = best_headings(count, LATITUDE, GRADE, 300.0, **TILT)
+        assert len(best.headings) == count
+        for first in np.linspace(0, 2 * np.pi, 37):
+            other = set_sigma(quarter_turns(first, count), LATITUDE, GRADE, 300.0).heading
+            assert best.sigma.heading <= other * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("count", "angle", "text"), [(0, "heading", "at least one"), (1, "roll", "heading or lat")])
+def test_mistakes_are_named(count, angle, text):
+    with pytest.raises(InputError, match=text):
+        best_headings(count, LATITUDE, GRADE, 300.0, angle=angle)
