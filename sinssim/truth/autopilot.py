@@ -224,7 +224,11 @@ class Autopilot:
         change = self._load_lag * (self._load_ahead - self._load_reference)
         self._load_reference += change
         if self.fixed_elevator is None:
-            rate = G / tas * (self._load_reference - weight + k.lift_time_s * pressure * tas / self._reference * change / dt)
+            rate = (
+                G
+                / tas
+                * (self._load_reference - weight + k.lift_time_s * pressure * tas / self._reference * change / dt)
+            )
             error = rate - m.q
             integral = self._pitch_integral - feedback * k.pitch_integral * error * dt
             self._pitch_integral = 0.8 if integral > 0.8 else -0.8 if integral < -0.8 else integral
@@ -239,7 +243,9 @@ class Autopilot:
             step = self._speed_step
             change = step if change > step else -step if change < -step else change
             reference = self._speed_reference + change
-            self._speed_reference = cas + 4.0 if reference > cas + 4.0 else cas - 4.0 if reference < cas - 4.0 else reference
+            self._speed_reference = (
+                cas + 4.0 if reference > cas + 4.0 else cas - 4.0 if reference < cas - 4.0 else reference
+            )
             error = self._speed_reference - cas
             ahead = k.climb_throttle * (self._climb_reference / tas + change / (dt * G))
             throttle = self._throttle_integral + k.speed_gain * error + ahead

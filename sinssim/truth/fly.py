@@ -40,9 +40,9 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     if scenario.flight is not None:
         from sinssim.scenario.aircraft import load_aircraft
         from sinssim.truth.curve import Curve
-        from sinssim.truth.jsbsim_flight import fly_plan
+        from sinssim.truth.cache import cached_flight
 
-        log = fly_plan(scenario.flight, scenario.seed, progress)
+        log = cached_flight(scenario.flight, scenario.seed, progress)
         own = load_aircraft(scenario.flight.aircraft).mounting
         return Curve(
             log.time,

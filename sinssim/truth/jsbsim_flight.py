@@ -466,8 +466,10 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                 if progress is not None and knot % 300 == 0:
                     progress(_fraction(flight, number, motion.time))
         except (LegError, jsbsim.BaseError, ArithmeticError, ValueError) as error:
-            reason, remedy = (error.reason, error.remedy) if isinstance(error, LegError) else (
-                f"the model diverged ({error})", "gentler legs, or a better model,"
+            reason, remedy = (
+                (error.reason, error.remedy)
+                if isinstance(error, LegError)
+                else (f"the model diverged ({error})", "gentler legs, or a better model,")
             )
             raise RunError(
                 f"{name} failed at {motion.time:.1f} s of the flight: {reason}. The {flight.aircraft} was at a height"
