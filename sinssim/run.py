@@ -232,7 +232,7 @@ def _leave(folder: RunDirectory, scenario: Scenario, stages: _Stages, error: Bas
         folder.discard()
         return
     status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
-    message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__}: {error}".rstrip(": ")
+    message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
     place = _keep(folder, scenario, _about(scenario, stages, status, message), beside=status)
     error.add_note(f"What was recorded until then is in {place}.")
 

@@ -60,16 +60,17 @@ class RunWriter:
         self._to_rerun = ThreadPoolExecutor(1, "rerun")
         self._to_parquet = ThreadPoolExecutor(1, "parquet")
         self._tasks: list[Future[None]] = []
-        write = self._recording.document
-        self._submit(self._to_rerun, write, RUN_ENTITY, self._run.to_json())
-        self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
-        self._submit(self._to_rerun, pictures.draw_flight, self._recording, time, truth, self._scene, trajectory.events)
-        for stream in (
-            truth_stream(time, truth),
-            imu_stream("ideal", ideal),
-            *channel_streams(trajectory.channels),
-        ):
-            self._stream(stream)
+        try:
+            write = self._recording.document
+            self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
+            self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events)
+            for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
+                self._stream(stream)
+            for stream in channel_streams(trajectory.channels):
+                self._stream(stream)
+        except BaseException:
+            self._close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -77,12 +78,11 @@ class RunWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        # What has begun is finished and what was written is kept; what has not begun is left out.
         self._close()
 
     def _close(self) -> None:
         for pool in (self._to_rerun, self._to_parquet):
-            pool.shutdown(wait=True, cancel_futures=True)
+            pool.shutdown(wait=True)
         self._recording.close()
 
     def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:

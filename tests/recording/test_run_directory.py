@@ -1,0 +1,312 @@
+"""A recorded run: every stream exactly as computed, in Parquet and in the recording, and both valid however it ends."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import rerun_cli
+from rerun.chunk import RrdReader
+
+from sinssim.errors import InputError
+from sinssim.nav_error import navigation_error
+from sinssim.recording.viewer import find_recording, read_run_info
+from sinssim.run import initial_state, run
+from sinssim.scenario.schema import InitialErrorSection
+from tests.recording import fake_run
+
+COUNT = 70_000  # more than one chunk of 65 536 rows
+STATE = [
+    "time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps",
+    "q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z",
+]  # fmt: skip
+IMU = ["time_s", "dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"]
+STAGES = ("flight", "truth", "imu", "navigate", "filter", "record", "total")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """One recorded run, the numbers it was made from, and the progress that it told."""
+    with pytest.MonkeyPatch.context() as patch:
+        fake = fake_run.install(COUNT, patch.setattr)
+        told: list[tuple[str, float]] = []
+        directory = tmp_path_factory.mktemp("runs") / "deep" / "fake"
+        result = run(fake_run.scenario(), directory, progress=lambda stage, fraction: told.append((stage, fraction)))
+    return fake, result, told
+
+
+def verify(recording: Path) -> subprocess.CompletedProcess[str]:
+    binary = Path(rerun_cli.__file__).parent / "rerun"
+    return subprocess.run([binary, "rrd", "verify", recording], capture_output=True, text=True, check=False)
+
+
+def read_recording(path: Path) -> dict[str, tuple[np.ndarray, np.ndarray, list[str]]]:
+    """Return times (ns), values and series' names of every exact stream's entity."""
+    parts: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    names: dict[str, list[str]] = {}
+    for chunk in RrdReader(path).stream():
+        batch, entity = chunk.to_record_batch(), chunk.entity_path
+        if not entity.startswith("/streams/"):
+            continue
+        if "SeriesLines:names" in batch.schema.names:
+            names[entity] = batch.column("SeriesLines:names")[0].as_py()
+        else:
+            times = batch.column("sim_time").to_numpy(zero_copy_only=False).astype(np.int64)
+            scalars = batch.column("Scalars:scalars")
+            parts.setdefault(entity, []).append((times, scalars.flatten().to_numpy().reshape(len(times), -1)))
+    out = {}
+    for entity, chunks in parts.items():
+        chunks.sort(key=lambda part: part[0][0])
+        out[entity] = (*(np.concatenate(column) for column in zip(*chunks, strict=True)), names[entity])
+    return out
+
+
+def state_columns(s) -> list[np.ndarray]:
+    return [s.latitude, s.longitude, s.height, *s.velocity_ned.T, *s.q_nb.T]
+
+
+def test_parquet_holds_exactly_what_was_computed(recorded):
+    fake, result, _ = recorded
+    expected = {
+        "truth": (STATE, [fake.time, *state_columns(fake.truth)]),
+        "imu_ideal": (IMU, [fake.time[1:], *fake.ideal.dtheta.T, *fake.ideal.dvel.T]),
+        "imu_measured": (IMU, [fake.time[1:], *fake.measured.dtheta.T, *fake.measured.dvel.T]),
+    }
+    for name, solution in fake.solutions.items():
+        error = navigation_error(fake.truth, solution)
+        expected[f"nav_{name}"] = (STATE, [fake.time, *state_columns(solution)])
+        expected[f"error_{name}"] = (
+            ["time_s", "position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps",
+             "velocity_d_mps", "phi_n_rad", "phi_e_rad", "phi_d_rad", "defect"],
+            [fake.time, *error.position_ned.T, *error.velocity_ned.T, *error.attitude.T, solution.defect],
+        )  # fmt: skip
+    for name, (columns, arrays) in expected.items():
+        table = pq.read_table(result.directory / "streams" / f"{name}.parquet")
+        assert table.column_names == columns
+        for column, array in zip(columns, arrays, strict=True):
+            assert str(table.schema.field(column).type) == "double"
+            np.testing.assert_array_equal(table[column].to_numpy(), array, strict=True)
+
+
+def test_flight_channels_keep_their_own_times_and_units(recorded):
+    fake, result, _ = recorded
+    flight = pq.read_table(result.directory / "streams" / "flight.parquet")
+    assert flight.column_names == ["time_s", "airspeed_mps", "wind_ned_mps_0", "wind_ned_mps_1", "wind_ned_mps_2"]
+    np.testing.assert_array_equal(flight["wind_ned_mps_1"].to_numpy(), fake.channels["wind_ned"].values[:, 1])
+    fuel = pq.read_table(result.directory / "streams" / "flight_2.parquet")
+    assert fuel.to_pydict() == {"time_s": [0.0, 1.0], "fuel_kg": [9.0, 8.0]}
+
+
+def test_events_are_in_the_order_of_time_with_the_singularities_among_them(recorded):
+    _, result, _ = recorded
+    events = pq.read_table(result.directory / "streams" / "events.parquet").to_pydict()
+    assert events["time_s"] == [0.0, 3.0, 12.5]
+    assert events["text"] == ["begins", "euler: pitch went through 90°", "turns |left|"]
+    (chunk,) = list(RrdReader(result.directory / "recording.rrd").stream().filter(content="/events"))
+    batch = chunk.to_record_batch()
+    assert [text[0] for text in batch.column("TextLog:text").to_pylist()] == events["text"]
+
+
+def test_recording_equals_parquet_in_every_double(recorded):
+    _, result, _ = recorded
+    entities = read_recording(result.directory / "recording.rrd")
+    seen: dict[str, list[str]] = {}
+    for entity, (times, values, names) in entities.items():
+        stream = entity.split("/")[2]
+        table = pq.read_table(result.directory / "streams" / f"{stream}.parquet")
+        np.testing.assert_array_equal(times, np.rint(table["time_s"].to_numpy() * 1e9).astype(np.int64))
+        np.testing.assert_array_equal(values, np.column_stack([table[name].to_numpy() for name in names]))
+        seen.setdefault(stream, []).extend(names)
+    files = {path.stem for path in (result.directory / "streams").glob("*.parquet")} - {"events"}
+    assert set(seen) == files
+    for stream, names in seen.items():
+        table = pq.read_table(result.directory / "streams" / f"{stream}.parquet")
+        assert sorted(["time_s", *names]) == sorted(table.column_names)
+
+
+def test_recording_is_valid_and_says_what_it_is(recorded):
+    _, result, _ = recorded
+    recording = result.directory / "recording.rrd"
+    assert verify(recording).returncode == 0
+    reader = RrdReader(recording)
+    assert [store.application_id for store in reader.recordings()] == ["sinssim fake"]
+    assert {store.application_id for store in reader.blueprints()} == {"sinssim fake"}
+    info = read_run_info(find_recording(result.directory))
+    assert (info.name, info.start, info.end, info.algorithms) == ("fake", 0.0, COUNT / 100.0, fake_run.ALGORITHMS)
+    documents = {
+        chunk.entity_path: chunk.to_record_batch().column("TextDocument:text")[0].as_py()[0]
+        for chunk in reader.stream().filter(content="/about/**")
+    }
+    assert result.scenario.to_toml() in documents["/about/scenario"]
+    assert "| final horizontal [m] |" in documents["/about/summary"]
+
+
+def test_summary_has_the_numbers_in_numpys_own_words(recorded):
+    fake, result, _ = recorded
+    summary = json.loads((result.directory / "summary.json").read_text())
+    assert summary == json.loads(json.dumps(result.summary))
+    assert list(summary["algorithms"]) == list(fake_run.ALGORITHMS)
+    assert (summary["seed"], summary["status"], summary["rate_hz"]) == (3, "finished", 100.0)
+    assert set(summary["timing"]) == {f"{stage}_s" for stage in STAGES}
+    assert summary["timing"]["total_s"] > 0.0
+    assert {"sinssim", "jsbsim", "numpy", "rerun-sdk"} <= set(summary["versions"])
+    assert [event["start_s"] for event in summary["singularities"]["euler"]] == [3.0]
+    for name, numbers in summary["algorithms"].items():
+        error = result.errors[name]
+        arcsec = np.degrees(np.linalg.norm(error.attitude, axis=1)) * 3600.0
+        for quantity, values in (
+            ("horizontal_error_m", np.hypot(*error.position_ned[:, :2].T)),
+            ("height_error_m", -error.position_ned[:, 2]),
+            ("velocity_error_mps", np.linalg.norm(error.velocity_ned, axis=1)),
+            ("attitude_error_arcsec", arcsec),
+        ):
+            assert numbers[f"final_{quantity}"] == pytest.approx(values[-1], rel=1e-12)
+            assert numbers[f"rms_{quantity}"] == pytest.approx(np.sqrt(np.mean(values**2)), rel=1e-12)
+            assert numbers[f"max_{quantity}"] == pytest.approx(np.abs(values).max(), rel=1e-12)
+        assert numbers["final_height_error_m"] == pytest.approx(fake.solutions[name].height[-1] - fake.truth.height[-1])
+
+
+def test_progress_goes_through_the_stages_and_ends_each_at_one(recorded):
+    _, _, told = recorded
+    stages = list(dict.fromkeys(stage for stage, _ in told))
+    assert stages == ["flight", "truth", "record", "imu", "navigate"]
+    assert all(0.0 <= fraction <= 1.0 for _, fraction in told)
+    assert {dict(told)[stage] for stage in stages} == {1.0}
+
+
+def test_directory_holds_what_it_should_and_nothing_else(recorded):
+    _, result, _ = recorded
+    directory = result.directory
+    assert {p.name for p in directory.iterdir()} == {"recording.rrd", "scenario.toml", "streams", "summary.json"}
+    assert [p.name for p in directory.parent.iterdir()] == ["fake"]
+    assert not list(directory.rglob("*.part"))
+    assert (directory / "scenario.toml").read_text() == result.scenario.to_toml()
+
+
+def in_process(how: str, directory: Path, count: int = 20_000) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "tests.recording.fake_run", how, str(directory), str(count)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=Path(__file__).parents[2],
+    )
+
+
+@pytest.mark.parametrize(("how", "status"), [("interrupt", "interrupted"), ("fail", "failed")])
+def test_a_run_that_breaks_off_keeps_a_valid_recording(tmp_path, how, status):
+    ended = in_process(how, tmp_path / "run")
+    assert ended.returncode != 0
+    assert ("KeyboardInterrupt" if how == "interrupt" else "the engine broke") in ended.stderr
+    recording = tmp_path / "run" / "recording.rrd"
+    assert verify(recording).returncode == 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert summary["status"] == status
+    entities = read_recording(recording)
+    streams = {entity.split("/")[2] for entity in entities}
+    assert {"truth", "imu_ideal", "imu_measured"} <= streams
+    assert not any(stream.startswith("nav_") for stream in streams)
+    for entity, (_, values, names) in entities.items():
+        table = pq.read_table(tmp_path / "run" / "streams" / f"{entity.split('/')[2]}.parquet")
+        np.testing.assert_array_equal(values, np.column_stack([table[name].to_numpy() for name in names]))
+    # A second one never replaces what is there.
+    assert in_process(how, tmp_path / "run").returncode != 0
+    assert {p.name for p in tmp_path.iterdir()} == {"run", f"run-{status}"}
+
+
+def test_a_full_disk_leaves_nothing_and_loses_nothing(tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "summary.json").write_text("{}")
+    ended = in_process("disk", tmp_path / "run", 100_000)
+    assert "RunError" in ended.stderr
+    assert "could not be written" in ended.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["run"]
+    assert [p.name for p in (tmp_path / "run").iterdir()] == ["summary.json"]
+
+
+@pytest.fixture
+def short(monkeypatch):
+    return fake_run.install(300, monkeypatch.setattr)
+
+
+def test_a_run_that_is_there_is_replaced_only_when_asked(tmp_path, short):
+    directory = tmp_path / "run"
+    run(fake_run.scenario(), directory)
+    (directory / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="holds a run already.*--overwrite"):
+        run(fake_run.scenario(), directory)
+    assert (directory / "notes.txt").read_text() == "mine"
+    run(fake_run.scenario(("euler",)), directory, overwrite=True)
+    assert not (directory / "notes.txt").exists()
+    assert list(json.loads((directory / "summary.json").read_text())["algorithms"]) == ["euler"]
+    assert [p.name for p in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_folder_with_other_things_in_it_is_never_replaced(tmp_path, short):
+    (tmp_path / "photo.jpg").write_text("x")
+    with pytest.raises(InputError, match="not empty and holds no run"):
+        run(fake_run.scenario(), tmp_path, overwrite=True)
+    assert [p.name for p in tmp_path.iterdir()] == ["photo.jpg"]
+
+
+def test_an_empty_folder_is_used(tmp_path, short):
+    (tmp_path / "run").mkdir()
+    assert run(fake_run.scenario(), tmp_path / "run").directory == tmp_path / "run"
+    assert (tmp_path / "run" / "recording.rrd").is_file()
+
+
+def test_places_that_cannot_be_written_are_refused_before_the_flight(tmp_path, monkeypatch):
+    monkeypatch.setattr("sinssim.truth.fly", lambda *_: pytest.fail("flew"))
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="is a file"):
+        run(fake_run.scenario(), tmp_path / "file")
+    with pytest.raises(InputError, match="cannot be made"):
+        run(fake_run.scenario(), tmp_path / "file" / "below")
+    with pytest.raises(InputError, match="cannot be made"):
+        run(fake_run.scenario(), Path("/proc/nowhere/run"))
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_flight_that_fails_leaves_no_trace(tmp_path, monkeypatch):
+    def fly(scenario, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("sinssim.truth.fly", fly)
+    with pytest.raises(KeyboardInterrupt):
+        run(fake_run.scenario(), tmp_path / "new" / "run")
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_a_directory_nothing_is_written(tmp_path, short, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run(fake_run.scenario())
+    assert result.directory is None
+    assert set(result.errors) == set(fake_run.ALGORITHMS)
+    assert not list(tmp_path.iterdir())
+
+
+def test_initial_errors_are_added_to_the_true_state(short):
+    truth = short.state(0.0)
+    untouched = initial_state(truth, InitialErrorSection(), short.ellipsoid)
+    assert untouched.longitude == truth.longitude
+    assert untouched.q_nb is truth.q_nb
+    section = InitialErrorSection(north_m=100.0, east_m=-50.0, height_m=3.0, velocity_down_mps=0.5, heading_arcmin=2.0)
+    wrong = initial_state(truth, section, short.ellipsoid)
+    s2 = 0.00669437999014 * np.sin(truth.latitude) ** 2  # e² of WGS 84
+    r1, r2 = 6378137.0 * (1.0 - 0.00669437999014) / (1.0 - s2) ** 1.5, 6378137.0 / np.sqrt(1.0 - s2)
+    assert wrong.latitude - truth.latitude == pytest.approx(100.0 / (r1 + truth.height), rel=1e-8)
+    assert wrong.longitude - truth.longitude == pytest.approx(
+        -50.0 / ((r2 + truth.height) * np.cos(truth.latitude)), rel=1e-8
+    )
+    assert wrong.height - truth.height == pytest.approx(3.0)
+    np.testing.assert_allclose(wrong.velocity_ned - truth.velocity_ned, [0.0, 0.0, 0.5])
+    # A heading error alone turns the body about down: q = (cos, 0, 0, sin) ⊗ q_true.
+    c, s = np.cos(np.radians(1.0 / 60.0)), np.sin(np.radians(1.0 / 60.0))
+    w, x, y, z = truth.q_nb
+    expected = np.array([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w])
+    assert abs(np.dot(wrong.q_nb, expected)) == pytest.approx(1.0, abs=1e-14)
