@@ -10,7 +10,6 @@ are printed. Seconds are processor time of one core, the best of the repetitions
 from __future__ import annotations
 
 import argparse
-import importlib
 import importlib.util
 import time
 from collections.abc import Callable
@@ -20,6 +19,7 @@ import numpy as np
 
 import sinssim
 from sinssim import rotation
+from sinssim.strapdown import level
 from sinssim.strapdown import navigate as api
 from tests.oracles.s_turn import Flight, STurn
 
@@ -36,7 +36,6 @@ def best(call: Callable[[], object], repeat: int) -> float:
 
 def measure(flight: Flight, algorithm: str, repeat: int) -> tuple[float, float, float]:
     """Return seconds of the kernel, seconds of `navigate` and the largest horizontal error, m."""
-    module = importlib.import_module("sinssim.strapdown.navigate")
     imu = sinssim.ImuData(flight.time, flight.dtheta, flight.dvel)
     first = (field[0] for field in (flight.latitude, flight.longitude, flight.height))
     initial = sinssim.NavState(*first, flight.velocity_ned[0], flight.q_nb[0])
@@ -49,7 +48,7 @@ def measure(flight: Flight, algorithm: str, repeat: int) -> tuple[float, float, 
     api_seconds = best(run, repeat)
 
     kernel_seconds: list[float] = []
-    engine = module.engine
+    engine = level.engine
 
     def timed_engine(*choice: Any) -> Callable[..., None]:
         kernel = engine(*choice)
@@ -61,12 +60,12 @@ def measure(flight: Flight, algorithm: str, repeat: int) -> tuple[float, float, 
 
         return timed
 
-    module.engine = timed_engine
+    level.engine = timed_engine
     try:
         for _ in range(repeat):
             run()
     finally:
-        module.engine = engine
+        level.engine = engine
     return min(kernel_seconds), api_seconds, error
 
 
