@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -386,6 +386,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except SinssimError as error:
         if _debug:
             raise
-        typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
-        typer.echo(f"{error} {_notes(error)}".rstrip(), err=True)
-        sys.exit(error.exit_code)
+        _fail(f"{error} {_notes(error)}".rstrip(), error.exit_code)
+    except MemoryError as error:
+        if _debug:
+            raise
+        _fail(f"not enough memory: {error}. A shorter scenario or a lower imu.rate_hz needs less.", 1)
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+    typer.echo(message, err=True)
+    sys.exit(code)

@@ -264,6 +264,15 @@ def test_output_that_cannot_be_written(folder: Path, capsys: pytest.CaptureFixtu
     assert everything_in(folder) == {"plan.toml": PARKED.encode()}
 
 
+def test_more_samples_than_memory(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "plan.toml").write_text(PARKED)
+    assert call("run", "plan.toml", "--set", "imu.rate_hz=1e15") == 1
+    message = capsys.readouterr().err
+    assert message.startswith("sinssim: not enough memory")
+    assert message.count("\n") == 1
+    assert everything_in(folder) == {"plan.toml": PARKED.encode()}
+
+
 def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None:
     (folder / "plan.toml").write_text(PARKED)
     ours, theirs = os.openpty()
