@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
     from sinssim.earth import ELLIPSOIDS, GRAVITY_MODELS
     from sinssim.errors import InputError, RunError, SinssimError
-    from sinssim.run import RunResult, run
     from sinssim.scenario import Scenario, load_scenario
     from sinssim.sensors import GRADES, emulate
+    from sinssim.simulation import RunResult, run
     from sinssim.strapdown import ALGORITHMS, FRAMES
     from sinssim.strapdown.navigate import navigate
     from sinssim.truth import Trajectory
@@ -30,8 +30,8 @@ _HOME = {
     "InputError": "errors",
     "RunError": "errors",
     "SinssimError": "errors",
-    "RunResult": "run",
-    "run": "run",
+    "RunResult": "simulation",
+    "run": "simulation",
     "Scenario": "scenario",
     "load_scenario": "scenario",
     "GRADES": "sensors",

@@ -18,7 +18,7 @@ from sinssim import __version__
 from sinssim.errors import SinssimError
 
 if TYPE_CHECKING:
-    from sinssim.run import RunResult
+    from sinssim.simulation import RunResult
 
 app = typer.Typer(
     name="sinssim",
@@ -119,7 +119,7 @@ def run(
     if view is not None:
         find_content("viz", view)
     directory = out or Path("runs") / plan.name
-    from sinssim.run import run as run_scenario
+    from sinssim.simulation import run as run_scenario
 
     try:
         with _progress(show=not quiet) as progress:

@@ -9,8 +9,8 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.names import ALGORITHMS
-from sinssim.run import run
 from sinssim.scenario import Scenario
+from sinssim.simulation import run
 from sinssim.truth.curve import Curve
 
 

@@ -107,10 +107,10 @@ def main() -> None:
             if how == "fail":
                 raise RuntimeError("the engine broke")
             os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(10.0)
+            time.sleep(0.5)
 
         sinssim.strapdown.navigate = navigate
-    from sinssim.run import run
+    from sinssim.simulation import run
 
     run(scenario(), directory, overwrite=True)
 

@@ -16,8 +16,8 @@ from rerun.chunk import RrdReader
 from sinssim.errors import InputError
 from sinssim.nav_error import navigation_error
 from sinssim.recording.viewer import find_recording, read_run_info
-from sinssim.run import initial_state, run
 from sinssim.scenario.schema import InitialErrorSection
+from sinssim.simulation import initial_state, run
 from tests.recording import fake_run
 
 COUNT = 70_000  # more than one chunk of 65 536 rows
@@ -238,7 +238,7 @@ def test_a_run_that_is_there_is_replaced_only_when_asked(tmp_path, short):
     directory = tmp_path / "run"
     run(fake_run.scenario(), directory)
     (directory / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="holds a run already.*--overwrite"):
+    with pytest.raises(InputError, match=r"holds a run already.*--overwrite"):
         run(fake_run.scenario(), directory)
     assert (directory / "notes.txt").read_text() == "mine"
     run(fake_run.scenario(("euler",)), directory, overwrite=True)
