@@ -103,8 +103,14 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
     from sinssim.sensors import emulate
     from sinssim.truth import fly
 
+    flown: list[float] = []  # stays empty where nothing is flown: a kept flight, another source of truth
+
+    def flying(fraction: float) -> None:
+        flown.append(fraction)
+        stages.report("flight", fraction)
+
     with stages("flight"):
-        trajectory = fly(scenario, lambda fraction: stages.report("flight", fraction))
+        trajectory = fly(scenario, flying)
     with stages("truth"):
         ideal = trajectory.increments(scenario.imu.rate_hz)
         truth = trajectory.state(ideal.time)
@@ -126,7 +132,14 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
             with stages("record"):
                 writer.navigated(solutions, errors)
                 writer.finish(markdown_table(errors), lambda fraction: stages.report("record", 0.99 * fraction))
-    summary = _summary(scenario, trajectory, stages, solutions, errors)
+    summary = {
+        **_about(scenario, stages, "finished"),
+        "start_s": float(ideal.time[0]),
+        "end_s": float(ideal.time[-1]),
+        "flight_cached": None if scenario.flight is None else not flown,
+        "algorithms": {name: error_numbers(error) for name, error in errors.items()},
+        "singularities": singularities(solutions),
+    }
     place = _keep(folder, scenario, summary) if folder is not None else None
     return RunResult(scenario, trajectory, truth, ideal, measured, solutions, errors, summary, place)
 
@@ -187,22 +200,6 @@ def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellips
         truth.velocity_ned + np.array([error.velocity_north_mps, error.velocity_east_mps, error.velocity_down_mps]),
         q_nb,
     )
-
-
-def _summary(
-    scenario: Scenario,
-    trajectory: Trajectory,
-    stages: _Stages,
-    solutions: dict[str, NavSolution],
-    errors: dict[str, NavError],
-) -> dict[str, Any]:
-    return {
-        **_about(scenario, stages, "finished"),
-        "start_s": trajectory.start,
-        "end_s": trajectory.end,
-        "algorithms": {name: error_numbers(error) for name, error in errors.items()},
-        "singularities": singularities(solutions),
-    }
 
 
 def _about(scenario: Scenario, stages: _Stages, status: str, message: str = "") -> dict[str, Any]:

@@ -72,7 +72,7 @@ class Scene:
         extent = np.ptp(points, axis=0)
         scale = 1
         if extent[2] > 1.0:
-            scale = max(s for s in _SCALES if s == 1 or s * extent[2] <= 0.25 * max(extent[:2]))
+            scale = max(s for s in _SCALES if s == 1 or s * extent[2] <= 0.25 * np.hypot(extent[0], extent[1]))
         low, high = points.min(axis=0), points.max(axis=0)
         low[2] *= scale
         high[2] *= scale
