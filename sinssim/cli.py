@@ -317,7 +317,7 @@ def _number(value: float) -> str:
     if value == 0.0:
         return "0"
     if not math.isfinite(value) or not 1e-4 <= abs(value) < 1e9:
-        return f"{value:.2e}"
+        return f"{value:.1e}"
     return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
 
 

@@ -163,7 +163,7 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
 def test_flight_without_legs(tmp_path: Path) -> None:
     head = FLIGHT[: FLIGHT.index("[[flight.legs]]")]
     assert "flight.legs is missing" in mistake(tmp_path, head)
-    assert "flight.legs must have at least 1 entry" in mistake(tmp_path, head.replace("aircraft", "legs=[]\naircraft"))
+    assert "at least" in mistake(tmp_path, head.replace("aircraft", "legs=[]\naircraft"))
 
 
 def test_array_with_nothing_but_bad_legs_is_not_called_short(tmp_path: Path) -> None:
