@@ -45,7 +45,7 @@ def test_matrix_of_the_chapter_is_the_packages(attitudes):
     for roll, pitch, heading in attitudes:
         c_nb = rotation.dcm_from_quaternion(rotation.quaternion_from_euler(roll, pitch, heading))
         np.testing.assert_allclose(
-            chapter_matrix(roll, pitch, -heading), NHE_FROM_NED @ c_nb @ XYZ_FROM_FRD.T, atol=2e-15
+            chapter_matrix(roll, pitch, -heading), NHE_FROM_NED @ c_nb @ XYZ_FROM_FRD.T, atol=2e-15, rtol=0
         )
 
 
@@ -82,7 +82,7 @@ def test_euler_rates_of_the_chapter(attitudes):
         ]
         change = np.mod(ends[1] - ends[0] + np.pi, 2 * np.pi) - np.pi
         expected = np.array([roll_rate, pitch_rate, -yaw_rate])  # heading = −ψ
-        np.testing.assert_allclose(change / (2 * h), expected, atol=1e-5 * max(1.0, np.tan(theta) ** 2))
+        np.testing.assert_allclose(change / (2 * h), expected, atol=1e-5 * max(1.0, np.tan(theta) ** 2), rtol=0)
 
 
 def test_rates_and_dynamics_of_the_chapter():
@@ -110,7 +110,7 @@ def test_rates_and_dynamics_of_the_chapter():
         lat, lon, _ = earth.ecef_to_geodetic(r_e)
         v_i = velocity_i + g_i * t - np.cross([0, 0, RATE], earth.ecef_to_eci(r_e, t))
         velocities.append(NHE_FROM_NED @ ned_to_i(lat, lon, t).T @ v_i)
-    np.testing.assert_allclose((velocities[1] - velocities[0]) / (2 * h), v_dot, atol=3e-7)
+    np.testing.assert_allclose((velocities[1] - velocities[0]) / (2 * h), v_dot, atol=3e-7, rtol=0)
 
 
 def test_quaternion_step_of_eq_8_19_is_a_product_on_the_right():

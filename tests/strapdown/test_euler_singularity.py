@@ -38,7 +38,7 @@ def test_a_passage_is_reported_with_time_and_damage(bank):
     assert first.damage == pytest.approx(error[after], abs=error[before] + 1e-9)
     assert np.all(np.isfinite(solution.q_nb))
     assert np.all(np.isfinite(solution.velocity_ned))
-    np.testing.assert_allclose(np.linalg.norm(solution.q_nb, axis=1), 1, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(solution.q_nb, axis=1), 1, atol=1e-15, rtol=0)
 
 
 def test_the_nearer_the_worse():

@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim import ALGORITHMS, ELLIPSOIDS, ImuData, NavState, navigate
+from sinssim import ELLIPSOIDS, ImuData, NavState, navigate
 from sinssim.errors import RunError
 from tests.oracles import gravity as zonal
 from tests.oracles.s_turn import STurn
 from tests.oracles.turntable import cone, spin, turn
 
+ALGORITHMS = ("quaternion", "poisson", "euler")  # the main line; variants have tests of their own
 FOURTH_ORDER = ("poisson", "euler")  # a Taylor and a Runge-Kutta step; the rest is of the sixth
 
 
@@ -52,7 +53,7 @@ def test_ten_minutes(ten_minutes, algorithm, metres, vertical):
     assert velocity < 1e-8
     assert np.max(np.abs(solution.height - ten_minutes.height)) < (5e-6 if vertical == "free" else 1e-300)
     assert np.max(solution.defect) < 1e-12
-    np.testing.assert_allclose(np.linalg.norm(solution.q_nb, axis=1), 1, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(solution.q_nb, axis=1), 1, atol=1e-15, rtol=0)
     assert solution.algorithm == algorithm
     np.testing.assert_array_equal(solution.time, ten_minutes.time)
 
