@@ -41,7 +41,7 @@ The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)
 EQUATOR = np.radians(5.0)
 """A cone tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes, rad."""
 
-_BLOCKS = 1000  # of the session, over which velocities are averaged before the fit
+_BLOCKS = 300  # of the session, over which velocities are averaged before the fit
 _ITERATIONS = 300  # a few at mid-latitudes, many near the poles, where the residual bends the fit
 
 # The latitude's sign comes from the vertical part of the Earth's rate, if the vehicle's own turn is less than this

@@ -1,0 +1,307 @@
+"""The alignment of one session with what to expect of it: from a scenario or a log, for a person or as JSON."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.alignment.axes import Angles, Array
+from sinssim.alignment.budget import SOURCES, Method, bias_takes_over, error_budget, expected_errors, total
+from sinssim.alignment.determination import Determination, doubt
+from sinssim.alignment.disturbed import align_disturbed
+from sinssim.alignment.session import determine_session, mean_readings
+from sinssim.alignment.theory import coefficients, linear
+from sinssim.data import ImuData
+from sinssim.errors import InputError
+from sinssim.units import ARCMIN, DEG, DEG_H
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from sinssim.scenario.imu import ImuSection
+    from sinssim.sensors.imu_errors import ImuErrors
+
+
+@dataclass(frozen=True, eq=False)
+class AlignmentReport:
+    """One session's alignment.
+
+    Attributes:
+        source: what was aligned: a scenario's name or a log's file name.
+        method: "quiet" or "disturbed".
+        duration: length of the session, s.
+        samples: number of samples.
+        determination: the angles and the latitude.
+        sigma: standard deviations of the sensor block's errors, if known.
+        mean: known part of the determination's error (from errors that a scenario fixes), rad, if known.
+        budget: standard deviations by source, if known and if the theory holds there, rad.
+        crossing: session lengths at which bias takes over, s, likewise.
+        truth: heading, roll, pitch and latitude of a simulated session, rad.
+        residual: what a disturbed base's cone does not explain, m/s.
+    """
+
+    source: str
+    method: Method
+    duration: float
+    samples: int
+    determination: Determination
+    sigma: ImuErrors | None = None
+    mean: Angles | None = None
+    budget: dict[str, Angles] | None = None
+    crossing: Angles | None = None
+    truth: Angles | None = None
+    residual: float | None = None
+
+    @property
+    def error(self) -> Angles | None:
+        """Determined less true, rad."""
+        if self.truth is None:
+            return None
+        d = self.determination
+        found = (d.heading, d.roll, d.pitch, d.latitude)
+        return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(found, self.truth, strict=True)))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain numbers with their units in the names; what is not determined is None."""
+        d = self.determination
+        result: dict[str, Any] = {
+            "source": self.source,
+            "method": self.method,
+            "duration_s": self.duration,
+            "samples": self.samples,
+            **{f"{name}_deg": _plain(getattr(d, name) / DEG) for name in Angles._fields},
+            "earth_rate_deg_h": _plain(d.earth_rate / DEG_H),
+            "gravity_mps2": _plain(d.gravity),
+            "warnings": list(d.warnings),
+        }
+        if self.residual is not None:
+            result["residual_velocity_mps"] = self.residual
+        for name, angles in (("error", self.error), ("known_error", self.mean)):
+            if angles is not None:
+                result[f"{name}_arcmin"] = _by_name(angles, ARCMIN)
+        if self.budget is not None:
+            result["sigma_arcmin"] = _by_name(total(self.budget), ARCMIN)
+            result["sigma_by_source_arcmin"] = {source: _by_name(self.budget[source], ARCMIN) for source in SOURCES}
+        if self.crossing is not None:
+            result["bias_takes_over_s"] = _by_name(self.crossing, 1.0)
+        return result
+
+    def show(self, console: Console) -> None:
+        """Print the report as tables.
+
+        Args:
+            console: where.
+        """
+        from rich.table import Table
+
+        d = self.determination
+        how = "eq. (1) on a quiet base" if self.method == "quiet" else "gravity's cone in inertial space"
+        table = Table(title=f"{self.source}: {self.duration:g} s, {self.samples} samples, {how}", title_justify="left")
+        table.add_column("")
+        table.add_column("determined, °", justify="right")
+        if self.budget is not None:
+            table.add_column("σ, ′", justify="right")
+            table.add_column("bias takes\nover at, s", justify="right")
+        if self.truth is not None:
+            table.add_column("true, °", justify="right")
+            table.add_column("error, ′", justify="right")
+        sigma, error = None if self.budget is None else total(self.budget), self.error
+        for name in Angles._fields:
+            row = [name, _angle(getattr(d, name))]
+            if sigma is not None and self.crossing is not None:
+                row += [f"{float(getattr(sigma, name)) / ARCMIN:.3f}", f"{float(getattr(self.crossing, name)):.3g}"]
+            if self.truth is not None and error is not None:
+                row += [_angle(getattr(self.truth, name)), f"{float(getattr(error, name)) / ARCMIN:.3f}"]
+            table.add_row(*row)
+        console.print(table)
+        console.print(f"Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s².")
+        if self.residual is not None:
+            console.print(f"The base moved: velocity that the cone does not explain, {self.residual:.3g} m/s rms.")
+        for warning in d.warnings:
+            console.print(warning[0].upper() + warning[1:], markup=False)
+        if self.budget is None:
+            return
+        sources = Table(title="Expected error by source, σ in ′", title_justify="left")
+        sources.add_column("source")
+        for name in Angles._fields:
+            sources.add_column(name, justify="right")
+        for source in SOURCES:
+            if any(float(value) > 0.0 for value in self.budget[source]):
+                sources.add_row(source, *(_minutes(float(value)) for value in self.budget[source]))
+        sources.add_section()
+        sources.add_row("all together", *(_minutes(float(value)) for value in total(self.budget)))
+        if self.mean is not None and any(float(value) != 0.0 for value in self.mean):
+            sources.add_row("known mean error", *(_minutes(float(value)) for value in self.mean))
+        console.print(sources)
+
+
+def align_session(
+    imu: ImuData,
+    source: str,
+    sensors: ImuSection | None = None,
+    *,
+    method: Method = "quiet",
+    latitude: float | None = None,
+    truth: Angles | None = None,
+) -> AlignmentReport:
+    """Align one session and say what error to expect.
+
+    Args:
+        imu: the session.
+        source: what to call it.
+        sensors: the sensor block's grade and errors, if known.
+        method: "quiet" for eq. (1), "disturbed" for a base that moves.
+        latitude: rad, if known; used by the disturbed method.
+        truth: true heading, roll, pitch, latitude, of a simulated session, rad.
+
+    Returns:
+        The report.
+
+    Raises:
+        InputError: unusable increments, or a vehicle that moved and a method that cannot bear it.
+    """
+    expected = None if sensors is None else expected_errors(sensors)
+    residual = None
+    if method == "quiet":
+        determination = determine_session(imu, None if expected is None else expected.instrument_sigmas)
+    else:
+        alignment = align_disturbed(imu, latitude)
+        determination, residual = alignment.determination, alignment.residual
+    duration = float(imu.time[-1] - imu.time[0])
+    report = AlignmentReport(source, method, duration, len(imu), determination, truth=truth, residual=residual)
+    where = determination.latitude if latitude is None else np.asarray(latitude)
+    if expected is None or not all(map(np.isfinite, (*determination.attitude, where))):
+        return report
+    try:
+        budget = error_budget(
+            determination.attitude, where, expected.sigma, duration, method=method, gravity=determination.gravity
+        )
+        crossing = bias_takes_over(
+            determination.attitude, where, expected.sigma, method=method, gravity=determination.gravity
+        )
+    except InputError:  # too near a singularity for a first-order theory; the determination has said what it can
+        return report
+    readings = mean_readings(imu)
+    known = expected.mean
+    mean = linear(
+        coefficients(determination.attitude, where, gravity=determination.gravity),
+        known.gyro.bias + (np.diag(known.gyro.scale) + known.gyro.misalignment) @ readings[0],
+        known.accel.bias + (np.diag(known.accel.scale) + known.accel.misalignment) @ readings[1],
+    )
+    return AlignmentReport(
+        source,
+        method,
+        duration,
+        len(imu),
+        doubt(determination, total(budget)),
+        expected.sigma,
+        mean,
+        budget,
+        crossing,
+        truth,
+        residual,
+    )
+
+
+def align_source(
+    source: str,
+    *,
+    columns: Path | None = None,
+    grade: str | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    method: Method = "quiet",
+    latitude: float | None = None,
+    settings: tuple[str, ...] = (),
+) -> AlignmentReport:
+    """Align a scenario's simulated session, or a recorded log.
+
+    Args:
+        source: a scenario's file or name, or a .csv, .parquet or .npz log.
+        columns: TOML file that names a log's columns, units and axes.
+        grade: the grade of a log's sensors, for the expected error.
+        start, end: part of the session to use, on its own time, s.
+        method: "quiet" or "disturbed".
+        latitude: rad, if known.
+        settings: "key=value" replacements in a scenario.
+
+    Returns:
+        The report.
+
+    Raises:
+        InputError: something that cannot be used, named.
+        RunError: a scenario that cannot be flown.
+    """
+    if Path(source).suffix.lower() in (".csv", ".parquet", ".npz"):
+        return _align_log(Path(source), columns, grade, (start, end), method, latitude)
+    if columns is not None or grade is not None:
+        raise InputError(
+            f"{source} is a scenario, which describes its own sensors; columns and grade are for logs (.csv, "
+            ".parquet, .npz). Another grade: --set imu.grade=NAME."
+        )
+    from sinssim import rotation
+    from sinssim.scenario import load_scenario
+    from sinssim.sensors import emulate
+    from sinssim.truth.fly import fly
+
+    scenario = load_scenario(source, settings)
+    trajectory = fly(scenario)
+    imu = _part(emulate(trajectory.increments(scenario.imu.rate_hz), scenario.imu, scenario.seed), start, end, source)
+    # eq. (1) finds the mean attitude of a session, the cone that of its last instant
+    state = trajectory.state(imu.time[-1] if method == "disturbed" else 0.5 * (imu.time[0] + imu.time[-1]))
+    roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
+    truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
+    return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth)
+
+
+def _align_log(
+    path: Path,
+    columns: Path | None,
+    grade: str | None,
+    span: tuple[float | None, float | None],
+    method: Method,
+    latitude: float | None,
+) -> AlignmentReport:
+    from sinssim.scenario.grades import find_grade
+    from sinssim.scenario.imu import ImuSection
+    from sinssim.sensors.log import read_log
+
+    sensors = None
+    if grade is not None:
+        find_grade(grade)  # its own message names the grades
+        sensors = ImuSection(grade=grade)
+    imu = _part(read_log(path, columns), *span, str(path))
+    return align_session(imu, path.name, sensors, method=method, latitude=latitude)
+
+
+def _part(imu: ImuData, start: float | None, end: float | None, source: str) -> ImuData:
+    """Cut a session out of a longer one."""
+    first = 0 if start is None else int(np.searchsorted(imu.time, start - 1e-9))
+    last = len(imu.time) if end is None else int(np.searchsorted(imu.time, end + 1e-9, side="right"))
+    if last - first < 2:
+        raise InputError(
+            f"{source}: there is no session from {start} to {end} s; it runs from {imu.time[0]:.6g} to "
+            f"{imu.time[-1]:.6g} s."
+        )
+    return ImuData(imu.time[first:last], imu.dtheta[first : last - 1], imu.dvel[first : last - 1])
+
+
+def _plain(value: Array) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def _by_name(angles: Angles, unit: float) -> dict[str, float | None]:
+    return {name: _plain(np.asarray(value) / unit) for name, value in zip(Angles._fields, angles, strict=True)}
+
+
+def _angle(value: Array) -> str:
+    return "not determined" if np.isnan(value) else f"{float(value) / DEG:.5f}"
+
+
+def _minutes(value: float) -> str:
+    return "–" if value == 0.0 else f"{value / ARCMIN:.3f}" if abs(value) >= 5e-4 * ARCMIN else "<0.001"

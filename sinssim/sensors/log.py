@@ -1,0 +1,183 @@
+"""Reading a recorded IMU log into increments: CSV, Parquet or npz, its columns, units and axes named in a TOML file.
+
+Without a description the columns are those of the package's own streams, `imu_measured.parquet` and its like.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError, unknown_name
+from sinssim.scenario.section import Positive, Section
+from sinssim.units import ARCSEC, DEG, DEG_H, FOOT, G0
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+UNITS: dict[tuple[str, str], dict[str, float]] = {
+    ("gyro", "increments"): {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcsec": ARCSEC},
+    ("gyro", "rates"): {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": DEG, "deg/h": DEG_H},
+    ("accel", "increments"): {"m/s": 1.0, "mm/s": 1e-3, "ft/s": FOOT, "g*s": G0},
+    ("accel", "rates"): {"m/s^2": 1.0, "ft/s^2": FOOT, "g": G0, "mg": 1e-3 * G0},
+}
+"""Units by triad and kind of log, in SI."""
+
+Direction = Literal["forward", "backward", "right", "left", "down", "up"]
+_DIRECTIONS: dict[str, tuple[int, float]] = {
+    "forward": (0, 1.0),
+    "backward": (0, -1.0),
+    "right": (1, 1.0),
+    "left": (1, -1.0),
+    "down": (2, 1.0),
+    "up": (2, -1.0),
+}
+
+
+class TriadColumns(Section):
+    """The columns of three gyros or three accelerometers."""
+
+    columns: tuple[str, str, str] | str = Field(description="three column names, or one array of three columns (npz)")
+    unit: str = Field(description="unit of the numbers")
+
+
+class LogDescription(Section):
+    """What a log's columns hold."""
+
+    kind: Literal["increments", "rates"] = Field(
+        default="increments", description="integrals over an interval, or rates"
+    )
+    time: str | None = Field(default="time_s", description="column with the time at the end of each interval")
+    time_unit: str = Field(default="s", description=f"one of {', '.join(TIME_UNITS)}")
+    rate_hz: Positive | None = Field(default=None, description="samples per second, in place of a time column")
+    axes: tuple[Direction, Direction, Direction] = Field(
+        default=("forward", "right", "down"), description="where the three axes of the sensor block point"
+    )
+    delimiter: str = Field(default=",", min_length=1, max_length=1, description="between the fields of a CSV file")
+    gyro: TriadColumns = TriadColumns(columns=("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), unit="rad")
+    accel: TriadColumns = TriadColumns(columns=("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), unit="m/s")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.time_unit not in TIME_UNITS:
+            raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
+        for name, triad in (("gyro", self.gyro), ("accel", self.accel)):
+            if triad.unit not in UNITS[name, self.kind]:
+                raise unknown_name(f"unit of {name} {self.kind}", triad.unit, UNITS[name, self.kind])
+        if abs(np.linalg.det(self.matrix) - 1.0) > 1e-9:
+            raise ValueError(
+                f"axes = {list(self.axes)} is not a right-handed set of three perpendicular directions, "
+                'as ["forward", "right", "down"] or ["right", "forward", "up"] are'
+            )
+        if self.rate_hz is not None and "time" in self.model_fields_set and self.time is not None:
+            raise ValueError("time (a column) and rate_hz are both given: keep one of them")
+        return self
+
+    @property
+    def matrix(self) -> Array:
+        """What turns the log's components into forward-right-down, (3, 3)."""
+        matrix = np.zeros((3, 3))
+        for column, direction in enumerate(self.axes):
+            row, sign = _DIRECTIONS[direction]
+            matrix[row, column] = sign
+        return matrix
+
+
+def read_log(path: Path, description: Path | None = None) -> ImuData:
+    """Read a recorded log.
+
+    Args:
+        path: a .csv, .parquet or .npz file.
+        description: a TOML file that names columns, units and axes; by default the package's own columns.
+
+    Returns:
+        Increments, forward-right-down, SI; the first interval is as long as the second.
+
+    Raises:
+        InputError: a file that cannot be read, a column that is missing or not numeric, a value that is not finite,
+            times that do not increase.
+    """
+    layout = LogDescription()
+    if description is not None:
+        from sinssim.scenario.toml_file import read_toml, validate
+
+        text, data = read_toml(description)
+        layout = validate(LogDescription, data, text, str(description))
+    columns = _columns(path, layout)
+    gyro = _triad(columns, layout, "gyro", path)
+    accel = _triad(columns, layout, "accel", path)
+    if layout.rate_hz is not None or layout.time is None:
+        if layout.rate_hz is None:
+            raise InputError(f"{description}: neither a time column nor rate_hz says when the samples were taken.")
+        edges = np.arange(len(gyro) + 1) / layout.rate_hz
+    else:
+        ends = _column(columns, layout.time, path) * TIME_UNITS[layout.time_unit]
+        if len(ends) < 2:
+            raise InputError(f"{path} has {len(ends)} samples; a log needs at least two.")
+        edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
+        backwards = np.flatnonzero(np.diff(edges) <= 0.0)
+        if len(backwards):
+            k = int(backwards[0])
+            raise InputError(f"{path}, sample {k}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
+    if len(gyro) != len(accel) or len(edges) != len(gyro) + 1:
+        raise InputError(f"{path}: the columns differ in length: gyro {len(gyro)}, accel {len(accel)} samples.")
+    if layout.kind == "rates":
+        interval = np.diff(edges)[:, None]
+        return ImuData(edges, gyro * interval, accel * interval)
+    return ImuData(edges, gyro, accel)
+
+
+def _columns(path: Path, layout: LogDescription) -> dict[str, Array]:
+    """Read the file's columns by name."""
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".parquet", ".npz"):
+        raise InputError(f"{path}: a log is a .csv, .parquet or .npz file, not {suffix or 'one without a suffix'}.")
+    try:
+        if suffix == ".npz":
+            with np.load(path) as arrays:
+                return {name: np.asarray(arrays[name]) for name in arrays.files}
+        if suffix == ".parquet":
+            from pyarrow import parquet
+
+            table = parquet.read_table(path)
+        else:
+            from pyarrow import csv
+
+            table = csv.read_csv(path, parse_options=csv.ParseOptions(delimiter=layout.delimiter))
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except ValueError as error:  # pyarrow's and numpy's own complaints derive from it
+        raise InputError(f"{path} cannot be read as a {suffix} file: {error}.") from error
+    return {name: table[name].to_numpy() for name in table.column_names}
+
+
+def _column(columns: dict[str, Array], name: str, path: Path) -> Array:
+    if name not in columns:
+        error = unknown_name("column", name, columns)
+        raise InputError(f"{path}: {error}") from error
+    try:
+        values = np.asarray(columns[name], dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: the column {name!r} does not hold numbers.") from error
+    finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
+    if not finite.all():
+        raise InputError(f"{path}, sample {int(np.argmin(finite))}: the column {name!r} is empty or not finite.")
+    return values
+
+
+def _triad(columns: dict[str, Array], layout: LogDescription, name: Literal["gyro", "accel"], path: Path) -> Array:
+    """Return one triad, forward-right-down, SI, (N, 3)."""
+    triad: TriadColumns = getattr(layout, name)
+    if isinstance(triad.columns, str):
+        values = _column(columns, triad.columns, path)
+        if values.ndim != 2 or values.shape[1] != 3:
+            raise InputError(f"{path}: the array {triad.columns!r} has shape {values.shape}; a triad is (N, 3).")
+    else:
+        values = np.stack([_column(columns, column, path) for column in triad.columns], axis=-1)
+        if values.ndim != 2:
+            raise InputError(
+                f"{path}: a column of {name} is not one number per sample, its shape is {values.shape[:-1]}."
+            )
+    return np.asarray(values @ layout.matrix.T * UNITS[name, layout.kind][triad.unit])
