@@ -338,7 +338,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
         title=f"{result.scenario.name}: errors against the truth",
         title_justify="left",
         box=box.SIMPLE_HEAD,
-        pad_edge=False,
+        padding=(0, 1, 0, 0),
     )
     table.add_column("algorithm", no_wrap=True)
     for heading in (
@@ -360,7 +360,8 @@ def _show_result(result: RunResult, directory: Path) -> None:
             _number(errors["max_velocity_error_mps"]),
             _number(errors["max_attitude_error_arcsec"] / 60.0),
         )
-    console = Console(highlight=False)
+    # Digits are never cut off: on a terminal that is too narrow, lines wrap.
+    console = Console(highlight=False, width=max(120, shutil.get_terminal_size().columns))
     console.print(table)
     for name, solution in result.solutions.items():
         for event in solution.events:
