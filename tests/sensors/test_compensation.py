@@ -1,0 +1,105 @@
+"""The compensator against the instrument model written out here, and its residual to first order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim.data import ImuData
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors, draw, emulate
+from sinssim.sensors.compensation import compensate, imperfect_calibration
+
+
+def ideal() -> ImuData:
+    rng = np.random.default_rng(5)
+    time = np.cumsum(np.concatenate([[0.0], 0.01 * (1.0 + 0.2 * rng.random(500))]))
+    dvel = 0.05 * rng.standard_normal((500, 3)) + [0.0, 0.0, -0.098]
+    return ImuData(time, 0.01 * rng.standard_normal((500, 3)), dvel)
+
+
+def triad(scale: float, seed: int, bias: float) -> TriadErrors:
+    rng = np.random.default_rng(seed)
+    misalignment = scale * rng.standard_normal((3, 3))
+    np.fill_diagonal(misalignment, 0.0)
+    return TriadErrors(bias * rng.standard_normal(3), scale * rng.standard_normal(3), misalignment)
+
+
+ERRORS = ImuErrors(triad(5e-3, 1, 1e-4), triad(8e-3, 2, 3e-2))
+
+
+def test_perfect_calibration_restores_the_ideal_increments() -> None:
+    """Measured values by the model written out with matrices, not by the emulator."""
+    true = ideal()
+    h = np.diff(true.time)[:, None]
+
+    def measure(x: np.ndarray, e: TriadErrors) -> np.ndarray:
+        return x @ (np.diag(1.0 + e.scale) @ (np.eye(3) + e.misalignment)).T + e.bias * h
+
+    measured = ImuData(true.time, measure(true.dtheta, ERRORS.gyro), measure(true.dvel, ERRORS.accel))
+    back = compensate(measured, ERRORS)
+    assert np.abs(back.dtheta - true.dtheta).max() < 5e-17 * 3
+    assert np.abs(back.dvel - true.dvel).max() < 5e-16
+
+
+def test_it_is_the_inverse_of_the_emulator_for_every_grade() -> None:
+    true = ideal()
+    for grade in ("laser-standard", "tactical", "mems-industrial", "consumer"):
+        quiet = ImuSection(
+            grade=grade,
+            gyro_arw_deg_sqrt_h=0.0,
+            accel_vrw_ug_sqrt_hz=0.0,
+            gyro_instability_deg_h=0.0,
+            accel_instability_ug=0.0,
+        )
+        errors = draw(quiet, seed=3)
+        measured = emulate(true, errors)
+        assert np.abs(measured.dvel - true.dvel).max() > 1e-7
+        back = compensate(measured, errors)
+        assert np.abs(back.dtheta - true.dtheta).max() < 2e-16
+        assert np.abs(back.dvel - true.dvel).max() < 1e-15
+
+
+@pytest.mark.parametrize("size", [1e-3, 5e-4])
+def test_imperfect_calibration_leaves_its_own_errors(size: float) -> None:
+    """The residual is that of an instrument with the calibration's errors, but for products of two errors."""
+    true = ideal()
+    left = ImuErrors(triad(size, 11, 1e-6), triad(size, 12, 1e-3))
+    rest = compensate(emulate(true, ERRORS), imperfect_calibration(ERRORS, left))
+    h = np.diff(true.time)[:, None]
+    for name, e in (("dtheta", left.gyro), ("dvel", left.accel)):
+        x = getattr(true, name)
+        predicted = x * e.scale + x @ e.misalignment.T + e.bias * h
+        residual = getattr(rest, name) - x
+        # products of the residual with the block's own errors of 0.5…0.8 %, three standard deviations and three terms
+        assert np.abs(residual - predicted).max() < 0.06 * np.abs(predicted).max()
+        assert np.abs(predicted).max() > 0.5 * size * np.abs(x).max()
+
+
+def test_the_first_order_residual_is_exact_in_the_limit() -> None:
+    """With all errors scaled down tenfold, what the prediction leaves out falls a hundredfold."""
+    true = ideal()
+    h = np.diff(true.time)[:, None]
+
+    def remainder(factor: float) -> float:
+        def scaled(e: TriadErrors) -> TriadErrors:
+            return TriadErrors(factor * e.bias, factor * e.scale, factor * e.misalignment)
+
+        errors = ImuErrors(scaled(ERRORS.gyro), scaled(ERRORS.accel))
+        left = ImuErrors(scaled(triad(1e-3, 11, 1e-6)), scaled(triad(1e-3, 12, 1e-3)))
+        rest = compensate(emulate(true, errors), imperfect_calibration(errors, left))
+        e = left.accel
+        predicted = true.dvel * e.scale + true.dvel @ e.misalignment.T + e.bias * h
+        return float(np.abs(rest.dvel - true.dvel - predicted).max())
+
+    assert remainder(1.0) / remainder(0.1) == pytest.approx(100.0, rel=0.05)
+
+
+def test_impossible_calibration_is_refused() -> None:
+    with pytest.raises(InputError, match="gyro calibration"):
+        compensate(ideal(), ImuErrors(gyro=TriadErrors(scale=np.array([0.0, -1.0, 0.0]))))
+    flat = np.zeros((3, 3))
+    flat[0, 1] = flat[1, 0] = 1.0
+    with pytest.raises(InputError, match="accelerometer calibration"):
+        compensate(ideal(), ImuErrors(accel=TriadErrors(misalignment=flat)))
