@@ -40,6 +40,11 @@ def recorded(tmp_path_factory):
     return fake, result, told
 
 
+@pytest.fixture
+def short(monkeypatch):
+    return fake_run.install(300, monkeypatch.setattr)
+
+
 def verify(recording: Path) -> subprocess.CompletedProcess[str]:
     binary = Path(rerun_cli.__file__).parent / "rerun"
     return subprocess.run([binary, "rrd", "verify", recording], capture_output=True, text=True, check=False)
@@ -198,25 +203,37 @@ def in_process(how: str, directory: Path, count: int = 20_000) -> subprocess.Com
     )
 
 
-@pytest.mark.parametrize(("how", "status"), [("interrupt", "interrupted"), ("fail", "failed")])
-def test_a_run_that_breaks_off_keeps_a_valid_recording(tmp_path, how, status):
-    ended = in_process(how, tmp_path / "run")
-    assert ended.returncode != 0
-    assert ("KeyboardInterrupt" if how == "interrupt" else "the engine broke") in ended.stderr
-    recording = tmp_path / "run" / "recording.rrd"
-    assert verify(recording).returncode == 0
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
-    assert summary["status"] == status
-    entities = read_recording(recording)
+def check_what_is_left(directory: Path, status: str) -> None:
+    """A run that broke off while navigating: valid, complete up to there, and saying so."""
+    assert verify(directory / "recording.rrd").returncode == 0
+    assert json.loads((directory / "summary.json").read_text())["status"] == status
+    entities = read_recording(directory / "recording.rrd")
     streams = {entity.split("/")[2] for entity in entities}
-    assert {"truth", "imu_ideal", "imu_measured"} <= streams
-    assert not any(stream.startswith("nav_") for stream in streams)
+    assert streams == {"truth", "imu_ideal", "imu_measured", "flight", "flight_2"}
     for entity, (_, values, names) in entities.items():
-        table = pq.read_table(tmp_path / "run" / "streams" / f"{entity.split('/')[2]}.parquet")
+        table = pq.read_table(directory / "streams" / f"{entity.split('/')[2]}.parquet")
         np.testing.assert_array_equal(values, np.column_stack([table[name].to_numpy() for name in names]))
-    # A second one never replaces what is there.
-    assert in_process(how, tmp_path / "run").returncode != 0
-    assert {p.name for p in tmp_path.iterdir()} == {"run", f"run-{status}"}
+
+
+def test_an_interrupted_run_keeps_a_valid_recording(tmp_path):
+    ended = in_process("interrupt", tmp_path / "run")
+    assert ended.returncode != 0
+    assert "KeyboardInterrupt" in ended.stderr
+    check_what_is_left(tmp_path / "run", "interrupted")
+    assert [p.name for p in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_failed_run_keeps_a_valid_recording_and_replaces_none(tmp_path, short, monkeypatch):
+    def navigate(*_, **__):
+        raise RuntimeError("the engine broke")
+
+    monkeypatch.setattr("sinssim.strapdown.navigate", navigate)
+    for name in ("run", "run-failed", "run-failed"):
+        with pytest.raises(RuntimeError, match="the engine broke") as caught:
+            run(fake_run.scenario(), tmp_path / "run", overwrite=True)
+        assert caught.value.__notes__ == [f"What was recorded until then is in {tmp_path / name}."]
+        check_what_is_left(tmp_path / name, "failed")
+    assert {p.name for p in tmp_path.iterdir()} == {"run", "run-failed"}
 
 
 def test_a_full_disk_leaves_nothing_and_loses_nothing(tmp_path):
@@ -227,11 +244,6 @@ def test_a_full_disk_leaves_nothing_and_loses_nothing(tmp_path):
     assert "could not be written" in ended.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
     assert [p.name for p in (tmp_path / "run").iterdir()] == ["summary.json"]
-
-
-@pytest.fixture
-def short(monkeypatch):
-    return fake_run.install(300, monkeypatch.setattr)
 
 
 def test_a_run_that_is_there_is_replaced_only_when_asked(tmp_path, short):
