@@ -360,9 +360,9 @@ def geodetic_to_ecef(
     Returns:
         Positions, (..., 3) m.
     """
-    shape, columns = _columns(latitude, longitude, height)
-    out = np.empty((len(columns[0]), 3))
-    _to_ecef_rows(parameters(ellipsoid), *columns, out)
+    shape, (lat, lon, h) = _columns(latitude, longitude, height)
+    out = np.empty((len(lat), 3))
+    _to_ecef_rows(parameters(ellipsoid), lat, lon, h, out)
     return out.reshape(*shape, 3)
 
 
@@ -419,9 +419,9 @@ def gravity_ned(latitude: ArrayLike, height: ArrayLike, model: str = "normal", e
     Raises:
         InputError: for an unknown model.
     """
-    shape, columns = _columns(latitude, height)
-    out = np.empty((len(columns[0]), 3))
-    _gravity_rows(parameters(ellipsoid), gravity_number(model), *columns, out)
+    shape, (lat, h) = _columns(latitude, height)
+    out = np.empty((len(lat), 3))
+    _gravity_rows(parameters(ellipsoid), gravity_number(model), lat, h, out)
     return out.reshape(*shape, 3)
 
 
@@ -454,9 +454,9 @@ def q_en(latitude: ArrayLike, longitude: ArrayLike) -> Array:
     Returns:
         Unit quaternions, (..., 4).
     """
-    shape, columns = _columns(latitude, longitude)
-    out = np.empty((len(columns[0]), 4))
-    _q_en_rows(*columns, out)
+    shape, (lat, lon) = _columns(latitude, longitude)
+    out = np.empty((len(lat), 4))
+    _q_en_rows(lat, lon, out)
     return out.reshape(*shape, 4)
 
 

@@ -80,14 +80,15 @@ class Ellipsoid:
 
 def _q(x: float) -> float:
     # q = ½[(1 + 3/x²) atan x − 3/x] as a series in x: the closed form loses ten digits to cancellation.
-    return sum(2.0 * (-1) ** (n + 1) * n * x ** (2 * n + 1) / ((2 * n + 1) * (2 * n + 3)) for n in range(1, 12))
+    terms = (2.0 * (-1.0) ** (n + 1) * n * x ** (2 * n + 1) / ((2 * n + 1) * (2 * n + 3)) for n in range(1, 12))
+    return float(sum(terms))
 
 
 def _pizzetti(a: float, f: float) -> float:
     """Return e' q'₀/q₀, which depends on the shape alone (Heiskanen and Moritz 2-71)."""
     x = a * math.sqrt(f * (2.0 - f)) / (a * (1.0 - f))
     dq_dx = sum(2.0 * (-1) ** (n + 1) * n * x ** (2 * n) / (2 * n + 3) for n in range(1, 12))
-    return x * (1.0 + x * x) * dq_dx / _q(x)  # q' = (1 + x²) dq/dx
+    return float(x * (1.0 + x * x) * dq_dx / _q(x))  # q' = (1 + x²) dq/dx
 
 
 def _from_equatorial_gravity(name: str, a: float, f: float, gamma_e: float, omega: float = OMEGA_IE) -> Ellipsoid:
