@@ -33,12 +33,23 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     file = find_content("scenarios", str(path))
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
-    overridden = {_override(data, setting) for setting in overrides}
+    overridden = {override(data, setting) for setting in overrides}
     return validate(Scenario, data, text, str(path), overridden)
 
 
-def _override(data: dict[str, Any], setting: str) -> str:
-    """Put one "key.path=value" into the data, and return its path."""
+def override(data: dict[str, Any], setting: str) -> str:
+    """Put one "key.path=value" into a file's contents.
+
+    Args:
+        data: the contents, changed in place.
+        setting: the key's path and its new value as in TOML; entries of arrays are counted from 1.
+
+    Returns:
+        The key's path.
+
+    Raises:
+        InputError: it is not of this form, or there is no such entry of an array.
+    """
     path, equals, written = setting.partition("=")
     path, written = path.strip(), written.strip()
     if not equals or not path or not written:
