@@ -103,7 +103,7 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
     from sinssim.sensors import emulate
     from sinssim.truth import fly
 
-    flown: list[float] = []  # stays empty where nothing is flown: a kept flight, another source of truth
+    flown: list[float] = []  # a kept flight goes to 1 at once
 
     def flying(fraction: float) -> None:
         flown.append(fraction)
@@ -128,16 +128,17 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
                 writer.sensed(measured)
         with stages("navigate"):
             solutions, errors = _navigate(scenario, trajectory, truth, measured)
+            numbers = {name: error_numbers(error) for name, error in errors.items()}
         if writer is not None:
             with stages("record"):
                 writer.navigated(solutions, errors)
-                writer.finish(markdown_table(errors), lambda fraction: stages.report("record", 0.99 * fraction))
+                writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
     summary = {
         **_about(scenario, stages, "finished"),
         "start_s": float(ideal.time[0]),
         "end_s": float(ideal.time[-1]),
-        "flight_cached": None if scenario.flight is None else not flown,
-        "algorithms": {name: error_numbers(error) for name, error in errors.items()},
+        "flight_cached": None if scenario.flight is None else min(flown) == 1.0,
+        "algorithms": numbers,
         "singularities": singularities(solutions),
     }
     place = _keep(folder, scenario, summary) if folder is not None else None

@@ -95,11 +95,15 @@ class Recording:
             OSError: the file could not be written; Rerun learns of that only now.
         """
         try:
+            self._flush()
+        finally:
+            self._stream.disconnect()
+
+    def _flush(self) -> None:
+        try:
             self._stream.flush()
         except RuntimeError as error:
             raise OSError(errno.EIO, f"Rerun could not write the recording, the disk may be full ({error})") from error
-        finally:
-            self._stream.disconnect()
 
     def blueprint(self, blueprint: Any) -> None:
         """Replace the layout that the viewer opens with.
@@ -114,11 +118,15 @@ class Recording:
 
         Args:
             stream: what to record.
+
+        Raises:
+            OSError: the file could not be written.
         """
         for vector in stream.vectors:
             entity = f"{STREAMS}/{stream.name}/{vector.name}"
             self.static(entity, rr.SeriesLines(names=list(vector.columns)))
             self._scalars(entity, stream.time, vector.values)
+        self._flush()  # so that no more than one stream waits in memory
 
     def series(
         self,

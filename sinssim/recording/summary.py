@@ -76,16 +76,15 @@ def versions() -> dict[str, str]:
     return {"sinssim": sinssim.__version__, **{name: version(name) for name in names}}
 
 
-def markdown_table(errors: Mapping[str, NavError]) -> str:
+def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:
     """Return the errors as a table.
 
     Args:
-        errors: by algorithm.
+        numbers: what `error_numbers` returned, by algorithm.
 
     Returns:
         Markdown: a row for each quantity, a column for each algorithm.
     """
-    numbers = {name: error_numbers(error) for name, error in errors.items()}
     lines = ["| error | " + " | ".join(numbers) + " |", "|---|" + "---|" * len(numbers)]
     for quantity, key in (
         ("horizontal [m]", "horizontal_error_m"),
