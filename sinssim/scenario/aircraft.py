@@ -119,7 +119,8 @@ class Aircraft(Section):
     Attributes:
         description: a sentence for a person.
         jsbsim_model: name of the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml.
-        model_changes: new text for elements of the model's XML, by XPath, put in when the model is loaded.
+        model_changes: new text for elements of the model's XML, by XPath, put in when the model is loaded; an
+            element whose text would be empty is left out.
         mounting: where the sensor block sits.
         performance: what a pilot of the type flies by.
         autopilot: gains of our autopilot.

@@ -368,12 +368,14 @@ class FlightSection(Section):
 
     aircraft: Annotated[str, AfterValidator(aircraft_exists)] = Field(description="see `sinssim list aircraft`")
     start: Start
-    legs: tuple[Leg, ...] = Field(min_length=1, description="the legs, in order")
+    legs: tuple[Leg, ...] = Field(description="the legs, in order")
     wind: Wind = Field(default=Wind())
     turbulence: Turbulence | None = None
 
     @model_validator(mode="after")
     def _order_of_legs(self) -> Self:
+        if not self.legs:
+            raise ValueError("a flight has at least one leg")
         on_ground = self.start.on == "runway"
         for number, leg in enumerate(self.legs, start=1):
             if on_ground and leg.type not in ("parked", "takeoff"):

@@ -51,7 +51,7 @@ def cached_flight(flight: FlightSection, seed: int = 0, progress: Callable[[floa
         RunError: the flight cannot be flown; the message names the leg.
         InputError: no such aircraft or model.
     """
-    file = cache_root() / "flights" / f"{flight_key(flight, seed)}.flight"
+    file = _file(flight, seed)
     log = _read(file)
     if log is None:
         log = fly_plan(flight, seed, progress)
@@ -59,6 +59,23 @@ def cached_flight(flight: FlightSection, seed: int = 0, progress: Callable[[floa
     elif progress is not None:
         progress(1.0)
     return log
+
+
+def is_cached(flight: FlightSection, seed: int = 0) -> bool:
+    """Return whether a flight lies in the cache.
+
+    Args:
+        flight: the [flight] section of a scenario.
+        seed: seed of the turbulence.
+
+    Returns:
+        Whether `cached_flight` would have no need to fly it.
+    """
+    return _file(flight, seed).is_file()
+
+
+def _file(flight: FlightSection, seed: int) -> Path:
+    return cache_root() / "flights" / f"{flight_key(flight, seed)}.flight"
 
 
 def flight_key(flight: FlightSection, seed: int) -> str:

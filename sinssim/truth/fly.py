@@ -39,8 +39,8 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     ellipsoid, gravity = ELLIPSOIDS[scenario.truth.ellipsoid], scenario.truth.gravity
     if scenario.flight is not None:
         from sinssim.scenario.aircraft import load_aircraft
-        from sinssim.truth.curve import Curve
         from sinssim.truth.cache import cached_flight
+        from sinssim.truth.curve import Curve
 
         log = cached_flight(scenario.flight, scenario.seed, progress)
         own = load_aircraft(scenario.flight.aircraft).mounting

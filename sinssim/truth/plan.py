@@ -25,7 +25,7 @@ from sinssim.scenario.legs import (
     TurnLeg,
     WaypointLeg,
 )
-from sinssim.truth.autopilot import BANK, HEADING, HEIGHT, PITCH, LOAD_FACTOR, ROLL_RATE, Autopilot, G, Motion
+from sinssim.truth.autopilot import BANK, HEADING, LOAD_FACTOR, PITCH, ROLL_RATE, Autopilot, G, Motion
 from sinssim.units import DEG, KNOT
 
 INTERVAL = 1.0 / 30.0
@@ -255,7 +255,7 @@ def _(leg: LoopLeg, pilot: Autopilot, motion: Motion, performance: Performance) 
     normal_n, normal_e = -sin(motion.psi), cos(motion.psi)
     ahead_n, ahead_e = cos(motion.psi), sin(motion.psi)
     while angle < 2.0 * pi - 6.0 * DEG:
-        cf, sf, ct, st = cos(motion.phi), sin(motion.phi), cos(motion.theta), sin(motion.theta)
+        cf, sf, st = cos(motion.phi), sin(motion.phi), sin(motion.theta)
         cp, sp = cos(motion.psi), sin(motion.psi)
         # The normal's components on the body's right and down axes say by how much to roll; no angle is singular.
         right = (sf * st * cp - cf * sp) * normal_n + (sf * st * sp + cf * cp) * normal_e
