@@ -10,12 +10,12 @@ from sinssim import rotation
 from sinssim.alignment import (
     Attitude,
     align_disturbed,
-    determine,
     error_budget,
     expected_errors,
     mean_readings,
     total,
 )
+from sinssim.alignment.determination import solve
 from sinssim.alignment.disturbed import inertial_curve
 from sinssim.data import ImuData
 from sinssim.earth_models import OMEGA_IE
@@ -96,7 +96,7 @@ def test_laser_gyros_align_on_the_swaying_base_as_theory_says_and_eq_1_does_not(
         alignment = align_disturbed(imu)
         errors.append(found(alignment) - truth)
         latitudes.append(alignment.determination.latitude - LATITUDE)
-        means.append(determine(*mean_readings(imu)).heading - HEADING)
+        means.append(solve(*mean_readings(imu))[0].heading - HEADING)
     attitude, sigma = Attitude(truth[0], truth[1], truth[2]), expected_errors(LASER).sigma
     quiet = total(error_budget(attitude, LATITUDE, sigma, 300.0))
     predicted = total(error_budget(attitude, LATITUDE, sigma, 300.0, method="disturbed"))

@@ -1,0 +1,86 @@
+"""The Rerun recording of the ground study: σ over heading and latitude, session curves, the disturbed base."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from sinssim.alignment.axes import Angles
+from sinssim.data import Array
+from sinssim.recording.rrd import Recording
+from sinssim.units import ARCMIN
+
+
+def record_ground_study(
+    path: Path,
+    *,
+    heading_map: Array,
+    session_time: Array,
+    session_sigma: dict[str, Angles],
+    budget: dict[str, Angles],
+    swaying_time: Array,
+    swaying_velocity: Array,
+    heading_errors: dict[str, Array],
+    summary: str,
+) -> None:
+    """Write the recording.
+
+    Args:
+        path: the file, by convention `recording.rrd`.
+        heading_map: standard deviation of the heading over latitude and heading, (m, n) rad.
+        session_time: session lengths, (k,) s.
+        session_sigma: by grade, standard deviations over those lengths, (k,) rad.
+        budget: by source, standard deviations of one vehicle, rad.
+        swaying_time: (j,) s.
+        swaying_velocity: velocity on the disturbed base that gravity's cone does not explain, (j, 3) m/s.
+        heading_errors: by method, heading errors of every run on the disturbed base, rad.
+        summary: the result tables, Markdown.
+    """
+    names = list(session_sigma)
+    plots = []
+    layout = rrb.Blueprint(collapse_panels=True)
+    with Recording(path, "sinssim_ground_study", layout) as recording:
+        for angle in Angles._fields:
+            values = np.column_stack(
+                [np.broadcast_to(getattr(session_sigma[name], angle), session_time.shape) for name in names]
+            )
+            entity = f"ground/session/{angle}"
+            recording.series(entity, session_time, np.log10(values / ARCMIN), [f"{name}" for name in names])
+            plots.append(
+                rrb.TimeSeriesView(origin=entity, name=f"log₁₀ σ of the {angle} (σ in arcmin) over session length")
+            )
+        recording.series("ground/swaying/velocity", swaying_time, swaying_velocity, ["forward", "right", "down"])
+        recording.static("ground/heading_map", rr.Tensor(heading_map / ARCMIN, dim_names=["latitude", "heading"]))
+        bars = []
+        for angle in Angles._fields:
+            entity = f"ground/budget/{angle}"
+            recording.static(entity, rr.BarChart([float(getattr(value, angle)) / ARCMIN for value in budget.values()]))
+            bars.append(rrb.BarChartView(origin=entity, name=f"σ of the {angle} by source, arcmin"))
+        for method, errors in heading_errors.items():
+            run = np.arange(len(errors), dtype=np.float64)
+            recording.series(f"ground/disturbed/{method}", run, (errors / ARCMIN)[:, None], [method])
+        sources = "\n".join(f"{k}. {source}" for k, source in enumerate(budget))
+        recording.document("ground/summary", f"{summary}\n\n## Bars of the error budget\n\n{sources}\n")
+        recording.blueprint(
+            rrb.Blueprint(
+                rrb.Tabs(
+                    rrb.TextDocumentView(origin="ground/summary", name="Summary"),
+                    rrb.Grid(*plots, name="Session length"),
+                    rrb.TensorView(origin="ground/heading_map", name="σ of the heading, arcmin"),
+                    rrb.Grid(*bars, name="Error budget"),
+                    rrb.Vertical(
+                        rrb.TimeSeriesView(
+                            origin="ground/swaying", name="Velocity that gravity's cone does not explain, m/s"
+                        ),
+                        rrb.TimeSeriesView(
+                            origin="ground/disturbed", name="Heading errors by run (a second is a run), arcmin"
+                        ),
+                        name="Disturbed base",
+                    ),
+                ),
+                collapse_panels=True,
+            )
+        )
