@@ -70,8 +70,8 @@ def draw_figure_8_4(folder: Path | str) -> list[Path]:
         axes.plot(time, closed * 60.0 / DEG, color="#e69f00", linewidth=5.0, alpha=0.6, label=formula)
         axes.plot(time, simulated * 60.0 / DEG, color="#0072b2", linewidth=1.4, label="simulation")
         axes.axvline(period, color="0.6", linewidth=0.8, linestyle="--")
-        label = f"T$_s$ = {period / 60.0:.1f} min "
-        axes.text(period, 0.9, label, transform=axes.get_xaxis_transform(), color="0.4", ha="right")
+        label = f" T$_s$ = {period / 60.0:.1f} min"
+        axes.text(period, 0.9, label, transform=axes.get_xaxis_transform(), color="0.4")
         axes.set(title=title, ylabel="error Δy of the coordinate [arcmin]", xlim=(0.0, _DURATION))
         axes.set_ylim(0.0, 1.4 * float(simulated.max()) * 60.0 / DEG)  # room for the legend
         axes.grid(alpha=0.3)
