@@ -35,6 +35,7 @@ from sinssim.alignment import (
     determine,
     error_budget,
     error_statistics,
+    errors,
     expected_errors,
     figures,
     ideal_readings,
@@ -75,8 +76,8 @@ def drawn_errors(
     attitude: Attitude, latitude: float, sigmas: InstrumentErrors, draws: int, rng: np.random.Generator
 ) -> Array:
     """Return errors of eq. (1) for draws of all twelve instrument errors, (4, draws) rad."""
-    errors = InstrumentErrors(*(np.asarray(sigma) * rng.standard_normal((draws, 3)) for sigma in vars(sigmas).values()))
-    found, _, _ = solve(*errors.apply(*ideal_readings(*attitude, latitude)))
+    drawn = InstrumentErrors(*(np.asarray(sigma) * rng.standard_normal((draws, 3)) for sigma in vars(sigmas).values()))
+    found, _, _ = solve(*drawn.apply(*ideal_readings(*attitude, latitude)))
     truth = (*attitude, latitude)
     return np.stack([wrapped(value - np.asarray(true)) for value, true in zip(found, truth, strict=True)])
 
@@ -89,10 +90,10 @@ def monte_carlo(draws: int, rng: np.random.Generator) -> list[dict[str, Any]]:
         for name, degrees in CASES.items():
             heading, roll, pitch, latitude = np.radians(degrees)
             attitude = Attitude(heading, roll, pitch)
-            errors = drawn_errors(attitude, latitude, sigmas, draws, rng)
+            deltas = drawn_errors(attitude, latitude, sigmas, draws, rng)
             sigma = np.array(error_statistics(attitude, latitude, None, sigmas).sigma)
-            mean_score = errors.mean(axis=1) / (sigma / np.sqrt(draws))
-            sigma_score = (errors.std(axis=1) / sigma - 1.0) * np.sqrt(2.0 * draws)
+            mean_score = deltas.mean(axis=1) / (sigma / np.sqrt(draws))
+            sigma_score = (deltas.std(axis=1) / sigma - 1.0) * np.sqrt(2.0 * draws)
             rows.append(
                 {
                     "grade": grade,
@@ -107,69 +108,52 @@ def monte_carlo(draws: int, rng: np.random.Generator) -> list[dict[str, Any]]:
     return rows
 
 
+def departures(attitude: Attitude, latitude: float, sigmas: InstrumentErrors, white: list[Array]) -> Array:
+    """Return by how much σ of eq. (1)'s errors departs from σ of the first-order errors of the same draws, (4,)."""
+    drawn = InstrumentErrors(
+        *(np.asarray(sigma) * rows for sigma, rows in zip(vars(sigmas).values(), white, strict=True))
+    )
+    found, _, _ = solve(*drawn.apply(*ideal_readings(*attitude, latitude)))
+    truth = (*attitude, latitude)
+    full = [wrapped(value - np.asarray(true)).std() for value, true in zip(found, truth, strict=True)]
+    first = [value.std() for value in errors(attitude, latitude, drawn)]
+    return np.asarray(np.array(full) / np.array(first) - 1.0)
+
+
 def validity(draws: int, rng: np.random.Generator, folder: Path) -> dict[str, Any]:
-    """Map where σ of draws departs from the theory; draw and return the extent of the linear region."""
-    gyro_bias = np.geomspace(1e-3, 10.0, 33)  # deg/h
-    latitude = np.r_[np.linspace(0.0, 80.0, 17), np.linspace(82.0, 89.0, 15), np.linspace(89.1, 89.9, 9)]
-    departures = {name: np.empty((len(latitude), len(gyro_bias))) for name in ("heading", "latitude")}
-    linear = np.empty((len(latitude), len(gyro_bias)), dtype=bool)
-    for i, phi in enumerate(latitude * DEG):
-        for j, bias in enumerate(gyro_bias * DEG_H):
-            sigmas = InstrumentErrors(gyro_bias=bias, accel_bias=50 * UG)
-            attitude = Attitude(0.7, 0.0, 0.0)
-            errors = drawn_errors(attitude, phi, sigmas, draws, rng)
-            sigma = error_statistics(attitude, phi, None, sigmas).sigma
-            departures["heading"][i, j] = errors[0].std() / sigma.heading - 1.0
-            departures["latitude"][i, j] = errors[3].std() / sigma.latitude - 1.0
+    """Map where draws depart from the theory: over gyro bias and latitude, over accelerometer bias and pitch."""
+    white = [rng.standard_normal((draws, 3)) for _ in range(4)]
+    away = np.geomspace(0.1, 90.0, 31)  # from the pole, or from the vertical attitude, degrees
+    gyro_bias, accel_bias = np.geomspace(1e-3, 10.0, 33), np.geomspace(10.0, 1e5, 33)  # deg/h, µg
+    result: dict[str, Any] = {"threshold": 0.02, "draws": draws}
+    for name, biases, columns, label, axis in (
+        ("latitude", gyro_bias, ("heading", "latitude"), "gyro bias σ, °/h", "distance from the pole, °"),
+        ("pitch", accel_bias, ("roll", "pitch"), "accelerometer bias σ, µg", "distance from the vertical attitude, °"),
+    ):
+        maps = {column: np.empty((len(away), len(biases))) for column in columns}
+        linear = np.empty((len(away), len(biases)), dtype=bool)
+        for i, j in np.ndindex(linear.shape):
+            near = float(90.0 - away[i]) * DEG
+            phi = near if name == "latitude" else LATITUDE
+            if name == "latitude":
+                attitude = Attitude(0.7, 0.0, 0.0)
+                sigmas = InstrumentErrors(gyro_bias=biases[j] * DEG_H, accel_bias=50 * UG)
+            else:
+                attitude = Attitude(0.7, 0.2, near)
+                sigmas = InstrumentErrors(gyro_bias=0.01 * DEG_H, accel_bias=biases[j] * UG)
+            by_angle = departures(attitude, phi, sigmas, white)
+            for column in columns:
+                maps[column][i, j] = by_angle[Angles._fields.index(column)]
             linear[i, j] = second_order(attitude, phi, sigmas).linear(1_000_000)
-    figure = figures.validity_map(
-        gyro_bias,
-        latitude,
-        departures,
-        0.02,
-        "gyro bias σ, °/h",
-        "latitude, °",
-        "where the first-order theory holds (blue: departure of 2 %)",
-    )
-    for panel in figure.axes[:2]:
-        panel.set_xscale("log")
-    write(figure, folder / "validity_latitude")
-
-    accel_bias = np.geomspace(10.0, 1e5, 33)  # µg
-    pitch = np.r_[np.linspace(0.0, 80.0, 17), np.linspace(82.0, 89.0, 15), np.linspace(89.1, 89.9, 9)]
-    tilts = {name: np.empty((len(pitch), len(accel_bias))) for name in ("roll", "pitch")}
-    for i, theta in enumerate(pitch * DEG):
-        for j, bias in enumerate(accel_bias * UG):
-            sigmas = InstrumentErrors(gyro_bias=0.01 * DEG_H, accel_bias=bias)
-            attitude = Attitude(0.7, 0.2, theta)
-            errors = drawn_errors(attitude, LATITUDE, sigmas, draws, rng)
-            sigma = error_statistics(attitude, LATITUDE, None, sigmas).sigma
-            tilts["roll"][i, j] = errors[1].std() / sigma.roll - 1.0
-            tilts["pitch"][i, j] = errors[2].std() / sigma.pitch - 1.0
-    figure = figures.validity_map(
-        accel_bias,
-        pitch,
-        tilts,
-        0.02,
-        "accelerometer bias σ, µg",
-        "pitch, °",
-        "where the first-order theory holds (blue: departure of 2 %)",
-    )
-    for panel in figure.axes[:2]:
-        panel.set_xscale("log")
-    write(figure, folder / "validity_pitch")
-    at = int(np.argmin(np.abs(gyro_bias - 0.01)))
-
-    def highest(holds: NDArray[np.bool_]) -> float:
-        return float(latitude[np.argmin(holds) - 1] if not holds.all() else latitude[-1])
-
-    return {
-        "gyro_bias_deg_h": float(gyro_bias[at]),
-        "highest_latitude_deg_with_sigma_within_2_percent": {
-            name: highest(np.abs(departure[:, at]) < 0.02) for name, departure in departures.items()
-        },
-        "highest_latitude_deg_linear_to_a_million_draws": highest(linear[:, at]),
-    }
+        figure = figures.validity_map(biases, away, maps, linear, result["threshold"], label, axis)
+        write(figure, folder / f"validity_{name}")
+        standard = int(np.argmin(np.abs(np.log(biases / (0.01 if name == "latitude" else 50.0)))))
+        for column, values in maps.items():
+            holds = away[np.abs(values[:, standard]) < result["threshold"]]
+            result[f"{column}_within_2_percent_from_deg"] = float(holds.min())
+        holds = away[linear[:, standard]]
+        result[f"{name}_linear_to_a_million_draws_from_deg"] = float(holds.min()) if len(holds) else None
+    return result
 
 
 def determined(ideal: ImuData, section: ImuSection, runs: int) -> Determination:
@@ -189,7 +173,7 @@ def end_to_end(runs: int) -> list[dict[str, Any]]:
         truth = Parked(LATITUDE, 0.5, 0.0, rotation.quaternion_from_euler(roll, pitch, heading), DURATION)
         ideal, section = truth.increments(2.0), ImuSection(grade=grade)
         d = determined(ideal, section, runs)
-        errors = [wrapped(d.heading - heading), d.roll - roll, d.pitch - pitch, d.latitude - LATITUDE]
+        deltas = [wrapped(d.heading - heading), d.roll - roll, d.pitch - pitch, d.latitude - LATITUDE]
         budget = error_budget(Attitude(heading, roll, pitch), LATITUDE, expected_errors(section).sigma, DURATION)
         # The part that no session averages: the same draws without noise.
         silent = section.model_copy(update={"gyro_arw_deg_sqrt_h": 0.0, "accel_vrw_ug_sqrt_hz": 0.0})
@@ -199,7 +183,7 @@ def end_to_end(runs: int) -> list[dict[str, Any]]:
             {
                 "grade": grade,
                 "runs": runs,
-                "sigma_found_arcmin": {n: float(e.std() / ARCMIN) for n, e in zip(Angles._fields, errors, strict=True)},
+                "sigma_found_arcmin": {n: float(e.std() / ARCMIN) for n, e in zip(Angles._fields, deltas, strict=True)},
                 "sigma_theory_arcmin": {
                     n: float(s / ARCMIN) for n, s in zip(Angles._fields, total(budget), strict=True)
                 },
@@ -379,7 +363,7 @@ def main() -> None:
     streams = general_figures(folder)
     summary: dict[str, Any] = {
         "monte_carlo": monte_carlo(options.draws, rng),
-        "validity": validity(max(2000, options.draws // 50), rng, folder),
+        "validity": validity(max(500, options.draws // 100), rng, folder),
         "end_to_end": end_to_end(options.runs),
         "orientations": orientations(),
         "bias_takes_over_s": {

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sinssim.alignment.axes import Angles, Array, Attitude
 from sinssim.alignment.budget import AVERAGED, SOURCES, Method, bias_takes_over, error_budget, total
@@ -210,17 +210,23 @@ def _curves(
 
 
 def validity_map(
-    x: ArrayLike, y: ArrayLike, departures: dict[str, Array], linear: float, xlabel: str, ylabel: str, title: str
+    x: ArrayLike,
+    y: ArrayLike,
+    departures: dict[str, Array],
+    linear: NDArray[np.bool_],
+    threshold: float,
+    xlabel: str,
+    ylabel: str,
 ) -> Figure:
-    """Draw where draws through eq. (1) depart from the first-order theory.
+    """Draw where draws through eq. (1) depart from the first-order theory, on logarithmic axes.
 
     Args:
         x: (n,) in the units of `xlabel`.
         y: (m,) in the units of `ylabel`.
-        departures: by panel, relative departure of σ from the theory, (m, n); NaN where nothing is determined.
-        linear: departure below which the theory counts as holding.
+        departures: by panel, relative departure of σ from the theory, (m, n).
+        linear: where a million draws cannot tell the two apart, (m, n).
+        threshold: departure that is drawn as a line.
         xlabel, ylabel: axis labels with units.
-        title: what it is of.
 
     Returns:
         The figure.
@@ -230,19 +236,22 @@ def validity_map(
 
     figure = _figure(5.2 * len(departures), 4.6)
     panels = np.atleast_1d(figure.subplots(1, len(departures), sharey=True))
-    norm = LogNorm(1e-3, 1.0)
+    norm = LogNorm(1e-4, 1.0)
     for panel, (name, departure) in zip(panels, departures.items(), strict=True):
-        values = np.ma.masked_invalid(np.abs(departure))
+        values = np.abs(departure)
         panel.pcolormesh(x, y, values, norm=norm, cmap="magma_r", shading="nearest", rasterized=True)
-        panel.set_facecolor("#cccccc")
-        panel.contour(x, y, values.filled(10.0), levels=[linear], colors="#0072B2", linewidths=2)
-        panel.set(xlabel=xlabel, title=name)
+        panel.contour(x, y, values, levels=[threshold], colors="#0072B2", linewidths=2)
+        panel.contour(x, y, linear.astype(float), levels=[0.5], colors="#009E73", linewidths=2, linestyles="--")
+        panel.set(xlabel=xlabel, title=f"σ of the {name}", xscale="log", yscale="log")
+        panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     panels[0].set_ylabel(ylabel)
-    bar = figure.colorbar(
-        ScalarMappable(norm, "magma_r"), ax=list(panels), label="|σ of the draws / σ of the theory − 1|", extend="both"
-    )
-    bar.ax.axhline(linear, color="#0072B2", lw=2)
-    figure.suptitle(title)
+    panels[0].plot([], [], color="#0072B2", lw=2, label=f"departs by {100 * threshold:g} %")
+    panels[0].plot([], [], color="#009E73", lw=2, ls="--", label="linear to a million draws (left of it)")
+    panels[0].legend(fontsize=8, loc="lower right", framealpha=0.95)
+    label = "|σ of the draws / σ of the theory − 1|"
+    bar = figure.colorbar(ScalarMappable(norm, "magma_r"), ax=list(panels), label=label, extend="both")
+    bar.ax.axhline(threshold, color="#0072B2", lw=2)
+    figure.suptitle("where the first-order theory holds")
     return figure
 
 
