@@ -26,7 +26,6 @@ class Performance(Section):
 
     Attributes:
         cruise_kt: usual airspeed, calibrated, kt.
-        stall_kt: below this airspeed in level flight the flight counts as stalled, kt.
         stall_alpha_deg: above this angle of attack it counts as stalled, degrees.
         bank_deg: usual angle of bank, degrees.
         max_load_factor_g, min_load_factor_g: load factors the autopilot stays within, g.
@@ -41,7 +40,6 @@ class Performance(Section):
     """
 
     cruise_kt: Positive
-    stall_kt: Positive
     stall_alpha_deg: Positive
     bank_deg: Positive
     max_load_factor_g: Positive

@@ -18,6 +18,8 @@ from sinssim.units import DEG, KNOT
 G = 9.80665
 """Gravity that the autopilot reckons with [m/s²]."""
 
+_SHORT = 4.0  # the airspeed's reference never leads or lags the airspeed by more [m/s]
+
 HEADING, BANK, ROLL_RATE = 0, 1, 2
 """What the lateral loop holds."""
 
@@ -92,7 +94,6 @@ class Autopilot:
         self._throttle_step = gains.throttle_rate * interval
         self._load_lag = interval / (0.5 * gains.load_time_s + interval)  # two in a row
         self._load_max, self._load_min = performance.max_load_factor_g, performance.min_load_factor_g
-        self._stall = performance.stall_kt * KNOT
 
         self.lateral, self.vertical = HEADING, HEIGHT
         self.heading = self.bank = self.roll_rate = 0.0
@@ -197,8 +198,8 @@ class Autopilot:
         if vertical == HEIGHT:
             climb = k.height_rate * (self.height - m.height)
             limit = self.climb_limit
-            # Towards the stall a climb gives way to the airspeed.
-            margin = (cas - 1.1 * self._stall) / (0.1 * self._stall)
+            # With the throttle open and the airspeed short of its reference a climb gives way to the airspeed.
+            margin = (cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
             limit *= 1.0 if margin > 1.0 else margin if margin > 0.0 else 0.0
             climb = limit if climb > limit else -self.descent_limit if climb < -self.descent_limit else climb
             change = climb - self._climb_reference
@@ -244,7 +245,7 @@ class Autopilot:
             change = step if change > step else -step if change < -step else change
             reference = self._speed_reference + change
             self._speed_reference = (
-                cas + 4.0 if reference > cas + 4.0 else cas - 4.0 if reference < cas - 4.0 else reference
+                cas + _SHORT if reference > cas + _SHORT else cas - _SHORT if reference < cas - _SHORT else reference
             )
             error = self._speed_reference - cas
             ahead = k.climb_throttle * (self._climb_reference / tas + change / (dt * G))
