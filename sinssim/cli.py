@@ -209,6 +209,80 @@ class Kind(StrEnum):
     VIEWS = "views"
 
 
+@app.command()
+def align(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO_OR_LOG",
+            help="A scenario's TOML file or name, or a recorded log (.csv, .parquet, .npz).",
+            show_default=False,
+        ),
+    ],
+    columns: Annotated[
+        Path | None,
+        typer.Option(
+            "--columns",
+            metavar="FILE",
+            help="TOML file that names a log's columns, units and axes.",
+            show_default="the columns of imu_measured.parquet",
+        ),
+    ] = None,
+    grade: Annotated[
+        str | None,
+        typer.Option("--grade", help="Grade of a log's sensors, for the expected error; see `sinssim list grades`."),
+    ] = None,
+    start: Annotated[float | None, typer.Option("--from", metavar="S", help="Begin of the session, s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="S", help="End of the session, s.")] = None,
+    disturbed: Annotated[
+        bool, typer.Option("--disturbed", help="The vehicle sways: align on the cone that gravity describes.")
+    ] = False,
+    latitude: Annotated[
+        float | None, typer.Option("--latitude", metavar="DEG", help="Latitude, if known (for --disturbed).")
+    ] = None,
+    settings: SetOption = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the expected errors (.svg, .png or .pdf).")
+    ] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Find heading, roll, pitch and latitude of a parked vehicle, and say what error to expect from what.
+
+    A session of a few hundred seconds on a vehicle that stands still; one that moved is refused, unless it only
+    swayed and --disturbed is given. The angles are those of the sensor block.
+
+    Examples:
+
+        sinssim align parked --to 300
+        sinssim align runs/parked/streams/imu_measured.parquet --grade laser-standard --to 600
+        sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
+        sinssim align log.npz --columns log.toml --disturbed --latitude 50
+    """
+    from sinssim.alignment.report import align_source
+
+    report = align_source(
+        source,
+        columns=columns,
+        grade=grade,
+        start=start,
+        end=end,
+        method="disturbed" if disturbed else "quiet",
+        latitude=None if latitude is None else math.radians(latitude),
+        settings=tuple(settings or ()),
+    )
+    if plot is not None:
+        from sinssim.alignment.figures import save, session_figure
+
+        save(session_figure(report), plot)
+    if as_json:
+        print(json.dumps(report.to_json(), indent=2, allow_nan=False))
+    else:
+        from rich.console import Console
+
+        report.show(Console(highlight=False))
+
+
 @app.command("list")
 def list_names(
     kind: Annotated[Kind, typer.Argument(help="What to list.", show_default=False)],
