@@ -103,7 +103,7 @@ class RunInfo:
         if not (high > low and math.isfinite(high - low)):
             return None
         step = 10.0 ** math.floor(math.log10(high - low))
-        if high - low > 8.5 * step:
+        if high - low > 9.4 * step:
             step *= 10.0
         numbers = [k * step for k in range(math.floor(low / step) - 1, math.ceil(high / step) + 2)]
         numbers.sort(key=lambda n: max(low - n, n - high, 0.0))  # those in the range, then the nearest outside
@@ -188,12 +188,13 @@ def load_view(name: str, run: RunInfo) -> Any:
         ) from error
 
 
-def all_views(run: RunInfo, active: str | None = None) -> Any:
+def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> Any:
     """Return one layout with a tab for every view.
 
     Args:
         run: the run to show.
         active: name of the view in front, or path of a further one; the first if not given.
+        menu: whether the viewer shows its menu, and its remarks on the machine that it runs on.
 
     Returns:
         A `rerun.blueprint.Blueprint`.
@@ -216,6 +217,7 @@ def all_views(run: RunInfo, active: str | None = None) -> Any:
     front = names.index(active) if active is not None else 0
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=front),
+        rrb.TopPanel(state="expanded" if menu else "hidden"),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),

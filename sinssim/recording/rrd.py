@@ -124,7 +124,7 @@ class Recording:
         """
         for vector in stream.vectors:
             entity = f"{STREAMS}/{stream.name}/{vector.name}"
-            self.static(entity, rr.SeriesLines(names=list(vector.columns)))
+            self.static(entity, rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax"))
             self._scalars(entity, stream.time, vector.values)
         self._flush()  # so that no more than one stream waits in memory
 
@@ -152,6 +152,7 @@ class Recording:
             names=list(names),
             colors=list(colors if colors is not None else style.colors(names)),
             widths=[widths] * len(names) if isinstance(widths, float) else list(widths),
+            aggregation_policy="MinMax",  # the viewer's own mean over a pixel would hide peaks
         )
         self.static(entity, lines)
         self._scalars(entity, time, values)

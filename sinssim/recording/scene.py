@@ -7,18 +7,19 @@ sink below its horizon.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.data import Array, NavState
+from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import WGS84, Ellipsoid, geodetic_to_ecef
 
 _SCALES = (1, 2, 5, 10, 20, 50)
-_MAP_POINTS = 250.0
-"""Height of the map on the screen that the flight shall fill, points."""
+_MAP_POINTS = 220.0
+"""How much of the screen the tracks on the map shall fill, points."""
 
 
 @dataclass(frozen=True)
@@ -101,12 +102,6 @@ class Scene:
         return float(x), float(y), float(z)
 
     @property
-    def map_zoom(self) -> float:
-        """Zoom level of a web map (Mercator, 256 points around the equator at level 0) that shows the flight."""
-        equator = 2.0 * np.pi * self.ellipsoid.a * np.cos(self.latitude)
-        return float(np.clip(np.log2(_MAP_POINTS / 256.0 * equator / self.size), 1.0, 18.0))
-
-    @property
     def aircraft_length(self) -> float:
         """Length of the aircraft as drawn, m."""
         return 0.09 * self.size
@@ -152,6 +147,23 @@ class Scene:
         east = np.array([-sin_lon, cos_lon, 0.0])
         north = np.array([-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat])
         return east, north
+
+
+def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
+    """Return the zoom level of a web map (Mercator, 256 points around the equator at level 0) that shows tracks.
+
+    Args:
+        tracks: with arrays of latitude and longitude, rad.
+
+    Returns:
+        The zoom level.
+    """
+    first = tracks[0].longitude[0]
+    x = np.concatenate([(t.longitude[::100] - first + np.pi) % (2.0 * np.pi) for t in tracks])
+    limit = np.radians(85.0)  # where such maps end
+    y = np.concatenate([np.arcsinh(np.tan(np.clip(t.latitude[::100], -limit, limit))) for t in tracks])
+    turns = max(np.ptp(x), np.ptp(y)) / (2.0 * np.pi)
+    return float(np.clip(np.log2(_MAP_POINTS / 256.0 / max(turns, 1e-9)), 1.0, 18.0))
 
 
 def _across(points: Array) -> Array:

@@ -148,7 +148,7 @@ def screenshot(
     moment = 0.5 * (run.start + run.end) if time_s is None else time_s
     (port,) = _free_ports(1)
     arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
-    with _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
+    with _files(path, view, menu=False) as files, _Viewer([*arguments, *files]) as viewer:
         viewer.wait_for_port(port)
         client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
         started = time.monotonic()
@@ -173,14 +173,14 @@ def _loaded(client: Any) -> bool:
 
 
 @contextlib.contextmanager
-def _files(path: Path, view: str | None) -> Iterator[list[str]]:
-    """Yield the files to open: the recording, and a layout of its own where a view was asked for."""
+def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[str]]:
+    """Yield the files to open: the recording, and a layout of its own where one was asked for."""
     recording = find_recording(path)
-    if view is None:
+    if view is None and menu:
         yield [str(recording)]
         return
     run = read_run_info(recording)
-    layout = all_views(run, view)
+    layout = all_views(run, view, menu=menu)
     with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
         file = Path(folder) / "view.rbl"
         layout.save(run.application, file)

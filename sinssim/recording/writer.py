@@ -14,7 +14,7 @@ from sinssim.nav_error import NavError
 from sinssim.recording import parquet, pictures
 from sinssim.recording.blueprints import RunInfo, all_views
 from sinssim.recording.rrd import Recording
-from sinssim.recording.scene import Scene
+from sinssim.recording.scene import Scene, map_zoom
 from sinssim.recording.streams import Stream, channel_streams, error_stream, imu_stream, nav_stream, truth_stream
 from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.truth.trajectory import FlightEvent, Trajectory
@@ -45,7 +45,7 @@ class RunWriter:
         self._streams = folder / "streams"
         self._streams.mkdir()
         self._events = list(trajectory.events)
-        self._ideal = ideal
+        self._ideal, self._truth = ideal, truth
         self._scene = Scene.around(truth, trajectory.ellipsoid)
         self._run = RunInfo(
             scenario.name,
@@ -54,7 +54,7 @@ class RunWriter:
             scenario.navigation.algorithms,
             labels={"height_scale": str(self._scene.height_scale)},
             eye=(self._scene.eye, self._scene.middle),
-            map_zoom=self._scene.map_zoom,
+            map_zoom=map_zoom([truth]),
         )
         self._recording = Recording(folder / "recording.rrd", self._run.application, all_views(self._run))
         self._to_rerun = ThreadPoolExecutor(1, "rerun")
@@ -145,7 +145,9 @@ class RunWriter:
         self._learn(pictures.draw_sensors(self._recording, self._ideal, measured))
 
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
-        self._learn(pictures.draw_navigation(self._recording, self._scene, solutions, errors))
+        labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
+        self._run = replace(self._run, map_zoom=map_zoom([self._truth, *solutions.values()]))
+        self._learn(labels)
 
     def _learn(self, labels: dict[str, str]) -> None:
         """Put units that suit the run's numbers into the views' titles, and ranges on their axes."""

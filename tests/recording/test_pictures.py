@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
 from sinssim.recording import pictures, style
-from sinssim.recording.scene import Scene, aircraft_mesh
+from sinssim.recording.scene import Scene, aircraft_mesh, map_zoom
 
 
 class Drawn:
@@ -125,7 +125,17 @@ def test_a_parked_vehicle_has_a_scene_too():
     )
     scene = Scene.around(parked)
     assert scene.size == 30.0
-    assert np.all(np.isfinite([*scene.eye, *scene.middle, scene.map_zoom]))
+    assert np.all(np.isfinite([*scene.eye, *scene.middle, map_zoom([parked])]))
+
+
+@pytest.mark.parametrize("longitude", [0.0, 180.0])
+def test_the_map_shows_all_tracks_across_the_antimeridian_too(longitude):
+    track = flight(
+        0.0, longitude - 0.5, 90.0, length=111_195.0
+    )  # a degree along the equator: 256/360 points at level 0
+    assert map_zoom([track]) == pytest.approx(np.log2(220.0 / (256.0 / 360.0)), abs=0.02)
+    far = flight(0.0, longitude, 0.0, length=222_390.0)  # two degrees to the north
+    assert map_zoom([track, far]) == pytest.approx(np.log2(110.0 / (256.0 / 360.0)), abs=0.02)
 
 
 def test_the_aircraft_is_closed_and_as_long_as_it_says():

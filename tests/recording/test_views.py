@@ -116,7 +116,7 @@ def test_every_axis_has_two_numbers_that_the_viewer_writes(low, high):
     numbers = {}
     for decade in 10.0 ** np.arange(np.floor(np.log10(span)) - 1, np.ceil(np.log10(span)) + 1):
         steps = np.arange(np.ceil(first / decade), np.floor(last / decade) + 1)
-        numbers[decade] = len(steps) if span / decade < 10.0 else 0
+        numbers[decade] = len(steps) if span / decade < 10.5 else 0
     assert max(numbers.values()) >= 2
     assert span < 2.5 * (high - low)
 
