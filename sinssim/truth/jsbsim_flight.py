@@ -289,14 +289,9 @@ class _Link:
         self._elevator, self._aileron = write("fcs/elevator-cmd-norm"), write("fcs/aileron-cmd-norm")
         self._rudder, self._steer = write("fcs/rudder-cmd-norm"), write("fcs/steer-cmd-norm")
         self._throttles = tuple(write(f"fcs/throttle-cmd-norm[{number}]") for number in engines)
-        self._settings = tuple(
-            (name, tuple(write(path) for path in paths))
-            for name, paths in (
-                ("brakes", [f"fcs/{side}-brake-cmd-norm" for side in ("left", "right", "center")]),
-                ("gear", ["gear/gear-cmd-norm"]),
-                ("flaps", ["fcs/flap-cmd-norm"]),
-            )
-        )
+        self._brakes = tuple(write(f"fcs/{side}-brake-cmd-norm") for side in ("left", "right", "center"))
+        self._gear, self._flaps = write("gear/gear-cmd-norm"), write("fcs/flap-cmd-norm")
+        self._set: tuple[float, ...] = ()
         self._gusts = sorted(flight.wind.gusts, key=lambda gust: gust.start_s)
         self._ground_reactions = write("simulation/models/FGGroundReactions/enabled")
         self._near_ground = True
@@ -342,11 +337,15 @@ class _Link:
 
     def command_slowly(self) -> None:
         """Hand over the settings that move rarely, and begin the gusts that are due."""
-        self._steer(self._pilot.steer)
-        for name, setters in self._settings:
-            value = getattr(self._pilot, name)
-            for setter in setters:
-                setter(value)
+        pilot = self._pilot
+        settings = (pilot.steer, pilot.brakes, pilot.gear, pilot.flaps)
+        if settings != self._set:
+            self._set = settings
+            self._steer(pilot.steer)
+            for brake in self._brakes:
+                brake(pilot.brakes)
+            self._gear(pilot.gear)
+            self._flaps(pilot.flaps)
         if self._gusts and self._motion.time >= self._gusts[0].start_s:
             _blow(self._executive, self._gusts.pop(0))
 
