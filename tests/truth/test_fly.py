@@ -69,7 +69,7 @@ def test_great_circle() -> None:
 def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
     own: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sinssim.truth import jsbsim_flight
+    from sinssim.truth import cache, jsbsim_flight
 
     time = np.arange(300) / 30.0
     position, q_eb = synthetic_flight(time)
@@ -81,7 +81,7 @@ def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
         asked.append((flight, seed, progress))
         return log
 
-    monkeypatch.setattr(jsbsim_flight, "fly_plan", flown)
+    monkeypatch.setattr(cache, "cached_flight", flown)
     given = scenario(
         seed=5,
         flight={
