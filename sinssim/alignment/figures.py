@@ -306,7 +306,8 @@ def session_figure(report: AlignmentReport) -> Figure:
     Raises:
         InputError: the sensors are not known, or the angles not determined, so that there is nothing to expect.
     """
-    if report.budget is None or report.sigma is None:
+    d = report.determination
+    if report.budget is None or report.sigma is None or not all(map(np.isfinite, (*d.attitude, d.latitude))):
         raise InputError(
             f"{report.source}: nothing to plot; the expected errors need the sensors' grade (--grade for a log) and "
             "an attitude and latitude that are determined."
@@ -314,7 +315,6 @@ def session_figure(report: AlignmentReport) -> Figure:
     figure = _figure(13.0, 8.0)
     upper, lower = figure.subfigures(2, 1, height_ratios=[1.15, 1.0], squeeze=False)[:, 0]
     _bars(report.budget, list(upper.subplots(1, 4, sharey=True)))
-    d = report.determination
     panels = lower.subplots(1, 4)
     for panel, name in zip(panels, Angles._fields, strict=True):
         _curves(panel, name, d.attitude, d.latitude, {"all together": report.sigma}, report.method)

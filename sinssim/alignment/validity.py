@@ -86,7 +86,7 @@ def second_order(
             scale_j = (sizes[j // 3][..., j % 3] / steps[j])[..., None]
             cross = sum(a * b * angles({i: a, j: b}) for a in (1.0, -1.0) for b in (1.0, -1.0)) * scale_i * scale_j / 4
             variance += np.asarray(cross) ** 2
-    return SecondOrder(
-        Angles(*(mean[..., k] / first[k] for k in range(4))),
-        Angles(*(np.sqrt(variance[..., k]) / first[k] for k in range(4))),
-    )
+    sigma = np.stack(np.broadcast_arrays(*first), axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # an angle on which nothing acts has no terms of any order
+        relative = [np.where(sigma > 0.0, value / sigma, 0.0) for value in (mean, np.sqrt(variance))]
+    return SecondOrder(*(Angles(*np.moveaxis(value, -1, 0)) for value in relative))

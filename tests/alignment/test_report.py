@@ -1,0 +1,178 @@
+"""The align command: scenarios and logs, tables, JSON, figures, refusals."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from pyarrow import csv, table
+
+from sinssim.alignment.figures import save, session_figure
+from sinssim.alignment.report import align_source
+from sinssim.cli import main
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import emulate
+from sinssim.truth.swaying import Sway, Swaying
+
+SCENARIO = """
+name = "car"
+seed = 3
+[parked]
+latitude_deg = 50.0
+roll_deg = 1.0
+pitch_deg = -2.0
+heading_deg = 123.0
+duration_s = 300.0
+[imu]
+grade = "laser-standard"
+rate_hz = 10.0
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    file = tmp_path / "car.toml"
+    file.write_text(SCENARIO)
+    return str(file)
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as info:
+        main(["align", *arguments])
+    captured = capsys.readouterr()
+    return info.value.code or 0, captured.out, captured.err
+
+
+def write_log(path, imu):
+    rates = np.hstack([imu.dtheta, imu.dvel]) / np.diff(imu.time)[:, None]
+    csv.write_csv(table({"t": imu.time[1:], **dict(zip("abcdef", rates.T, strict=True))}), path)
+    description = path.with_suffix(".toml")
+    description.write_text(
+        'kind = "rates"\ntime = "t"\n[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad/s"\n'
+        '[accel]\ncolumns = ["d", "e", "f"]\nunit = "m/s^2"\n'
+    )
+    return str(path), str(description)
+
+
+def test_a_scenario_as_json(scenario, capsys):
+    code, out, _ = run(capsys, scenario, "--json")
+    assert code == 0
+    result = json.loads(out)
+    assert result["samples"] == 3000
+    for name, true in (("heading", 123.0), ("roll", 1.0), ("pitch", -2.0), ("latitude", 50.0)):
+        sigma, error = result["sigma_arcmin"][name], result["error_arcmin"][name]
+        assert abs(error) < 4 * sigma
+        assert (result[f"{name}_deg"] - true) * 60 == pytest.approx(error, abs=1e-6)
+    # 0.01 deg/h over 15.041 cos 50° deg/h
+    assert result["sigma_by_source_arcmin"]["gyro bias"]["heading"] == pytest.approx(3.556, abs=0.01)
+    assert result["bias_takes_over_s"]["heading"] == pytest.approx(322, abs=1)
+
+
+def test_a_scenario_as_tables(scenario, capsys):
+    code, out, _ = run(capsys, scenario)
+    assert code == 0
+    for word in ("heading", "latitude", "gyro bias", "angle random walk", "all together", "Earth rate", "true"):
+        assert word in out
+
+
+def test_a_log_gives_what_the_scenario_gives(scenario, tmp_path, capsys):
+    from sinssim.scenario import load_scenario
+    from sinssim.truth.fly import fly
+
+    plan = load_scenario(scenario)
+    log, description = write_log(tmp_path / "log.csv", emulate(fly(plan).increments(10.0), plan.imu, plan.seed))
+    from_log = align_source(log, columns=tmp_path / "log.toml", grade="laser-standard")
+    direct = align_source(scenario)
+    np.testing.assert_allclose(from_log.determination.attitude, direct.determination.attitude, rtol=1e-9)
+    assert from_log.truth is None
+    code, out, _ = run(capsys, log, "--columns", description, "--to", "120", "--json")
+    assert code == 0
+    assert json.loads(out)["duration_s"] == pytest.approx(120.0)
+    assert "sigma_arcmin" not in json.loads(out)
+
+
+def test_errors_that_a_scenario_fixes_are_told_beforehand(scenario, capsys):
+    code, out, _ = run(
+        capsys, scenario, "--json", "--set", "imu.gyro_bias_deg_h=[0.5, -0.3, 0.2]", "--set", "imu.grade=ideal"
+    )
+    assert code == 0
+    result = json.loads(out)
+    for name in ("heading", "roll", "pitch", "latitude"):
+        assert result["known_error_arcmin"][name] == pytest.approx(result["error_arcmin"][name], rel=0.1, abs=1e-6)
+
+
+def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
+    sways = [Sway("roll", 0.005, 0.31), Sway("pitch", 0.005, 0.17, 1.0), Sway("heading", 0.005, 0.23, 2.0)]
+    truth = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, sways)
+    imu = emulate(truth.increments(20.0), ImuSection(grade="laser-standard"), 1)
+    log, description = write_log(tmp_path / "sway.csv", imu)
+    code, _, err = run(capsys, log, "--columns", description)
+    assert code == 2
+    assert "moved during the session" in err
+    code, out, _ = run(capsys, log, "--columns", description, "--disturbed", "--grade", "laser-standard", "--json")
+    assert code == 0
+    result = json.loads(out)
+    at_end = 1.0 + 0.005 * np.sin(2 * np.pi * 0.23 * 300.0 + 2.0)
+    assert abs(result["heading_deg"] - np.degrees(at_end)) * 60 < 4 * result["sigma_arcmin"]["heading"]
+    assert result["residual_velocity_mps"] < 0.05
+
+
+def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
+    for suffix in ("svg", "png"):
+        code, _, _ = run(capsys, scenario, "--plot", str(tmp_path / f"expected.{suffix}"))
+        assert code == 0
+        assert (tmp_path / f"expected.{suffix}").stat().st_size > 10_000
+    assert "arcmin" in (tmp_path / "expected.svg").read_text()
+    code, _, err = run(capsys, scenario, "--plot", str(tmp_path / "expected.gif"))
+    assert code == 2
+    assert ".svg" in err
+    assert not list(tmp_path.glob(".*part"))
+
+
+def test_nothing_is_plotted_where_nothing_is_expected(tmp_path, scenario):
+    report = align_source(scenario, settings=("parked.latitude_deg=90",))
+    assert np.isnan(report.determination.heading)
+    with pytest.raises(InputError, match="nothing to plot"):
+        save(session_figure(report), tmp_path / "x.png")
+
+
+def test_what_is_not_determined_is_said_and_null(scenario, capsys):
+    code, out, _ = run(capsys, scenario, "--json", "--set", "parked.pitch_deg=90")
+    result = json.loads(out)
+    assert code == 0
+    assert result["heading_deg"] is None
+    assert any("vertical" in warning for warning in result["warnings"])
+    code, out, _ = run(capsys, scenario, "--set", "parked.pitch_deg=90")
+    assert "not determined" in out
+
+
+def test_gyros_that_cannot_see_the_earth_turn(scenario, capsys):
+    code, out, _ = run(capsys, scenario, "--json", "--set", "imu.grade=mems-industrial")
+    result = json.loads(out)
+    assert code == 0
+    assert result["heading_deg"] is None
+    assert abs(result["roll_deg"] - 1.0) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["nothing.csv"], "cannot be read"),
+        (["nothing.toml"], "nothing"),
+        (["SCENARIO", "--grade", "tactical"], "describes its own sensors"),
+        (["SCENARIO", "--from", "400"], "no session from 400"),
+        (["SCENARIO", "--to", "1"], "samples"),
+        (["SCENARIO", "--disturbed", "--latitude", "95"], "between -90 and 90"),
+        (["SCENARIO", "--disturbed", "--to", "30"], "at least 60 s"),
+        (["LOG", "--grade", "best"], "best"),
+    ],
+)
+def test_mistakes_are_named(scenario, tmp_path, capsys, arguments, text):
+    (tmp_path / "log.csv").write_text("time_s\n1\n")
+    names = {"SCENARIO": scenario, "LOG": str(tmp_path / "log.csv")}
+    code, out, err = run(capsys, *(names.get(argument, argument) for argument in arguments))
+    assert code == 2
+    assert text in err
+    assert out == ""
