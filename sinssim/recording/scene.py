@@ -57,7 +57,7 @@ class Scene:
         Returns:
             The scene; heights are exaggerated where a flight is much longer than it is high.
         """
-        rows = np.unique(np.linspace(0, len(truth.height) - 1, 4096).round().astype(np.int64))
+        rows = _some_rows(len(truth.height))
         start = cls(
             float(truth.latitude[0]),
             float(truth.longitude[0]),
@@ -149,6 +149,11 @@ class Scene:
         return east, north
 
 
+def _some_rows(count: int) -> NDArray[np.intp]:
+    """Return indices of a few thousand rows, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, 4096)).round().astype(np.intp))
+
+
 def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
     """Return the zoom level of a web map (Mercator, 256 points around the equator at level 0) that shows tracks.
 
@@ -159,10 +164,13 @@ def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
         The zoom level.
     """
     first = tracks[0].longitude[0]
-    x = np.concatenate([(t.longitude[::100] - first + np.pi) % (2.0 * np.pi) for t in tracks])
     limit = np.radians(85.0)  # where such maps end
-    y = np.concatenate([np.arcsinh(np.tan(np.clip(t.latitude[::100], -limit, limit))) for t in tracks])
-    turns = max(np.ptp(x), np.ptp(y)) / (2.0 * np.pi)
+    x, y = [], []
+    for track in tracks:
+        rows = _some_rows(len(track.latitude))
+        x.append((track.longitude[rows] - first + np.pi) % (2.0 * np.pi))
+        y.append(np.arcsinh(np.tan(np.clip(track.latitude[rows], -limit, limit))))
+    turns = max(np.ptp(np.concatenate(x)), np.ptp(np.concatenate(y))) / (2.0 * np.pi)
     return float(np.clip(np.log2(_MAP_POINTS / 256.0 / max(turns, 1e-9)), 1.0, 18.0))
 
 

@@ -6,15 +6,19 @@ and without its yellow, so that every line is legible on a dark and on a light b
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 Rgb = tuple[int, int, int]
 
 COLORS: dict[str, Rgb] = {
-    # attitude algorithms
+    # attitude algorithms, by family
     "quaternion": (86, 180, 233),
     "poisson": (230, 159, 0),
     "euler": (204, 121, 167),
+    "two-quaternions": (0, 158, 115),
+    "rotation-vector": (120, 100, 200),
+    "functional-iteration": (213, 94, 0),
     # where a quantity comes from
     "truth": (0, 158, 115),
     "ideal": (0, 158, 115),
@@ -35,6 +39,33 @@ COLORS: dict[str, Rgb] = {
 _OTHERS: tuple[Rgb, ...] = ((0, 158, 115), (213, 94, 0), (0, 114, 178), (160, 160, 60), (120, 100, 200))
 
 
+_ORDER = re.compile(r"-(\d+p?)(-\w+)?$")
+_SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
+"""Towards white (positive) or black, by an algorithm's order or number of samples."""
+
+
+def family(algorithm: str) -> str:
+    """Return the family of an algorithm: its name without order and variant.
+
+    Args:
+        algorithm: for example "poisson-3-ortho".
+
+    Returns:
+        For example "poisson".
+    """
+    return _ORDER.sub("", algorithm)
+
+
+def _known(name: str) -> Rgb | None:
+    """Return the table's colour, or for an algorithm the shade of its family's that belongs to its order."""
+    order = _ORDER.search(name)
+    if name in COLORS or order is None or family(name) not in COLORS:
+        return COLORS.get(name)
+    shade = _SHADES.get(order[1], 0.0)
+    r, g, b = (round(c + shade * (255 - c if shade > 0.0 else c)) for c in COLORS[family(name)])
+    return (r, g, b)
+
+
 def colors(names: Sequence[str]) -> list[Rgb]:
     """Return one colour per name: the table's, or for a name that is not in it the next free one.
 
@@ -44,8 +75,8 @@ def colors(names: Sequence[str]) -> list[Rgb]:
     Returns:
         Red, green, blue of 0…255 each.
     """
-    others = [name for name in names if name not in COLORS]
-    return [COLORS[n] if n in COLORS else _OTHERS[others.index(n) % len(_OTHERS)] for n in names]
+    others = [name for name in names if _known(name) is None]
+    return [_known(n) or _OTHERS[others.index(n) % len(_OTHERS)] for n in names]
 
 
 def stacked_widths(count: int) -> list[float]:
