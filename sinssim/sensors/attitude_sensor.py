@@ -1,0 +1,66 @@
+"""A direct attitude sensor: a gyro with three degrees of freedom that reads the attitude in inertial space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sinssim import earth, rotation
+from sinssim.data import Array, NavState
+from sinssim.earth_models import WGS84, Ellipsoid
+from sinssim.sensors.imu_errors import term_generator
+
+
+@dataclass(frozen=True)
+class AttitudeSensorErrors:
+    """The errors of the sensor: its inertial reference is off, drifts away, and is read with noise.
+
+    Attributes:
+        bias: rotation vector by which the reference is off at the first reading, inertial axes, (3,) rad.
+        drift: rate at which it turns on from there, inertial axes, (3,) rad/s.
+        noise: 1σ of every reading about every axis of the body, rad.
+    """
+
+    bias: Array = field(default_factory=lambda: np.zeros(3))
+    drift: Array = field(default_factory=lambda: np.zeros(3))
+    noise: float = 0.0
+
+
+def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return the attitude relative to the inertial frame that coincides with the Earth-fixed one at t = 0.
+
+    Args:
+        state: true states, N rows.
+        time: of each, (N,) s.
+        ellipsoid: gives the Earth's rate.
+
+    Returns:
+        Quaternions q_ib, (N, 4).
+    """
+    longitude = state.longitude + ellipsoid.omega * np.asarray(time, dtype=np.float64)
+    return rotation.multiply(earth.q_en(state.latitude, longitude), state.q_nb)
+
+
+def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed: int = 0) -> Array:
+    """Return what the sensor reads: q̃_ib = q(bias + drift (t − t₀)) ∘ q_ib ∘ q(noise).
+
+    Args:
+        time: of the readings, (N,) s.
+        q_ib: true attitudes, (N, 4).
+        errors: of the sensor.
+        seed: the run's seed; each axis's noise has a generator of its own.
+
+    Returns:
+        Measured attitudes, unit quaternions, (N, 4).
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    off = errors.bias + np.multiply.outer(time - time[0], errors.drift)
+    measured = rotation.multiply(rotation.quaternion_from_rotation_vector(off), q_ib)
+    if errors.noise:
+        white = [term_generator(seed, "attitude sensor noise", i).standard_normal(len(time)) for i in range(3)]
+        noise = rotation.quaternion_from_rotation_vector(errors.noise * np.stack(white, axis=1))
+        measured = rotation.multiply(measured, noise)
+    return rotation.normalize(measured)

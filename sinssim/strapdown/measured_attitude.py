@@ -1,0 +1,169 @@
+"""Sensor set 3 of the chapter (section 8.1): three accelerometers and an attitude that is measured, not integrated.
+
+The sensor reads the attitude in inertial space at the edges of the accelerometers' intervals, so velocity and position
+are integrated there too, v̇ = C_ib f + gravitation. Attitude and accumulated velocity increments are each laid through
+their samples by a quintic spline, ∫C_ib f dt and its second integral follow by Gauss-Legendre quadrature, and
+gravitation is integrated by the trapezoidal rule along the path. An attitude error stays what the sensor makes it and
+drives the Schuler pendulum (8.14); there is no attitude to correct.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import earth, rotation
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth import EarthParameters, ecef_to_geodetic_k, geodetic_to_ecef_k, gravitation_ecef_k, q_en_k
+from sinssim.errors import InputError
+from sinssim.jit import kernel
+from sinssim.rotation import rotate_k
+
+_POINTS = 4
+_CHUNK = 65536  # intervals at once
+
+
+@kernel
+def _integrate(
+    p: EarthParameters,
+    model: int,
+    time: Array,
+    push: Array,
+    shift: Array,
+    held: bool,
+    reference: Array,
+    climb: Array,
+    position: Array,
+    velocity: Array,
+    latitude: Array,
+    longitude: Array,
+    height: Array,
+    velocity_ned: Array,
+) -> None:
+    """Go through the intervals in inertial axes; the first rows of the outputs hold the start."""
+    x, y, z = position[0], position[1], position[2]
+    vx, vy, vz = velocity[0], velocity[1], velocity[2]
+    gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
+    for k in range(len(push)):
+        h = time[k + 1] - time[k]
+        # gravitation at the end from a position that takes the start's all along, then both
+        x += h * vx + shift[k, 0]
+        y += h * vy + shift[k, 1]
+        z += h * vz + shift[k, 2]
+        half, third, sixth = 0.5 * h * h, h * h / 3.0, h * h / 6.0
+        hx, hy, hz = gravitation_ecef_k(p, model, x + half * gx, y + half * gy, z + half * gz)
+        x, y, z = x + third * gx + sixth * hx, y + third * gy + sixth * hy, z + third * gz + sixth * hz
+        vx += push[k, 0] + 0.5 * h * (gx + hx)
+        vy += push[k, 1] + 0.5 * h * (gy + hy)
+        vz += push[k, 2] + 0.5 * h * (gz + hz)
+        # Inertial axes at the time t are Earth-fixed ones but for the longitude, which counts from the x axis.
+        lat, lon, alt = ecef_to_geodetic_k(p, x, y, z)
+        n0, n1, n2, n3 = q_en_k(lat, lon)
+        vn, ve, vd = rotate_k(n0, -n1, -n2, -n3, vx + p.omega * y, vy - p.omega * x, vz)
+        if held:
+            alt, vd = reference[k + 1], -climb[k + 1]
+            x, y, z = geodetic_to_ecef_k(p, lat, lon, alt)
+            vx, vy, vz = rotate_k(n0, n1, n2, n3, vn, ve, vd)
+            vx, vy = vx - p.omega * y, vy + p.omega * x
+        gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
+        lon -= p.omega * time[k + 1]
+        lon -= 2.0 * pi * np.floor((lon + pi) / (2.0 * pi))
+        latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, alt
+        velocity_ned[k + 1, 0], velocity_ned[k + 1, 1], velocity_ned[k + 1, 2] = vn, ve, vd
+
+
+def _pushes(time: Array, dvel: Array, q_ib: Array) -> tuple[Array, Array]:
+    """Return ∫C_ib f dt and ∫(t_end − t) C_ib f dt over each interval, (N, 3) m/s and m."""
+    from scipy.interpolate import make_interp_spline
+
+    sign = np.where(np.einsum("ij,ij->i", q_ib[1:], q_ib[:-1]) < 0.0, -1.0, 1.0)
+    continuous = q_ib * np.concatenate([[1.0], np.cumprod(sign)])[:, None]
+    attitude = make_interp_spline(time, continuous, k=5)
+    accumulated = np.concatenate([np.zeros((1, 3)), np.cumsum(dvel, axis=0)])
+    force = make_interp_spline(time, accumulated, k=5).derivative()
+    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    push, shift = np.empty_like(dvel), np.empty_like(dvel)
+    for first in range(0, len(dvel), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        half = 0.5 * (time[1:][part] - time[:-1][part])[:, None]
+        t = time[:-1][part, None] + half * (1.0 + nodes)
+        f = rotation.rotate(rotation.normalize(attitude(t)), force(t))
+        push[part] = half * np.einsum("j,nji->ni", weights, f)
+        shift[part] = half * half * np.einsum("j,nji->ni", weights * (1.0 - nodes), f)
+    return push, shift
+
+
+def navigate_by_attitude(
+    time: Array,
+    dvel: Array,
+    q_ib: Array,
+    initial: NavState,
+    *,
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+    height: ArrayLike | None = None,
+) -> NavSolution:
+    """Navigate on velocity increments and measured attitudes.
+
+    Args:
+        time: edges of the intervals, increasing, (N+1,) s, N ≥ 5; inertial and Earth-fixed axes coincide at 0.
+        dvel: velocity increments in the moving body's axes, (N, 3) m/s.
+        q_ib: attitude relative to inertial space as measured at the edges, (N+1, 4); it must turn by well under half
+            a turn from one to the next.
+        initial: position and velocity at time[0], scalars; its attitude is not used.
+        gravity: one of `GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid.
+        height: reference height that the solution is held to, (N+1,) m; None for a free vertical channel.
+
+    Returns:
+        The solution at every edge; its attitude is the measured one at the computed place.
+
+    Raises:
+        InputError: arrays that do not belong together, a value that is not finite, times that do not increase, an
+            unknown model.
+    """
+    count = len(dvel)
+    for name, array, shape in (
+        ("time", time, (count + 1,)),
+        ("dvel", dvel, (count, 3)),
+        ("q_ib", q_ib, (count + 1, 4)),
+    ):
+        if array.shape != shape or count < 5:
+            raise InputError(
+                f"navigating by measured attitude: {name} has shape {array.shape}; N ≥ 5 intervals need N+1 times, "
+                "(N, 3) velocity increments and (N+1, 4) attitudes."
+            )
+        if not np.isfinite(array).all():
+            row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
+            raise InputError(f"{name}[{row}] = {array[row]} is not a finite number.")
+    if not (np.diff(time) > 0.0).all():
+        row = int(np.argmin(np.diff(time) > 0.0))
+        raise InputError(f"time must increase: time[{row + 1}] = {time[row + 1]} s follows {time[row]} s.")
+    reference = np.empty(0) if height is None else np.ascontiguousarray(height, dtype=np.float64)
+    if height is not None and (reference.shape != time.shape or not np.isfinite(reference).all()):
+        raise InputError(
+            f"height has shape {reference.shape}; one finite value at every time, {time.shape}, is needed."
+        )
+    climb = np.empty(0) if height is None else np.gradient(reference, time)
+    body = earth.ellipsoid_by_name(ellipsoid)
+    model = earth.gravity_number(gravity)
+
+    latitude, longitude, altitude = (np.empty(count + 1) for _ in range(3))
+    velocity_ned = np.empty((count + 1, 3))
+    latitude[0], longitude[0], altitude[0] = initial.latitude, initial.longitude, initial.height
+    velocity_ned[0] = initial.velocity_ned
+    inertial_longitude = longitude[0] + body.omega * time[0]
+    position = earth.geodetic_to_ecef(latitude[0], inertial_longitude, altitude[0], body)
+    velocity = rotation.rotate(earth.q_en(latitude[0], inertial_longitude), velocity_ned[0])
+    velocity += np.cross([0.0, 0.0, body.omega], position)
+    push, shift = _pushes(time, dvel, q_ib)
+    _integrate(
+        earth.parameters(body), model, time, push, shift, height is not None, reference, climb,
+        position, velocity, latitude, longitude, altitude, velocity_ned,
+    )  # fmt: skip
+    q_in = earth.q_en(latitude, longitude + body.omega * time)
+    q_nb = rotation.multiply(rotation.conjugate(q_in), rotation.normalize(q_ib))
+    defect = np.abs(np.linalg.norm(q_ib, axis=1) - 1.0)
+    return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, "measured-attitude")
