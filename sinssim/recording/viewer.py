@@ -144,21 +144,25 @@ def screenshot(
     """
     from rerun.experimental import ViewerClient
 
+    if not picture.absolute().parent.is_dir():
+        raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
     run = read_run_info(find_recording(path))
     moment = 0.5 * (run.start + run.end) if time_s is None else time_s
     (port,) = _free_ports(1)
     arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
     with _files(path, view, menu=False) as files, _Viewer([*arguments, *files]) as viewer:
         viewer.wait_for_port(port)
-        client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
         started = time.monotonic()
-        deadline = started + _START_SECONDS
-        while not _loaded(client):
-            viewer.check(deadline)
-            time.sleep(0.1)
-        client.set_time("sim_time", duration=moment, play_state="paused")
-        time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
-        png = client.take_screenshot()
+        try:
+            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            while not _loaded(client):
+                viewer.check(started + _START_SECONDS)
+                time.sleep(0.1)
+            client.set_time("sim_time", duration=moment, play_state="paused")
+            time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
+            png = client.take_screenshot()
+        except (OSError, RuntimeError) as error:  # the viewer is gone, or does not answer
+            raise viewer.failure() from error
     beside = picture.with_name(picture.name + ".part")
     try:
         beside.write_bytes(png)
@@ -237,16 +241,22 @@ class _Viewer:
 
     def failure(self) -> RunError:
         """Return the error that says what the child said."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(2.0)
         self._output.seek(0)
         said = self._output.read().decode(errors="replace")
-        if "graphics adapter" in said.lower():
+        if "graphics adapter" in said.lower() or "render context" in said:
             return RunError(
-                "Rerun's viewer found no graphics driver, and cannot draw without one. On a machine without a graphics "
+                "Rerun's viewer found no graphics driver (Vulkan) to draw with. On a machine without a graphics "
                 "card install one that draws in software, on Debian and Ubuntu: apt-get install mesa-vulkan-drivers "
                 "libvulkan1. Or look at the run in a browser: sinssim view RUN --web."
             )
-        lines = [line for line in said.splitlines() if line.strip() and "walkers" not in line]
-        return RunError(
-            f"Rerun's viewer ended with code {self.process.poll()}. It said last: "
-            + " / ".join(lines[-5:] or ["nothing"])
-        )
+        if "EventLoopError" in said:
+            return RunError(
+                "Rerun's viewer found no screen to open its window on. Look at the run in a browser, sinssim view RUN "
+                "--web, or save a picture of it, sinssim view RUN --screenshot FILE."
+            )
+        lines = [line.strip() for line in said.splitlines() if line.strip()]
+        ending = self.process.poll()
+        how = "does not answer" if ending is None else f"ended with code {ending}"
+        return RunError(f"Rerun's viewer {how}. It said last: {' / '.join(lines[-3:]) or 'nothing'}")

@@ -240,7 +240,7 @@ def test_a_full_disk_leaves_nothing_and_loses_nothing(tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "summary.json").write_text("{}")
     ended = in_process("disk", tmp_path / "run", 100_000)
-    assert "RunError" in ended.stderr
+    assert "InputError" in ended.stderr
     assert "could not be written" in ended.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
     assert [p.name for p in (tmp_path / "run").iterdir()] == ["summary.json"]

@@ -1,0 +1,106 @@
+"""Opening a run: what is served, to whom, what is left behind, and what is said where it cannot be drawn."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import psutil
+import pytest
+import rerun_cli
+
+from sinssim.errors import InputError, RunError
+from sinssim.recording import viewer
+from sinssim.simulation import run
+from tests.recording import fake_run
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory) -> Path:
+    with pytest.MonkeyPatch.context() as patch:
+        fake_run.install(3000, patch.setattr)
+        return run(fake_run.scenario(), tmp_path_factory.mktemp("viewer") / "run").directory
+
+
+def test_web_serves_this_machine_only_and_leaves_no_process(directory):
+    code = "import sys; from pathlib import Path; from sinssim.recording.viewer import serve; serve(Path(sys.argv[1]))"
+    server = subprocess.Popen([sys.executable, "-c", code, str(directory)], stdout=subprocess.PIPE, text=True)
+    children = []
+    try:
+        assert server.stdout is not None
+        address = server.stdout.readline().removeprefix("Open ").strip()
+        page = address.split("?")[0]
+        assert page.startswith("http://127.0.0.1:")
+        assert b"web viewer" in urllib.request.urlopen(page, timeout=10.0).read()
+        children = psutil.Process(server.pid).children(recursive=True)
+        listening = [c for child in children for c in child.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
+        assert {c.laddr.ip for c in listening} == {"127.0.0.1"}
+        assert {f"127.0.0.1:{c.laddr.port}" for c in listening} == {
+            page.removeprefix("http://").strip("/"),
+            "127.0.0.1:" + address.split("%3A")[-1].removesuffix("%2Fproxy"),
+        }
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait(20.0)
+        server.stdout.close()
+    assert server.returncode == 0
+    assert children
+    assert not any(child.is_running() for child in children)
+
+
+@pytest.fixture
+def broken_viewer(tmp_path, monkeypatch):
+    """Put a program in the viewer's place that says something and ends."""
+
+    def install(said: str) -> None:
+        program = tmp_path / "rerun"
+        program.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 101\n")
+        program.chmod(0o755)
+        monkeypatch.setattr(rerun_cli, "__file__", str(tmp_path / "__init__.py"))
+
+    return install
+
+
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        ("thread main panicked at Failed to get render context", "apt-get install mesa-vulkan-drivers"),
+        ("No graphics adapter was found", "apt-get install mesa-vulkan-drivers"),
+        ("Error: winit EventLoopError: neither WAYLAND_DISPLAY nor DISPLAY is set", "--web"),
+        ("something else", "ended with code 101. It said last: something else"),
+    ],
+)
+def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, expected):
+    broken_viewer(said)
+    with pytest.raises(RunError, match="Rerun's viewer") as shown:
+        viewer.open_viewer(directory)
+    assert expected in str(shown.value)
+    with pytest.raises(RunError) as saved:
+        viewer.screenshot(directory, directory / "picture.png")
+    assert expected in str(saved.value)
+    assert not (directory / "picture.png").exists()
+
+
+def test_a_picture_without_a_folder_is_refused_before_anything_is_opened(directory, broken_viewer):
+    broken_viewer("must not be started")
+    with pytest.raises(InputError, match="there is no folder"):
+        viewer.screenshot(directory, directory / "nowhere" / "picture.png")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("view", ["flight", "navigation", "sensors"])
+def test_every_view_makes_a_picture(directory, tmp_path, view):
+    from matplotlib.image import imread
+
+    begin = time.monotonic()
+    viewer.screenshot(directory, tmp_path / "picture.png", view, size=(1280, 800))
+    picture = imread(tmp_path / "picture.png")
+    assert picture.shape[:2] == (800, 1280)
+    assert len({tuple(pixel) for pixel in picture[::8, ::8].reshape(-1, picture.shape[2])}) > 30
+    assert time.monotonic() - begin < 60.0
+    assert os.listdir(tmp_path) == ["picture.png"]
