@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from sinssim.errors import InputError, RunError
+from sinssim.errors import InputError
 
 _MARKS = ("summary.json", "recording.rrd")
 """A folder that holds one of these is a run directory, and may be replaced when that was asked for."""
@@ -90,14 +90,14 @@ class RunDirectory:
         """Turn a full disk and the like, inside the block, into an error that says so, and leave nothing behind.
 
         Raises:
-            RunError: something could not be written.
+            InputError: something could not be written.
         """
         try:
             yield
         except OSError as error:
             free = shutil.disk_usage(self.target.parent if self._made == [] else self._made[0].parent).free
             self.discard()
-            raise RunError(
+            raise InputError(
                 f"the run directory {self.target} could not be written: {error.strerror or error} ({free / 1e6:.0f} MB "
                 "were free). Nothing of this run was kept; what was there before is untouched."
             ) from error

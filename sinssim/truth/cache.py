@@ -48,8 +48,7 @@ def cached_flight(flight: FlightSection, seed: int = 0, progress: Callable[[floa
         The flight, bit for bit the same whether it was flown or read.
 
     Raises:
-        RunError: the flight cannot be flown; the message names the leg.
-        InputError: no such aircraft or model.
+        InputError: no such aircraft or model, or a flight that cannot be flown; the message names the leg.
     """
     file = _file(flight, seed)
     log = _read(file)

@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.earth_models import ELLIPSOIDS
+from sinssim.units import ARCSEC, DEG
 
 if TYPE_CHECKING:
     from sinssim.data import Array
+    from sinssim.scenario.motion import MotionSection, VibrationSection
     from sinssim.scenario.schema import Scenario
     from sinssim.scenario.section import Vector3
+    from sinssim.truth.analytic import Motion
     from sinssim.truth.trajectory import Trajectory
+    from sinssim.truth.vibration import Tone
 
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -22,17 +26,26 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     """Return the true motion of a scenario's sensor block.
 
     Args:
-        scenario: names the source of truth: [flight], [parked] or [great_circle].
+        scenario: names the source of truth: [flight], [parked], [great_circle] or [motion].
         progress: called with the part of a flight that is flown, 0…1.
 
     Returns:
         The motion of the block on its lever arm and in its mounting: those of [imu], else the aircraft's, else
-        none.
+        none; with the scenario's vibration on top.
 
     Raises:
-        RunError: a flight that cannot be flown; the message names the leg.
-        InputError: no such aircraft, or a source of truth that cannot be.
+        InputError: no such aircraft, a source of truth that cannot be, or a flight that cannot be flown; the message
+            names the leg.
     """
+    trajectory = _source(scenario, progress)
+    if not scenario.vibration:
+        return trajectory
+    from sinssim.truth.vibration import Vibrating
+
+    return Vibrating(trajectory, _tones(scenario.vibration, scenario.seed))
+
+
+def _source(scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:
     from sinssim.rotation import quaternion_from_euler
 
     imu = scenario.imu
@@ -73,6 +86,23 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
             ellipsoid,
         )
 
+    if scenario.motion is not None:
+        from sinssim.truth.analytic import OnEarth
+        from sinssim.truth.vibration import Vibrating
+
+        motion = scenario.motion
+        centre = OnEarth(
+            _analytic(motion),
+            np.radians(motion.latitude_deg),
+            np.radians(motion.longitude_deg),
+            motion.altitude_m,
+            quaternion_from_euler(*np.radians([motion.roll_deg, motion.pitch_deg, motion.heading_deg])),
+            motion.duration_s,
+            gravity,
+            ellipsoid,
+        )
+        return Vibrating(centre, (), lever_arm, q_bs) if imu.lever_arm_m or imu.mounting_deg else centre
+
     from sinssim.truth.great_circle import GreatCircle
 
     circle = scenario.great_circle
@@ -89,6 +119,50 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         gravity,
         ellipsoid,
     )
+
+
+def _analytic(section: MotionSection) -> Motion:
+    """Return the motion in closed form that a [motion] table describes."""
+    from sinssim.scenario import motion as sections
+    from sinssim.truth.coning import SpinCone, classical_cone
+    from sinssim.truth.rocking import Sculling, SpinRock
+    from sinssim.truth.rotation_table import Dwell, RotationTable, Turn
+
+    turn = 2.0 * np.pi
+    match section:
+        case sections.ConingMotion():
+            return classical_cone(section.half_angle_deg * DEG, section.frequency_hz * turn)
+        case sections.ScullingMotion():
+            return Sculling(section.angle_deg * DEG, section.displacement_mm * 1e-3, section.frequency_hz * turn)
+        case sections.SpinConeMotion():
+            return SpinCone(section.angle_deg * DEG, section.precession_deg_s * DEG, section.spin_deg_s * DEG)
+        case sections.SpinRockMotion():
+            return SpinRock(
+                section.axis, section.spin_deg_s * DEG, section.angle_deg * DEG, section.frequency_hz * turn
+            )
+        case sections.RotationTableMotion():
+            return RotationTable(
+                [
+                    Dwell(step.duration_s)
+                    if isinstance(step, sections.DwellStep)
+                    else Turn(step.axis, step.angle_deg * DEG, step.rate_deg_s * DEG, step.ramp_s, step.profile)
+                    for step in section.steps
+                ]
+            )
+
+
+def _tones(sections: tuple[VibrationSection, ...], seed: int) -> list[Tone]:
+    """Return the sinusoids of a scenario's vibration; each table of noise draws on its own."""
+    from sinssim.truth.vibration import Tone, band_noise
+
+    tones: list[Tone] = []
+    for number, section in enumerate(sections):
+        rms = (section.rms_arcsec or 0.0) * ARCSEC + (section.rms_mm or 0.0) * 1e-3
+        if section.high_hz is None:
+            tones.append(Tone(section.coordinate, rms * 2.0**0.5, section.low_hz, section.phase_deg * DEG))
+        else:
+            tones += band_noise(section.coordinate, rms, section.low_hz, section.high_hz, seed + number)
+    return tones
 
 
 def _mounting(angles_deg: Vector3) -> Array:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.earth import ecef_to_geodetic, q_en
-from sinssim.errors import InputError, RunError
+from sinssim.errors import InputError
 from sinssim.rotation import multiply, quaternion_from_euler
 from sinssim.scenario.aircraft import Aircraft, load_aircraft
 from sinssim.scenario.content import find_content
@@ -165,7 +165,7 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
     executive = jsbsim.FGFDMExec(str(root))
     executive.set_debug_level(0)
     if not executive.load_model_with_paths(model.name, folder, str(root / "engine"), str(root / "systems")):
-        raise RunError(f"JSBSim cannot load the model {model}.")
+        raise InputError(f"JSBSim cannot load the model {model}.")
     executive.set_dt(STEP)
     return executive
 
@@ -377,9 +377,8 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
         The centre of gravity's motion at 30 Hz and the other logged quantities.
 
     Raises:
-        RunError: a leg cannot be flown (stall, ground contact, not reached in time), the model diverges or cannot be
-            loaded or trimmed; the message names the leg, the time and the aircraft's state.
-        InputError: no such aircraft or model.
+        InputError: a leg cannot be flown (stall, ground contact, not reached in time), the model diverges or cannot be
+            loaded or trimmed (the message names the leg, the time and the aircraft's state); no such aircraft or model.
     """
     import jsbsim
 
@@ -391,7 +390,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
             _set_out(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             said = " ".join(" ".join(messages[1:]).split())
-            raise RunError(
+            raise InputError(
                 f"JSBSim cannot bring the {flight.aircraft} to the flight's start"
                 f" ({flight.start.model_dump(exclude={'on'})}): {error}"
                 f"{'; it said: ' + said if said else ''}. An airspeed and a height at which it flies would be right."
@@ -473,7 +472,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                 if isinstance(error, LegError)
                 else (f"the model diverged ({error})", "gentler legs, or a better model,")
             )
-            raise RunError(
+            raise InputError(
                 f"{name} failed at {motion.time:.1f} s of the flight: {reason}. The {flight.aircraft} was at a height"
                 f" of {motion.height:.0f} m ({motion.height_above_ground:.0f} m above ground), {motion.cas / KNOT:.0f}"
                 f" kt calibrated, angle of attack {motion.alpha / DEG:.1f}°, roll {motion.phi / DEG:.1f}°, pitch"

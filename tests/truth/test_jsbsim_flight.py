@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sinssim.errors import InputError, RunError
+from sinssim.errors import InputError
 from sinssim.scenario.legs import FlightSection
 from sinssim.truth import jsbsim_flight
 from sinssim.truth.jsbsim_flight import FlightLog, fly_plan
@@ -464,7 +464,7 @@ def test_progress_rises_to_one() -> None:
     ],
 )
 def test_what_cannot_be_flown_fails_with_leg_time_and_state(aircraft: str, legs: list[Any], words: list[str]) -> None:
-    with pytest.raises(RunError) as failure:
+    with pytest.raises(InputError) as failure:
         fly_plan(plan(aircraft, *legs))
     for word in words:
         assert word in str(failure.value)
@@ -481,7 +481,7 @@ def wild_aircraft(folder: Path, replaced: str, by: str, more: str = "") -> str:
 def test_diverging_model_fails_with_leg_and_time(tmp_path: Path, leg: dict[str, Any]) -> None:
     path = ".//function[@name='aero/coefficient/Cmq']/product/value"
     name = wild_aircraft(tmp_path, "", "", f'\n[model_changes]\n"{path}" = "3e9"\n')
-    with pytest.raises(RunError, match=r"leg 1 \(\w+\) failed at 0\.\d s of the flight: the model diverged"):
+    with pytest.raises(InputError, match=r"leg 1 \(\w+\) failed at 0\.\d s of the flight: the model diverged"):
         fly_plan(plan(name, leg))
 
 
@@ -494,5 +494,5 @@ def test_missing_model_is_named(tmp_path: Path) -> None:
 def test_start_that_cannot_be_trimmed_is_refused() -> None:
     flight = plan("737", {"type": "hold", "duration_s": 1.0})
     slow = flight.model_copy(update={"start": flight.start.model_copy(update={"airspeed_kt": 60.0})})
-    with pytest.raises(RunError, match=r"cannot bring the 737 to the flight's start .*'airspeed_kt': 60.0"):
+    with pytest.raises(InputError, match=r"cannot bring the 737 to the flight's start .*'airspeed_kt': 60.0"):
         fly_plan(slow)
