@@ -67,12 +67,37 @@ def kernel(function: F) -> F:
 
 def strict_kernel(function: F) -> F:
     """Compile a kernel that must see NaN, infinities and the written order of operations."""
-    return _jit(function)
+    return _jit(function, fastmath=False)
 
 
 def inline(function: F) -> F:
     """Compile a scalar function that is always inlined into the kernel that calls it."""
     return _jit(function, fastmath=True, forceinline=True)
+
+
+def strict_inline(function: F) -> F:
+    """Like `inline`, but the operations stay in the order in which they are written, whatever kernel calls them."""
+    return _jit(function, fastmath=False, forceinline=True)  # unsaid, numba takes over the caller's setting
+
+
+def with_constants(function: Any, name: str, **constants: int | bool) -> Any:
+    """Return a copy of an `inline` function with other values of its file's constants.
+
+    Args:
+        function: the compiled function; as it comes if none of the constants occurs in it.
+        name: a name unique among the copies.
+        **constants: values for global names of the function.
+
+    Returns:
+        The compiled copy.
+    """
+    plain = function.py_func
+    if not set(constants) & set(plain.__code__.co_names):
+        return function
+    copy = types.FunctionType(plain.__code__, {**plain.__globals__, **constants}, name)
+    copy.__qualname__ = name
+    copy.__module__ = plain.__module__
+    return inline(copy)
 
 
 def bind(template: Callable[..., Any], name: str, **parts: Any) -> Callable[..., Any]:

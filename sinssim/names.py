@@ -5,11 +5,9 @@ They stand apart from what they name, so that checking a scenario and listing th
 
 from __future__ import annotations
 
-ALGORITHMS: dict[str, str] = {
-    "quaternion": "quaternion relative to the navigation frame (8.18), advanced by the exact rotation of each interval",
-    "poisson": "direction cosine matrix from Poisson's equation, fourth-order steps, never re-orthonormalised",
-    "euler": "roll, pitch and heading integrated as such (Runge-Kutta 4), singular at pitch ±90°",
-}
+from sinssim.algorithms import REGISTRY
+
+ALGORITHMS: dict[str, str] = {name: algorithm.sentence for name, algorithm in REGISTRY.items()}
 
 FRAMES: dict[str, str] = {
     "level": "local geodetic level with north orientation (north, east, down)",

@@ -8,13 +8,13 @@ out); the array functions run that kernel over arrays of any leading shape.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import asin, atan2, cos, pi, sin, sqrt
+from math import asin, atan2, cos, floor, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.data import Array
-from sinssim.jit import inline, kernel
+from sinssim.jit import inline, kernel, strict_inline
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -40,6 +40,60 @@ def multiply_k(a0: float, a1: float, a2: float, a3: float, b0: float, b1: float,
         a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
         a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
     )
+
+
+@strict_inline
+def sincos_k(x: float) -> tuple[float, float]:
+    """sin(x) and cos(x) to rounding, without a call into the mathematical library.
+
+    Reduction to |r| ≤ π/4 by π/2 in two parts (Cody and Waite 1980) and the polynomials of Sun's fdlibm
+    (k_sin.c, k_cos.c). Beyond 1000 rad the library's own functions serve.
+    """
+    if abs(x) > 1000.0:
+        return sin(x), cos(x)
+    turns = floor(x * 0.6366197723675814 + 0.5)  # 2/π
+    # π/2: its first 33 bits, times which a count below 2²⁰ is exact, and the rest
+    r = (x - turns * 1.5707963267341256) - turns * 6.077100506506192e-11
+    y = r * r
+    s = r + r * y * (
+        -1.66666666666666324348e-01
+        + y
+        * (
+            8.33333333332248946124e-03
+            + y
+            * (
+                -1.98412698298579493134e-04
+                + y * (2.75573137070700676789e-06 + y * (-2.50507602534068634195e-08 + y * 1.58969099521155010221e-10))
+            )
+        )
+    )
+    c = (
+        1.0
+        - 0.5 * y
+        + y
+        * y
+        * (
+            4.16666666666666019037e-02
+            + y
+            * (
+                -1.38888888888741095749e-03
+                + y
+                * (
+                    2.48015872894767294178e-05
+                    + y
+                    * (-2.75573143513906633035e-07 + y * (2.08757232129817482790e-09 - y * 1.13596475577881948265e-11))
+                )
+            )
+        )
+    )
+    quadrant = int(turns) & 3
+    if quadrant & 1:
+        s, c = c, s
+    if quadrant & 2:
+        s = -s
+    if quadrant == 1 or quadrant == 2:
+        c = -c
+    return s, c
 
 
 @inline
@@ -254,7 +308,7 @@ def _map(rows: Callable[..., None], columns: int, *arrays: tuple[ArrayLike, int]
     shape, values = _rows(*arrays)
     out = np.empty((len(values[0]), columns))
     rows(*values, out)
-    return out.reshape(*shape, columns)
+    return np.reshape(out, (*shape, columns))
 
 
 def multiply(a: ArrayLike, b: ArrayLike) -> Array:
@@ -279,7 +333,8 @@ def conjugate(q: ArrayLike) -> Array:
     Returns:
         Conjugates, (..., 4).
     """
-    return np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    conjugated: Array = np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    return conjugated
 
 
 def normalize(q: ArrayLike) -> Array:

@@ -83,8 +83,8 @@ def run(
         Everything that was computed.
 
     Raises:
-        InputError: the scenario or the directory cannot be used.
-        RunError: the flight, the navigation or the writing failed.
+        InputError: the scenario or the directory cannot be used, a leg cannot be flown, the disk is full.
+        RunError: the navigation failed.
     """
     stages = _Stages(progress or (lambda stage, fraction: None))
     if directory is None:
@@ -167,7 +167,9 @@ def _navigate(
             height=None if section.vertical == "free" else truth.height,
             baro_time_constant=section.baro_time_constant_s,
         )
-        return solution, navigation_error(truth, solution, trajectory.ellipsoid)
+        # an algorithm that takes several samples at once has fewer rows
+        there = truth if len(solution.time) == len(measured.time) else trajectory.state(solution.time)
+        return solution, navigation_error(there, solution, trajectory.ellipsoid)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = dict(zip(section.algorithms, pool.map(one, section.algorithms), strict=True))

@@ -199,16 +199,21 @@ def draw_navigation(
         Labels for the views' titles.
     """
     names = list(errors)
-    time = next(iter(errors.values())).time
-    k = _rows(len(time), _PLOT_ROWS)
+    time = max((error.time for error in errors.values()), key=len)
+    time = time[_rows(len(time), _PLOT_ROWS)]
+    # algorithms that take several samples at once have fewer rows: the row at the time or the next one
+    rows = {n: np.searchsorted(e.time, time).clip(max=len(e.time) - 1) for n, e in errors.items()}
     widths = style.stacked_widths(len(names))
-    thin = {n: NavError(time[k], e.position_ned[k], e.velocity_ned[k], e.attitude[k]) for n, e in errors.items()}
+    thin = {
+        n: NavError(time, e.position_ned[rows[n]], e.velocity_ned[rows[n]], e.attitude[rows[n]])
+        for n, e in errors.items()
+    }
     labels: dict[str, str] = {}
 
     def lines(key: str, columns: list[Array], table: Sequence[tuple[str, float, float]], label: str) -> None:
         if label not in labels:
             labels[label], size[label] = _unit(table, *columns)
-        recording.series(f"navigation/{key}", time[k], np.column_stack(columns) / size[label], names, widths=widths)
+        recording.series(f"navigation/{key}", time, np.column_stack(columns) / size[label], names, widths=widths)
 
     size: dict[str, float] = {}
     found = thin.values()
@@ -224,20 +229,20 @@ def draw_navigation(
     for i, axis in enumerate(("north", "east")):
         lines(f"tilt_{axis}", [e.attitude[:, i] for e in found], _ANGLES, "tilt")
     lines("azimuth", [e.attitude[:, 2] for e in found], _ANGLES, "azimuth")
-    lines("defect", [solutions[n].defect[k] for n in names], (("", 1.0, np.inf),), "defect")
+    lines("defect", [solutions[n].defect[rows[n]] for n in names], (("", 1.0, np.inf),), "defect")
     if len(names) > 1:
         first = thin[names[0]]
         apart = [np.linalg.norm(thin[n].position_ned - first.position_ned, axis=1) for n in names[1:]]
         labels["apart"], one = _unit(_LENGTHS, *apart)
-        recording.series("navigation/apart", time[k], np.column_stack(apart) / one, names[1:], widths=widths[1:])
+        recording.series("navigation/apart", time, np.column_stack(apart) / one, names[1:], widths=widths[1:])
     if labels["position"] != "mm":
-        rate = (time[k] - time[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size["position"]
+        rate = (time - time[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size["position"]
         grey = [style.COLORS["reference"]]
-        recording.series("navigation/one_mile_an_hour", time[k], rate, ["1 nmi/h"], colors=grey, widths=1.0)
+        recording.series("navigation/one_mile_an_hour", time, rate, ["1 nmi/h"], colors=grey, widths=1.0)
 
-    path = _rows(len(time), _PATH_POINTS)
     for name, color, width in zip(names, style.colors(names), widths, strict=True):
         s = solutions[name]
+        path = _rows(len(s.time), _PATH_POINTS)
         lat_lon = np.column_stack((s.latitude[path], s.longitude[path])) / units.DEG
         radius = rr.Radius.ui_points(0.4 * width)
         recording.static(f"map/{name}", rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))

@@ -17,15 +17,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from importlib import import_module
 from math import atan2, cos, sin, sqrt
 
 from sinssim.data import Array
 from sinssim.earth import EarthParameters, gravity_ned_k, q_en_k, radii_k
 from sinssim.jit import bind, inline
 from sinssim.rotation import Vector, cross_k, multiply_k, quaternion_from_rotation_vector_k
-from sinssim.strapdown.interval import FrameTurn, fitted_turn_k
+from sinssim.strapdown.interval import FrameTurn
+from sinssim.strapdown.interval import fitted_turn_k as turn_k
 from sinssim.strapdown.level import BARO_LOOP, HELD
+from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
@@ -116,7 +117,7 @@ def _navigate(
     q_nb: Array,
     defect: Array,
 ) -> None:
-    count = dtheta.shape[0]
+    count = time.shape[0] - 1
     omega = p.omega
     # --- the frame at the start: x north, or towards the route's pole
     h = height[0]
@@ -165,7 +166,7 @@ def _navigate(
         k2_1, kappa_1, along_1, down_1 = _earth_k(p, gravity, simplified, kx1, ky1, kz1, h_taken)
 
         # --- the body's rotation and specific force over the interval, into the frame of its start
-        b = fitted_turn_k(dtheta, dvel, weights, uniform, k)
+        b = turn_k(dtheta, dvel, weights, uniform, k)
         c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
         dx = c11 * b.dv_x + c12 * b.dv_y + c13 * b.dv_z
         dy = c21 * b.dv_x + c22 * b.dv_y + c23 * b.dv_z
@@ -278,12 +279,4 @@ def engine(algorithm: str) -> Callable[..., None]:
     Returns:
         The kernel; it fills the solution's arrays, whose first rows hold the initial state.
     """
-    part = import_module(f"sinssim.strapdown.{algorithm.replace('-', '_')}")
-    return bind(
-        _navigate,
-        f"azimuth_{algorithm.replace('-', '_')}",
-        start_k=part.start_k,
-        dcm_k=part.dcm_k,
-        step_k=part.step_k,
-        quaternion_k=part.quaternion_k,
-    )
+    return bind(_navigate, f"azimuth_{algorithm.replace('-', '_')}", **parts(algorithm))

@@ -20,6 +20,7 @@ class BodyTurn(NamedTuple):
     dv: velocity increment, compensated for sculling and rotation, m/s.
     fs, fe: specific force at the start and the end, times the interval, m/s.
     a1, a2, a3: the body's own rate times the interval as a1 + a2 s + a3 s² over s ∈ [−½, ½], rad.
+    theta: the increment as measured, without compensation, rad.
     """
 
     phi_x: float
@@ -43,6 +44,9 @@ class BodyTurn(NamedTuple):
     a3_x: float
     a3_y: float
     a3_z: float
+    theta_x: float
+    theta_y: float
+    theta_z: float
 
 
 class FrameTurn(NamedTuple):
@@ -96,4 +100,5 @@ def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: 
         px, py, pz, dvx, dvy, dvz, fsx, fsy, fsz,
         fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz,
         a0[0] - x3 / 12.0, a0[1] - y3 / 12.0, a0[2] - z3 / 12.0, x2, y2, z2, x3, y3, z3,
+        a0[0], a0[1], a0[2],
     )  # fmt: skip

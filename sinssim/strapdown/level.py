@@ -17,14 +17,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from importlib import import_module
 from math import cos, pi, sin
 
 from sinssim.data import Array
 from sinssim.earth import EarthParameters, gravity_ned_k, radii_k
 from sinssim.jit import bind, inline
 from sinssim.rotation import cross_k
-from sinssim.strapdown.interval import FrameTurn, fitted_turn_k
+from sinssim.strapdown.interval import FrameTurn
+from sinssim.strapdown.interval import fitted_turn_k as turn_k
+from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
@@ -81,7 +82,7 @@ def _navigate(
     q_nb: Array,
     defect: Array,
 ) -> None:
-    count = dtheta.shape[0]
+    count = time.shape[0] - 1
     lat, lon, h = latitude[0], longitude[0], height[0]
     vn, ve, vd = velocity[0, 0], velocity[0, 1], velocity[0, 2]
     attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
@@ -117,7 +118,7 @@ def _navigate(
         i1 = 1.0 / c1
 
         # --- the body's rotation and specific force over the interval
-        b = fitted_turn_k(dtheta, dvel, weights, uniform, k)
+        b = turn_k(dtheta, dvel, weights, uniform, k)
 
         # --- into the navigation axes of the start
         c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
@@ -227,12 +228,4 @@ def engine(algorithm: str) -> Callable[..., None]:
     Returns:
         The kernel; it fills the solution's arrays, whose first rows hold the initial state.
     """
-    part = import_module(f"sinssim.strapdown.{algorithm.replace('-', '_')}")
-    return bind(
-        _navigate,
-        f"level_{algorithm.replace('-', '_')}",
-        start_k=part.start_k,
-        dcm_k=part.dcm_k,
-        step_k=part.step_k,
-        quaternion_k=part.quaternion_k,
-    )
+    return bind(_navigate, f"level_{algorithm.replace('-', '_')}", **parts(algorithm))

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
 from sinssim.errors import InputError, RunError, unknown_name
@@ -140,7 +141,8 @@ def navigate(
             from A to B; None takes the great circle along the initial velocity.
 
     Returns:
-        The solution at every imu.time, N+1 rows, the first being the initial state.
+        The solution at every imu.time, N+1 rows, the first being the initial state. An algorithm that advances by n
+        samples at once has a row at every n-th imu.time; samples left over at the end are not navigated.
 
     Raises:
         InputError: for data that cannot be used (NaN, unordered times, wrong shapes) or an unknown name.
@@ -164,12 +166,25 @@ def navigate(
     lat0, lon0, h0, v0, q0 = _check_initial(initial)
     reference, climb = _check_height(height, vertical, time)
 
+    uniform = is_uniform(time)
+    entry = REGISTRY[algorithm]
+    if entry.needs_equal_intervals and not uniform:
+        raise InputError(
+            f"{algorithm} needs equal sampling intervals, for which its coefficients hold; those of this data run from "
+            f"{np.min(np.diff(time)):.6g} s to {np.max(np.diff(time)):.6g} s."
+        )
+    weights = weight_table(time, uniform)
+    if entry.samples > 1:
+        if len(dtheta) < entry.samples:
+            raise InputError(f"{algorithm} advances by {entry.samples} samples at once; the data hold {len(dtheta)}.")
+        edges = slice(0, len(dtheta) // entry.samples * entry.samples + 1, entry.samples)
+        time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
+
     rows = len(time)
     latitude, longitude, height_out, defect = (np.empty(rows) for _ in range(4))
     velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
-    uniform = is_uniform(time)
-    data = (time, dtheta, dvel, weight_table(time, uniform), uniform, earth, gravity_model)
+    data = (time, dtheta, dvel, weights, uniform, earth, gravity_model)
     channel = (_VERTICAL_NUMBERS[vertical], reference, climb, baro_time_constant)
     out = (latitude, longitude, height_out, velocity, q_nb, defect)
     simplified = curvature == "simplified"

@@ -1,0 +1,45 @@
+"""The parts of an attitude algorithm, as the engines take them: from its file, in the variant that its name stands for.
+
+An algorithm's file holds four functions of its attitude variables, a tuple of numbers of the file's own choice:
+
+- `start_k(q0, q1, q2, q3)`: the variables of a unit quaternion q_nb;
+- `dcm_k(attitude)`: the matrix C_nb that resolves forces, row by row;
+- `step_k(attitude, body, frame)`: the variables one interval later, from a `BodyTurn` and a `FrameTurn`;
+- `quaternion_k(attitude)`: the unit quaternion q_nb and what the variables lost of their norm or orthogonality.
+
+A fifth, `turn_k(dtheta, dvel, weights, uniform, k)`, makes the `BodyTurn` of interval k from the samples; a file
+without it shares `sinssim.strapdown.interval.fitted_turn_k`, as the algorithms do that are to be compared in attitude
+alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from sinssim.algorithms import REGISTRY
+from sinssim.jit import with_constants
+from sinssim.strapdown import interval
+
+_NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
+
+
+@cache
+def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
+    """Return an algorithm's functions by the names under which the engines know them.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+
+    Returns:
+        The five functions.
+    """
+    entry = REGISTRY[algorithm]
+    module = import_module(f"sinssim.strapdown.{entry.module}")
+    found = {name: getattr(module, name, None) or interval.fitted_turn_k for name in _NAMES}
+    if entry.variant:
+        suffix = algorithm.replace("-", "_")
+        found = {name: with_constants(part, f"{name}_{suffix}", **entry.variant) for name, part in found.items()}
+    return found
