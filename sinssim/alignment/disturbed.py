@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array
-from sinssim.alignment.determination import Determination, Flags, check_lengths
+from sinssim.alignment.determination import EARTH_RATE_TOLERANCE, Determination, Flags, check_lengths
 from sinssim.alignment.session import check_session, mean_readings
 from sinssim.data import ImuData
 from sinssim.earth_models import OMEGA_IE
@@ -37,6 +37,9 @@ RANDOM_WALK_FACTOR = 10.0 / 7.0
 
 The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)², x = t/T, and ∫W² dx = 10/7.
 """
+
+LARGEST_SPEED = 2.0
+"""Largest velocity of a base that only sways, m/s."""
 
 EQUATOR = np.radians(5.0)
 """A cone tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes, rad."""
@@ -56,8 +59,8 @@ class DisturbedAlignment:
     Attributes:
         determination: the angles at the session's last instant, and the latitude.
         residual: root mean square of the velocity that the cone does not explain, m/s: heave and sway.
-        time: instants of the fitted curve, (M,) s.
-        residual_velocity: that velocity, in the block's axes at the first instant, (M, 3) m/s.
+        time: edges of the session's intervals, (N+1,) s.
+        residual_velocity: that velocity, in the block's axes at the first instant, (N+1, 3) m/s.
     """
 
     determination: Determination
@@ -102,7 +105,26 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
     fits = [_fit(t, v, start, fixed=latitude is not None or start.latitude == 0.0) for start in _starts(t, v, latitude)]
     turn = _turn_about_vertical(imu.time[edges[:-1]] - imu.time[0], attitude[edges[:-1]], fits[0])
     fit = min(fits, key=lambda candidate: abs(turn - OMEGA_IE * np.sin(candidate.latitude)))
-    return _alignment(imu, attitude[-1], t, fit, turn, free=latitude is None)
+    _check_stayed(fit, imu, velocity)
+    determination = _determination(imu, attitude[-1], fit, turn, free=latitude is None)
+    unexplained = fit.residual(imu.time - imu.time[0], velocity)
+    rms = float(np.sqrt(np.mean(np.sum(unexplained**2, axis=1))))
+    return DisturbedAlignment(determination, rms, imu.time, unexplained)
+
+
+def _check_stayed(fit: _Fit, imu: ImuData, velocity: Array) -> None:
+    """Raise for velocities that no base sways at: the vehicle travelled.
+
+    One steady acceleration all through the session is not found out: it cannot be told from a tilt.
+    """
+    speed = np.linalg.norm(fit.residual(imu.time - imu.time[0], velocity), axis=1)
+    start, worst = float(np.linalg.norm(fit.v0)), int(np.argmax(speed))
+    if max(start, float(speed[worst])) > LARGEST_SPEED:
+        found, when = (start, imu.time[0]) if start > speed[worst] else (float(speed[worst]), imu.time[worst])
+        raise InputError(
+            f"the vehicle travelled during the session: {found:.3g} m/s at {when:.6g} s, where a swaying base has less "
+            f"than {LARGEST_SPEED:g} m/s; take a part of the session in which it stays at its place."
+        )
 
 
 def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
@@ -139,17 +161,29 @@ def _accumulate(steps: Array, out: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """Unknowns of the fit: C_ib0,i, latitude, g, v₀; and what it leaves."""
+    """Unknowns of the fit: C_ib0,i, latitude, g, v₀."""
 
     c: Array
     latitude: float
     gravity: float
     v0: Array
-    residual: Array
 
-    @property
-    def cost(self) -> float:
-        return float(np.sqrt(np.mean(np.sum(self.residual**2, axis=1))))
+    def residual(self, t: Array, v: Array) -> Array:
+        """Return what the cone leaves of a velocity, (N, 3) m/s."""
+        return v - self.v0 - self.gravity * (_cone(t, self.latitude) @ self.c.T)
+
+
+def _cone(t: Array, latitude: float) -> Array:
+    """Return the velocity that unit gravity's reaction builds up on the cone, in i, (N, 3) s."""
+    half = 0.5 * OMEGA_IE * t
+    return np.stack(
+        [
+            np.cos(latitude) * np.sin(2.0 * half) / OMEGA_IE,
+            np.cos(latitude) * 2.0 * np.sin(half) ** 2 / OMEGA_IE,
+            np.sin(latitude) * t,
+        ],
+        axis=1,
+    )
 
 
 def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
@@ -163,10 +197,22 @@ def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
     gravity = float(np.linalg.norm(a))
     up = a / gravity
     east = b - up * (up @ b)
-    if not np.linalg.norm(east) > 0.0:
-        raise InputError("the gyros and accelerometers show no turn of the Earth at all; are these real increments?")
-    # b = ½ g U cosφ
-    cosine = min(1.0, 2.0 * float(np.linalg.norm(east)) / (gravity * OMEGA_IE))
+    # b = ½ g U cosφ: gravity's direction turns at the horizontal part of the Earth's rate.
+    apparent = 2.0 * float(np.linalg.norm(east)) / gravity
+    if not apparent > 0.0:
+        raise InputError("gyros and accelerometers show no turn of the Earth at all; are these real increments?")
+    slack = EARTH_RATE_TOLERANCE * OMEGA_IE
+    low, high = (-slack, OMEGA_IE + slack)
+    if latitude is not None:
+        low, high = (OMEGA_IE * np.cos(latitude) + side for side in (-slack, slack))
+    if not low < apparent < high:
+        raise InputError(
+            f"gravity seems to turn in inertial space at {apparent / DEG_H:.4g} deg/h, where "
+            + ("the Earth" if latitude is None else f"the Earth at latitude {np.degrees(latitude):.3g} deg")
+            + f" makes it turn at {'most ' if latitude is None else ''}{(high - slack) / DEG_H:.4g} deg/h: the gyros' "
+            "errors are too large for an alignment, or the vehicle travelled."
+        )
+    cosine = min(1.0, apparent / OMEGA_IE)
     east /= np.linalg.norm(east)
     north = np.cross(up, east)
     size = float(np.arccos(cosine))
@@ -179,7 +225,7 @@ def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
     starts = []
     for phi in candidates:
         meridian, axis = np.cos(phi) * up - np.sin(phi) * north, np.sin(phi) * up + np.cos(phi) * north
-        starts.append(_Fit(np.stack([meridian, east, axis], axis=1), phi, gravity, v0, v))
+        starts.append(_Fit(np.stack([meridian, east, axis], axis=1), phi, gravity, v0))
     return starts
 
 
@@ -197,31 +243,29 @@ def _turn_about_vertical(t: Array, attitude: Array, fit: _Fit) -> float:
 
 def _fit(t: Array, v: Array, start: _Fit, fixed: bool) -> _Fit:
     """Fit the cone by Gauss-Newton steps on a small rotation of C_ib0,i, latitude, g and v₀."""
-    ut = OMEGA_IE * t
-    sine, cosine = np.sin(ut) / OMEGA_IE, 2.0 * np.sin(0.5 * ut) ** 2 / OMEGA_IE
-    c, phi, gravity, v0 = start.c, start.latitude, start.gravity, start.v0
+    fit = start
     scale = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0])
     for _ in range(_ITERATIONS):
-        curve = np.stack([np.cos(phi) * sine, np.cos(phi) * cosine, np.sin(phi) * t], axis=1) @ c.T
-        slope = np.stack([-np.sin(phi) * sine, -np.sin(phi) * cosine, np.cos(phi) * t], axis=1) @ c.T
-        residual = v - v0 - gravity * curve
+        curve = _cone(t, fit.latitude) @ fit.c.T
+        slope = _cone(t, fit.latitude + 0.5 * np.pi) @ fit.c.T  # the derivative of cosine and sine
         jacobian = np.empty((len(t), 3, 8))
         for k in range(3):  # a small rotation δ of C adds δ × curve
-            jacobian[:, :, k] = gravity * np.cross(np.eye(3)[k], curve)
-        jacobian[:, :, 3] = 0.0 if fixed else gravity * slope
+            jacobian[:, :, k] = fit.gravity * np.cross(np.eye(3)[k], curve)
+        jacobian[:, :, 3] = 0.0 if fixed else fit.gravity * slope
         jacobian[:, :, 4] = curve
         jacobian[:, :, 5:] = np.eye(3)
-        step, *_ = np.linalg.lstsq(jacobian.reshape(-1, 8) * scale, residual.reshape(-1), rcond=1e-13)
+        step, *_ = np.linalg.lstsq(jacobian.reshape(-1, 8) * scale, fit.residual(t, v).reshape(-1), rcond=1e-13)
         step *= scale
         length = float(np.linalg.norm(step[:3])) + abs(step[3])
         step *= min(1.0, 0.3 / length) if length > 0.0 else 1.0
-        c = _rotation(step[:3]) @ c
-        phi = float(np.clip(phi + step[3], -np.pi / 2, np.pi / 2))
-        gravity += step[4]
-        v0 = v0 + step[5:]
+        fit = _Fit(
+            _rotation(step[:3]) @ fit.c,
+            float(np.clip(fit.latitude + step[3], -np.pi / 2, np.pi / 2)),
+            float(fit.gravity + step[4]),
+            fit.v0 + step[5:],
+        )
         if length < 1e-10:
-            curve = np.stack([np.cos(phi) * sine, np.cos(phi) * cosine, np.sin(phi) * t], axis=1) @ c.T
-            return _Fit(c, phi, float(gravity), v0, v - v0 - gravity * curve)
+            return fit
     raise RunError(
         "the fit of gravity's cone does not converge: the session is too short, the gyros too coarse, or the vehicle "
         "travelled; give the latitude if it is known, or a longer session."
@@ -234,7 +278,7 @@ def _rotation(vector: Array) -> Array:
     return rotation.dcm_from_quaternion(rotation.quaternion_from_rotation_vector(vector))
 
 
-def _alignment(imu: ImuData, q_last: Array, t: Array, fit: _Fit, turn: float, free: bool) -> DisturbedAlignment:
+def _determination(imu: ImuData, q_last: Array, fit: _Fit, turn: float, free: bool) -> Determination:
     from sinssim import rotation
 
     phi, ut = fit.latitude, OMEGA_IE * (imu.time[-1] - imu.time[0])
@@ -272,11 +316,10 @@ def _alignment(imu: ImuData, q_last: Array, t: Array, fit: _Fit, turn: float, fr
     flags = Flags(*(np.asarray(f) for f in (turned or polar or vertical, vertical, False, turned or equatorial)))
     angles = Angles(heading, roll, pitch, np.asarray(phi))
     marked = Angles(*(np.where(flag, np.nan, angle) for flag, angle in zip(flags, angles, strict=True)))
-    determination = Determination(
+    return Determination(
         *marked,
         earth_rate=np.asarray(rate),
         gravity=np.asarray(fit.gravity),
         undetermined=flags,
         warnings=tuple(warnings),
     )
-    return DisturbedAlignment(determination, fit.cost, imu.time[0] + t, fit.residual)

@@ -40,6 +40,12 @@ def record_ground_study(
         summary: the result tables, Markdown.
     """
     names = list(session_sigma)
+
+    def whole(time: Array) -> rrb.TimeAxis:
+        # left to itself, a plot shows ±30 s around the cursor
+        start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(t)) for t in (time[0], time[-1]))
+        return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+
     plots = []
     layout = rrb.Blueprint(collapse_panels=True)
     with Recording(path, "sinssim_ground_study", layout) as recording:
@@ -48,9 +54,13 @@ def record_ground_study(
                 [np.broadcast_to(getattr(session_sigma[name], angle), session_time.shape) for name in names]
             )
             entity = f"ground/session/{angle}"
-            recording.series(entity, session_time, np.log10(values / ARCMIN), [f"{name}" for name in names])
+            recording.series(entity, session_time, np.log10(values / ARCMIN), names)
             plots.append(
-                rrb.TimeSeriesView(origin=entity, name=f"log₁₀ σ of the {angle} (σ in arcmin) over session length")
+                rrb.TimeSeriesView(
+                    origin=entity,
+                    name=f"log₁₀ σ of the {angle} (σ in arcmin) over session length",
+                    axis_x=whole(session_time),
+                )
             )
         recording.series("ground/swaying/velocity", swaying_time, swaying_velocity, ["forward", "right", "down"])
         recording.static("ground/heading_map", rr.Tensor(heading_map / ARCMIN, dim_names=["latitude", "heading"]))
@@ -59,9 +69,9 @@ def record_ground_study(
             entity = f"ground/budget/{angle}"
             recording.static(entity, rr.BarChart([float(getattr(value, angle)) / ARCMIN for value in budget.values()]))
             bars.append(rrb.BarChartView(origin=entity, name=f"σ of the {angle} by source, arcmin"))
+        runs = np.arange(max(len(errors) for errors in heading_errors.values()), dtype=np.float64)
         for method, errors in heading_errors.items():
-            run = np.arange(len(errors), dtype=np.float64)
-            recording.series(f"ground/disturbed/{method}", run, (errors / ARCMIN)[:, None], [method])
+            recording.series(f"ground/disturbed/{method}", runs[: len(errors)], (errors / ARCMIN)[:, None], [method])
         sources = "\n".join(f"{k}. {source}" for k, source in enumerate(budget))
         recording.document("ground/summary", f"{summary}\n\n## Bars of the error budget\n\n{sources}\n")
         recording.blueprint(
@@ -73,10 +83,14 @@ def record_ground_study(
                     rrb.Grid(*bars, name="Error budget"),
                     rrb.Vertical(
                         rrb.TimeSeriesView(
-                            origin="ground/swaying", name="Velocity that gravity's cone does not explain, m/s"
+                            origin="ground/swaying",
+                            name="Velocity that gravity's cone does not explain, m/s",
+                            axis_x=whole(swaying_time),
                         ),
                         rrb.TimeSeriesView(
-                            origin="ground/disturbed", name="Heading errors by run (a second is a run), arcmin"
+                            origin="ground/disturbed",
+                            name="Heading errors by run (a second is a run), arcmin",
+                            axis_x=whole(runs),
                         ),
                         name="Disturbed base",
                     ),

@@ -173,6 +173,19 @@ def test_a_vehicle_that_keeps_turning_cannot_tell_north_from_south():
     np.testing.assert_allclose(found(known), angles_at(turning, 300.0), atol=0.1 * ARCSEC)
 
 
+def test_a_vehicle_that_drives_about_is_found_out():
+    driven = Swaying(LATITUDE, 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, [Sway("north", 100.0, 1 / 100)])  # to and fro
+    with pytest.raises(InputError, match="travelled"):
+        align_disturbed(driven.increments(10.0))
+
+
+def test_gyros_that_cannot_see_the_earth_turn_are_refused(ideal):
+    with pytest.raises(InputError, match="too large for an alignment"):
+        align_disturbed(emulate(ideal, ImuSection(grade="consumer"), 1))
+    with pytest.raises(InputError, match="at latitude 85 deg"):  # and a latitude that is wrong
+        align_disturbed(ideal, np.radians(85.0))
+
+
 @pytest.mark.parametrize(
     ("spoil", "latitude", "text"),
     [
