@@ -38,6 +38,23 @@ EXAMPLES: dict[str, Any] = {
     "leg_length_m": 30000.0,
     "vertical_speed_mps": 10.0,
     "velocity_ned_mps": [0.0, 5.0, 0.0],
+    "motion.duration_s": 60.0,
+    "motion.half_angle_deg": 1.0,
+    "motion.angle_deg": 2.0,
+    "motion.displacement_mm": 1.0,
+    "motion.frequency_hz": 5.0,
+    "motion.precession_deg_s": 360.0,
+    "motion.spin_deg_s": 90.0,
+    "motion.axis": [0.0, 0.0, 1.0],
+    "motion.steps.duration_s": 30.0,
+    "motion.steps.axis": [0.0, 0.0, 1.0],
+    "motion.steps.angle_deg": 90.0,
+    "motion.steps.rate_deg_s": 10.0,
+    "coordinate": "pitch",
+    "rms_arcsec": 20.0,
+    "rms_mm": 0.05,
+    "low_hz": 8.0,
+    "high_hz": 40.0,
 }
 # Keys without a default value that are nevertheless set in the example: one of each "exactly one of" group.
 CHOSEN = {
@@ -45,6 +62,7 @@ CHOSEN = {
     "TurnLeg": {"heading_deg"},
     "RacetrackLeg": {"leg_duration_s"},
     "STurnsLeg": {"turns"},
+    "VibrationSection": {"rms_arcsec", "high_hz"},
 }
 
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
@@ -52,9 +70,9 @@ _TAGS = ("type", "on")  # keys that say which kind of table a table is
 INTRODUCTION = """\
 # The scenario file
 
-A scenario is a TOML file that says what moves (`[flight]`, `[parked]` or `[great_circle]`: exactly one of them),
-what senses it (`[imu]`) and what navigates on what was sensed (`[navigation]`). Every key with a unit carries it in
-its name. Keys that are left out take the defaults shown here; keys that are commented out below have no value
+A scenario is a TOML file that says what moves (`[flight]`, `[parked]`, `[great_circle]` or `[motion]`: exactly one of
+them), what senses it (`[imu]`) and what navigates on what was sensed (`[navigation]`). Every key with a unit carries it
+in its name. Keys that are left out take the defaults shown here; keys that are commented out below have no value
 unless one is given.
 
 `sinssim check FILE` names every mistake in a file, with its line and what would be right.
@@ -185,13 +203,15 @@ def reference() -> str:
     schema = Scenario.model_json_schema()
     definitions = schema["$defs"]
     properties = schema["properties"]
-    motions = {"flight", "parked", "great_circle"}
+    motions = {"flight", "parked", "great_circle", "motion"}
     plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed")}
     blocks = [("The file's head", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
         "flight": "A flight",
         "parked": "Or a parked vehicle",
         "great_circle": "Or a flight along a great circle",
+        "motion": "Or a motion in closed form, for testing algorithms",
+        "vibration": "Vibration on top of any motion",
         "truth": "The Earth of the truth",
         "imu": "The sensor block",
         "navigation": "Navigation",
@@ -202,7 +222,8 @@ def reference() -> str:
     ]
     blocks += [(titles[name], _resolve(properties[name], definitions), name) for name in order]
     for title, model, path in blocks:
-        lines = "\n".join(_table(path, model, definitions)).rstrip()
+        table = _inner(path, model, definitions) if path else _table(path, model, definitions)
+        lines = "\n".join(table).rstrip()
         page.append(f"## {title}\n\n```toml\n{lines}\n```\n")
     return "\n".join(page)
 

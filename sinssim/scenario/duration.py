@@ -149,13 +149,13 @@ def expected_duration(scenario: Scenario) -> float:
         scenario: the scenario.
 
     Returns:
-        Duration, s: exact for a parked vehicle and a great circle, about right for a flight.
+        Duration, s: exact except for a flight, there about right.
 
     Raises:
         InputError: the aircraft's description is not right.
     """
     if scenario.flight is not None:
         return sum(leg_durations(scenario.flight))
-    source = scenario.parked or scenario.great_circle
-    assert source is not None  # one of the three is always there
+    source = scenario.parked or scenario.great_circle or scenario.motion
+    assert source is not None  # one of the four is always there
     return source.duration_s

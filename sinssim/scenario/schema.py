@@ -12,6 +12,7 @@ from sinssim.errors import unknown_name
 from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.legs import FlightSection
+from sinssim.scenario.motion import MotionSection, VibrationSection
 from sinssim.scenario.section import Heading, Latitude, Longitude, Positive, Section
 
 
@@ -103,7 +104,7 @@ class NavigationSection(Section):
 class Scenario(Section):
     """One run, described: a true motion, an IMU that senses it, the algorithms that navigate on what it sensed.
 
-    Exactly one of `flight`, `parked` and `great_circle` says what the true motion is.
+    Exactly one of `flight`, `parked`, `great_circle` and `motion` says what the true motion is.
     """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$", description="short name; names the run directory")
@@ -112,17 +113,19 @@ class Scenario(Section):
     flight: FlightSection | None = None
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None
+    motion: MotionSection | None = None
+    vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
     truth: TruthSection = Field(default=TruthSection())
     imu: ImuSection = Field(default_factory=ImuSection)
     navigation: NavigationSection = Field(default=NavigationSection())
 
     @model_validator(mode="after")
     def _one_source_of_truth(self) -> Self:
-        sources = {"flight": self.flight, "parked": self.parked, "great_circle": self.great_circle}
-        given = [f"[{name}]" for name, section in sources.items() if section is not None]
+        sources = ("flight", "parked", "great_circle", "motion")
+        given = [f"[{name}]" for name in sources if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                "exactly one of [flight], [parked] and [great_circle] says what the true motion is; here "
+                "exactly one of [flight], [parked], [great_circle] and [motion] says what the true motion is; here "
                 + (f"there are {' and '.join(given)}" if given else "there is none of them")
             )
         return self

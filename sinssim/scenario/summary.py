@@ -40,6 +40,10 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"parked      {_given(scenario.parked, set())}"
     elif scenario.great_circle is not None:
         yield f"great circle  {_given(scenario.great_circle, set())}"
+    elif scenario.motion is not None:
+        yield f"motion      {scenario.motion.type}, {_given(scenario.motion, {'type'})}"
+    for vibration in scenario.vibration:
+        yield f"vibration   {vibration.coordinate}, {_given(vibration, {'coordinate'})}"
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"imu         {scenario.imu.grade}, {_given(scenario.imu, {'grade'}) or 'as the grade has it'}"

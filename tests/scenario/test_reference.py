@@ -31,11 +31,11 @@ def test_page_is_up_to_date(script: ModuleType) -> None:
     )
 
 
-@pytest.mark.parametrize("motion", ["flight", "parked", "great_circle"])
+@pytest.mark.parametrize("motion", ["flight", "parked", "great_circle", "motion"])
 def test_examples_load(script: ModuleType, motion: str) -> None:
     blocks = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", script.reference(), re.DOTALL)]
     data = {key: value for block in blocks for key, value in block.items()}
-    for other in {"flight", "parked", "great_circle"} - {motion}:
+    for other in {"flight", "parked", "great_circle", "motion"} - {motion}:
         del data[other]
     if motion == "flight":  # the page shows every kind of leg; on the ground it starts only from a runway
         data["flight"]["legs"] = [leg for leg in data["flight"]["legs"] if leg["type"] not in ("takeoff", "parked")]
