@@ -18,6 +18,7 @@ from sinssim import __version__
 from sinssim.errors import SinssimError
 
 if TYPE_CHECKING:
+    from sinssim.scenario.content import Kind as ContentKind
     from sinssim.simulation import RunResult
 
 app = typer.Typer(
@@ -138,6 +139,80 @@ def run(
 
 
 @app.command()
+def compare(
+    study: Annotated[
+        str,
+        typer.Argument(
+            metavar="STUDY",
+            help="A study's TOML file, or the name of one that `sinssim list studies` shows.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Directory to write.", show_default="runs/<name>"),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Replace a value of the study; may be given several times. Parts and motions are counted from 1: "
+            '`--set parts.1.rates_hz="[50.0, 100.0]"`.',
+            show_default=False,
+        ),
+    ] = None,
+    limit_minutes: Annotated[
+        float, typer.Option("--limit-minutes", min=0.0, help="Refuse a study that would take longer than this.")
+    ] = 30.0,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the directory's study if it exists.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Compare algorithms, rates, frames and sensors on identical samples, and report which to pick.
+
+    Writes a directory with the report (report.html, which needs nothing else), every result as numbers
+    (results.json, results.parquet), a recording for the view *comparison* (recording.rrd), and the study with all
+    its defaults (study.toml). Ctrl-C leaves a report of what was done until then.
+
+    Examples:
+
+        sinssim compare coning
+        sinssim compare my_study.toml -o runs/mine --set seed=3
+    """
+    from sinssim.studies.load import load_study
+
+    plan = load_study(study, settings or ())
+    directory = out or Path("runs") / plan.name
+    from sinssim.studies.compare import compare as compare_algorithms
+
+    def say(text: str) -> None:
+        if not quiet:
+            typer.echo(text, err=True)
+
+    try:
+        with _one_bar(show=not quiet) as progress:
+            comparison = compare_algorithms(
+                plan, directory, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
+            )
+    except KeyboardInterrupt as interrupt:
+        typer.echo(f"Interrupted. {_notes(interrupt) or 'No case had been done yet.'}", err=True)
+        raise typer.Exit(130) from None
+    if as_json:
+        from sinssim.studies.write import results
+
+        print(json.dumps(results(comparison), indent=2, ensure_ascii=False))
+    elif not quiet:
+        from rich.console import Console
+
+        from sinssim.studies.report import show
+
+        show(comparison, Console(highlight=False))
+        print(f"Report: {directory / 'report.html'}    Look at it: {_command()} view {directory}")
+
+
+@app.command()
 def check(
     scenario: ScenarioArgument, settings: SetOption = None, as_json: JsonOption = False, debug: DebugOption = False
 ) -> None:
@@ -202,6 +277,7 @@ class Kind(StrEnum):
 
     AIRCRAFT = "aircraft"
     SCENARIOS = "scenarios"
+    STUDIES = "studies"
     ALGORITHMS = "algorithms"
     FRAMES = "frames"
     GRAVITY = "gravity"
@@ -291,8 +367,8 @@ def list_names(
 ) -> None:
     """List the names that scenarios and options may use, each with a sentence.
 
-    Aircraft, scenarios and views are content: those in the folders `aircraft`, `scenarios` and `viz` of the
-    current folder come first, then those that come with the package.
+    Aircraft, scenarios, studies and views are content: those in the folders `aircraft`, `scenarios`,
+    `scenarios/studies` and `viz` of the current folder come first, then those that come with the package.
 
     Example:
 
@@ -325,11 +401,13 @@ def _names(kind: Kind) -> Mapping[str, str]:
             from sinssim.scenario.grades import GRADES
 
             return GRADES
-        case Kind.AIRCRAFT | Kind.SCENARIOS:
+        case Kind.AIRCRAFT | Kind.SCENARIOS | Kind.STUDIES:
             from sinssim.scenario.content import list_content
 
-            files = list_content("aircraft" if kind is Kind.AIRCRAFT else "scenarios")
-            return {name: _description(file) for name, file in files.items()}
+            folder: ContentKind = (
+                "aircraft" if kind is Kind.AIRCRAFT else "scenarios" if kind is Kind.SCENARIOS else "studies"
+            )
+            return {name: _description(file) for name, file in list_content(folder).items()}
         case Kind.VIEWS:
             import ast
 
@@ -379,6 +457,21 @@ def _progress(show: bool) -> Iterator[Callable[[str, float], None] | None]:
             bars.update(tasks[stage], completed=fraction, visible=True)
 
         yield report
+
+
+@contextmanager
+def _one_bar(show: bool) -> Iterator[Callable[[str, float], None] | None]:
+    """Show one bar for the whole of a study, on a terminal only, on standard error."""
+    if not show or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:<40}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
+        task = bars.add_task("", total=1.0)
+        yield lambda what, fraction: bars.update(task, description=what[:40], completed=fraction)
 
 
 def _notes(error: BaseException) -> str:

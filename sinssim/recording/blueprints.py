@@ -173,6 +173,29 @@ def load_view(name: str, run: RunInfo) -> Any:
     Raises:
         InputError: there is no such view, or its file does not work.
     """
+    module = _module(name)
+    try:
+        return module.blueprint(run)
+    except Exception as error:  # a user's own file may fail in any way
+        raise _broken(name, error) from error
+
+
+def view_kind(name: str) -> str:
+    """Return what a view is a view of.
+
+    Args:
+        name: name of a view, or path of a Python file.
+
+    Returns:
+        "run", or what the file says in its constant `KIND`: "study".
+
+    Raises:
+        InputError: there is no such view, or its file does not work.
+    """
+    return str(getattr(_module(name), "KIND", "run"))
+
+
+def _module(name: str) -> Any:
     path = find_content("viz", name)
     spec = importlib.util.spec_from_file_location(f"sinssim_view_{path.stem}", path)
     assert spec is not None
@@ -180,16 +203,20 @@ def load_view(name: str, run: RunInfo) -> Any:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-        return module.blueprint(run)
-    except Exception as error:  # a user's own file may fail in any way
-        raise InputError(
-            f"the view {path} does not work: {type(error).__name__}: {error}. A view is a Python file with a function "
-            "blueprint(run) that returns a rerun.blueprint.Blueprint."
-        ) from error
+    except Exception as error:
+        raise _broken(name, error) from error
+    return module
+
+
+def _broken(name: str, error: Exception) -> InputError:
+    return InputError(
+        f"the view {find_content('viz', name)} does not work: {type(error).__name__}: {error}. A view is a Python file "
+        "with a function blueprint(run) that returns a rerun.blueprint.Blueprint."
+    )
 
 
 def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> Any:
-    """Return one layout with a tab for every view.
+    """Return one layout with a tab for every view of a run, or of a study where the recording is a study's.
 
     Args:
         run: the run to show.
@@ -204,7 +231,7 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> 
     """
     import rerun.blueprint as rrb
 
-    names = view_names()
+    names = [name for name in view_names() if view_kind(name) == run.label("kind", "run")]
     if active is not None and active not in names:
         if not Path(active).is_file():
             raise unknown_name("view", active, names)

@@ -1,0 +1,19 @@
+"""What a study may decide: the textbook chapter's claims and the sensor-set variants, each with a sentence."""
+
+from __future__ import annotations
+
+CLAIMS: dict[str, str] = {
+    "velocity-rate": "10–20 Hz is enough for velocity and position",
+    "attitude-rate": (
+        "attitude wants 50–80 Hz and a high-order algorithm to stay within a few tenths of a minute of arc"
+    ),
+    "cheapest": "quaternions are the cheapest at equal accuracy",
+    "orthogonality": "the two quaternions of (8.19) guarantee orthogonality",
+    "euler-limit": "the integration of Euler angles has no ±90° limit",
+    "simplified-radii": "the simplified radii (8.16) can cost as much as a high-quality gyro",
+    "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
+}
+
+VARIANTS: dict[str, str] = {
+    "rate-gyros": "three accelerometers and three rate gyros",
+}

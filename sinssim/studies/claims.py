@@ -1,0 +1,287 @@
+"""The textbook chapter's claims, each decided by numbers that a study has found.
+
+A part of a study says which claims it has the numbers for; how each is decided stands here, with its bars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sinssim.studies.claim_names import CLAIMS
+from sinssim.studies.motions import MotionFacts
+from sinssim.studies.results import Comparison, Row, Verdict
+
+FEW_TENTHS_ARCSEC = 18.0
+"""A few tenths of a minute of arc: 0.3′."""
+NEGLIGIBLE = 0.1
+"""A rate is enough if what it costs is less than this part of what sensors of the 1 nmi/h grade cost."""
+GOOD_GYRO_DEG_H = 0.0035
+"""A high-quality gyro: the bias of the grade laser-navigation."""
+KEPT = 1e-9
+"""A norm that stays within this of 1 counts as kept."""
+
+_LOW_ORDER = ("poisson-1", "poisson-2", "quaternion-1", "quaternion-2", "two-quaternions", "rotation-vector-1")
+_DIRECTION_COSINES = "poisson"
+_EULER = "euler"
+
+Outcome = tuple[str, str, dict[str, float]]
+
+
+def decide(comparison: Comparison) -> list[Verdict]:
+    """Decide the claims that a study's parts have the numbers for.
+
+    Args:
+        comparison: what the study found out.
+
+    Returns:
+        A verdict for each, in the order of the chapter; "undecided" where a study that was broken off, or that was
+        put together otherwise, lacks a number.
+    """
+    verdicts = []
+    for claim, sentence in CLAIMS.items():
+        titles = [part.title for part in comparison.study.parts if claim in part.decides]
+        if not titles:
+            continue
+        rows = [row for row in comparison.rows if row.part in titles and row.status == "done"]
+        facts = {row.motion: comparison.motions[row.motion] for row in rows}
+        outcome = _DECIDERS[claim](rows, facts)
+        verdicts.append(Verdict(claim, sentence, *outcome))
+    return verdicts
+
+
+def _undecided(lacking: str) -> Outcome:
+    return "undecided", f"The study lacks what decides it: {lacking}.", {}
+
+
+def _by(rows: list[Row], key: Callable[[Row], str]) -> dict[str, list[Row]]:
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(key(row), []).append(row)
+    return groups
+
+
+def _base(algorithm: str) -> str:
+    return algorithm.removesuffix("-ortho").removesuffix("-norm")
+
+
+def _needed(rows: list[Row], bar: float) -> dict[str, Row]:
+    """Return, by algorithm, the row of the lowest rate from which upward the attitude stays within a bar (arcsec)."""
+    needed = {}
+    for algorithm, found in _by(rows, lambda row: row.algorithm).items():
+        enough = None
+        for row in sorted(found, key=lambda row: -row.rate_hz):
+            if not row.max_attitude_error_arcsec <= bar:
+                break
+            enough = row
+        if enough is not None:
+            needed[algorithm] = enough
+    return needed
+
+
+def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """Slow velocity and position under fast attitude, against what sensors cost."""
+    numbers: dict[str, float] = {}
+    said = []
+    enough: dict[float, bool] = {10.0: True, 20.0: True}
+    for motion, found in _by(rows, lambda row: row.motion).items():
+        real = [r for r in found if r.sensors != "ideal" and (not r.schedule_hz or len(set(r.schedule_hz)) == 1)]
+        for rate in enough:
+            slow = [r for r in found if r.sensors == "ideal" and r.schedule_hz[1:] == (rate, rate)]
+            if not slow or not real:
+                return _undecided(
+                    "velocity and position at 10 and 20 Hz with perfect sensors, and real sensors at the full rate"
+                )
+            ratio = max(
+                slow[0].max_horizontal_error_m / real[0].max_horizontal_error_m,
+                slow[0].max_velocity_error_mps / real[0].max_velocity_error_mps,
+            )
+            enough[rate] &= ratio < NEGLIGIBLE
+            numbers[f"{motion}: {rate:g} Hz, m"] = slow[0].max_horizontal_error_m
+            numbers[f"{motion}: {rate:g} Hz, m/s"] = slow[0].max_velocity_error_mps
+            said.append(
+                f"{motion} at {rate:g} Hz {slow[0].max_horizontal_error_m:.3g} m and "
+                f"{slow[0].max_velocity_error_mps:.3g} m/s"
+            )
+        numbers[f"{motion}: {real[0].sensors}, m"] = real[0].max_horizontal_error_m
+        numbers[f"{motion}: {real[0].sensors}, m/s"] = real[0].max_velocity_error_mps
+        said[-1] += (
+            f" (its {real[0].sensors} sensors cost {real[0].max_horizontal_error_m:.3g} m, "
+            f"{real[0].max_velocity_error_mps:.3g} m/s)"
+        )
+    if not said:
+        return _undecided("any result")
+    verdict = "confirmed" if all(enough.values()) else "partly" if enough[20.0] else "refuted"
+    return verdict, f"Greatest errors due to the slow rates alone: {'; '.join(said)}.", numbers
+
+
+def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """The lowest rate that keeps attitude within a few tenths of a minute of arc."""
+    numbers: dict[str, float] = {}
+    said = []
+    high: list[float] = []
+    low: list[float] = []
+    for motion, found in _by(rows, lambda row: row.motion).items():
+        needed = _needed(found, FEW_TENTHS_ARCSEC)
+        good = [r for r in needed.values() if _base(r.algorithm) not in _LOW_ORDER]
+        plain = [r for r in needed.values() if _base(r.algorithm) in _LOW_ORDER]
+        if not good:
+            return "refuted", f"On {motion} no algorithm of high order stays within 0.3′ at any rate.", numbers
+        best = min(good, key=lambda r: (r.rate_hz, r.max_attitude_error_arcsec))
+        high.append(best.rate_hz)
+        arcmin = best.max_attitude_error_arcsec / 60.0
+        text = f"{motion}: high order from {best.rate_hz:g} Hz ({best.algorithm}, {arcmin:.2g}′)"
+        numbers[f"{motion}: high order, Hz"] = best.rate_hz
+        numbers[f"{motion}: high order, arcmin"] = arcmin
+        if plain:
+            best = min(plain, key=lambda r: (r.rate_hz, r.max_attitude_error_arcsec))
+            low.append(best.rate_hz)
+            numbers[f"{motion}: low order, Hz"] = best.rate_hz
+            text += f", first and second order from {best.rate_hz:g} Hz"
+        else:
+            low.append(float("inf"))
+            text += ", first and second order at no rate"
+        said.append(text)
+    if not said:
+        return _undecided("any result")
+    worst = max(high)
+    verdict = "confirmed" if 50.0 <= worst <= 80.0 else "partly" if worst < 50.0 < max(low) else "refuted"
+    return verdict, f"Within 0.3′ to the end of the motion: {'; '.join(said)}.", numbers
+
+
+def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """Operations per second of motion that keep attitude within a few tenths of a minute of arc, by family."""
+    numbers: dict[str, float] = {}
+    said = []
+    won = []
+    for motion, found in _by(rows, lambda row: row.motion).items():
+        best: dict[str, Row] = {}
+        for row in _needed(found, FEW_TENTHS_ARCSEC).values():
+            family = (
+                "direction cosines"
+                if row.algorithm.startswith(_DIRECTION_COSINES)
+                else "Euler angles"
+                if row.algorithm == _EULER
+                else "quaternions"
+            )
+            if family not in best or _load(row) < _load(best[family]):
+                best[family] = row
+        if len(best) < 2:
+            return _undecided("algorithms of two families within 0.3′")
+        order = sorted(best, key=lambda family: _load(best[family]))
+        won.append(order[0] == "quaternions")
+        for family in order:
+            numbers[f"{motion}: {family}, 1000 operations/s"] = _load(best[family]) / 1e3
+            numbers[f"{motion}: {family}, µs/s"] = best[family].ns_per_step * best[family].rate_hz / 1e3
+        words = [
+            f"{family} {_load(row) / 1e3:.3g} thousand ({row.algorithm} at {row.rate_hz:g} Hz)"
+            for family, row in ((family, best[family]) for family in order)
+        ]
+        said.append(f"{motion}: {', '.join(words)}")
+    if not said:
+        return _undecided("any result")
+    verdict = "confirmed" if all(won) else "partly" if any(won) else "refuted"
+    return (
+        verdict,
+        f"Operations per second of motion for attitude within 0.3′, whole navigation step: {'; '.join(said)}.",
+        numbers,
+    )
+
+
+def _load(row: Row) -> float:
+    return row.operations_per_step * row.rate_hz
+
+
+def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """The norm that the two quaternions lose."""
+    two = [row for row in rows if row.algorithm == "two-quaternions"]
+    if not two:
+        return _undecided("the algorithm two-quaternions")
+    worst, best = max(two, key=lambda r: r.max_defect), min(two, key=lambda r: r.max_defect)
+    numbers = {"greatest defect": worst.max_defect, "least defect": best.max_defect}
+    text = (
+        "A matrix made of quaternions has its axes at right angles by construction, but their length is the squared "
+        f"norm, which each step multiplies by 1 + e⁴/64: the norm is off by {worst.max_defect:.2g} on {worst.motion} "
+        f"at {worst.pace} Hz and {best.max_defect:.2g} on {best.motion} at {best.pace} Hz"
+    )
+    matrices = [
+        r for r in rows if r.algorithm == "poisson-2" and r.motion == worst.motion and r.rate_hz == worst.rate_hz
+    ]
+    if matrices:
+        numbers["direction cosines of second order"] = matrices[0].max_defect
+        text += f", where Poisson's equation of second order loses {matrices[0].max_defect:.2g} of orthogonality"
+    if worst.max_defect < KEPT:
+        return "confirmed", text + ".", numbers
+    microg = 2.0 * worst.max_defect * 1e6
+    numbers["scale error of the forces, ppm"] = microg
+    return "partly", text + f". The forces are then resolved {microg:.2g} ppm too long: normalise.", numbers
+
+
+def _euler_limit(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """What Euler angles lose at ±90° of pitch, and what quaternions lose there."""
+    passed = [row for row in rows if row.algorithm == _EULER and row.passages]
+    if not passed:
+        return _undecided("Euler angles on a motion that passes ±90° of pitch")
+    worst, best = max(passed, key=lambda r: r.max_damage_arcsec), min(passed, key=lambda r: r.max_damage_arcsec)
+    numbers = {"greatest damage, arcsec": worst.max_damage_arcsec, "least damage, arcsec": best.max_damage_arcsec}
+    text = (
+        f"Passing it on {worst.motion} leaves the attitude {worst.max_damage_arcsec / 60.0:.3g}′ off at {worst.pace} Hz"
+        + (f", {best.max_damage_arcsec / 60.0:.3g}′ at {best.pace} Hz" if best is not worst else "")
+    )
+    other = [r for r in rows if r.algorithm == "quaternion" and (r.motion, r.pace) == (worst.motion, worst.pace)]
+    if other:
+        numbers["quaternion, arcsec"] = other[0].max_attitude_error_arcsec
+        text += f"; the quaternion is off by {other[0].max_attitude_error_arcsec:.2g}″ at most on the whole motion"
+    # A passage that costs no more than a few tenths of an arcminute would be no limit.
+    return "refuted" if worst.max_damage_arcsec > FEW_TENTHS_ARCSEC else "confirmed", text + ".", numbers
+
+
+def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """The gyro bias that costs as much position as the simplified radii."""
+    numbers: dict[str, float] = {}
+    said = []
+    equivalent: list[float] = []
+    for motion, found in _by(rows, lambda row: row.motion).items():
+        simplified = [r for r in found if r.curvature == "simplified" and r.sensors == "ideal"]
+        biased = [r for r in found if r.curvature == "exact" and r.sensors == "gyro-0_01-deg-h"]
+        if not simplified or not biased:
+            return _undecided("simplified radii with perfect sensors, and exact radii with the block gyro-0_01-deg-h")
+        error, by_bias = simplified[0].max_horizontal_error_m, biased[0].max_horizontal_error_m
+        equivalent.append(0.01 * error / by_bias)
+        numbers[f"{motion}: simplified radii, m"] = error
+        numbers[f"{motion}: gyros of 0.01 deg/h, m"] = by_bias
+        numbers[f"{motion}: equivalent gyro bias, deg/h"] = equivalent[-1]
+        said.append(f"{motion}: {error:.3g} m, as much as gyros of {equivalent[-1]:.2g} deg/h")
+    if not said:
+        return _undecided("any result")
+    verdict = "confirmed" if max(equivalent) >= GOOD_GYRO_DEG_H else "refuted"
+    return verdict, (
+        f"Greatest position error with (8.16) and perfect sensors: {'; '.join(said)}. A high-quality gyro has "
+        f"{GOOD_GYRO_DEG_H:g} deg/h."
+    ), numbers  # fmt: skip
+
+
+def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """The rate of latitude on a true motion due north."""
+    best = max(
+        facts.items(), key=lambda item: item[1].latitude_rate_deg_h / max(item[1].ground_speed_kmh, 1.0), default=None
+    )
+    if best is None:
+        return _undecided("a motion to the north")
+    motion, fact = best
+    rate = fact.latitude_rate_deg_h * 1100.0 / fact.ground_speed_kmh
+    text = (
+        f"On {motion} latitude changes by {fact.latitude_rate_deg_h:.3f} deg/h at {fact.ground_speed_kmh:.1f} km/h, "
+        f"which is {rate:.2f} deg/h at 1100 km/h."
+    )
+    return "confirmed" if abs(rate - 10.0) < 0.5 else "refuted", text, {"latitude rate, deg/h": rate}
+
+
+_DECIDERS: dict[str, Callable[[list[Row], dict[str, MotionFacts]], Outcome]] = {
+    "velocity-rate": _velocity_rate,
+    "attitude-rate": _attitude_rate,
+    "cheapest": _cheapest,
+    "orthogonality": _orthogonality,
+    "euler-limit": _euler_limit,
+    "simplified-radii": _simplified_radii,
+    "latitude-rate": _latitude_rate,
+}

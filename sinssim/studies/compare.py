@@ -1,0 +1,319 @@
+"""Runs a study: identical samples into every algorithm, two at a time, and whatever is done is kept."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError, RunError
+from sinssim.nav_error import navigation_error
+from sinssim.studies import cost, motions
+from sinssim.studies.results import Case, Comparison, History, Row, fit_orders
+from sinssim.studies.samples import first_seconds, summed
+from sinssim.studies.schema import Motion, Part, ScenarioMotion, Study
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done, in words, and the fraction of the whole that is done."""
+
+LONG_SECONDS = 30.0
+"""A study that is expected to take longer says so before it starts."""
+LIMIT_MINUTES = 30.0
+"""A study that is expected to take longer than this is refused unless a higher limit is given."""
+
+_INSTANTS = 4096  # at which errors are evaluated
+_KEPT = 512  # of which are kept for plots over time
+_SAMPLE_SECONDS = 1.5e-6  # to make one sample of the truth
+_CASE_SECONDS = 0.03  # to check, and to compare with the truth
+_FLIGHT_SPEED = 250.0  # how many times faster than real time JSBSim flies
+
+
+def compare(
+    study: Study,
+    directory: Path | str | None = None,
+    *,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES,
+    progress: Progress | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Comparison:
+    """Run a study, decide its claims, and write its report.
+
+    An interrupted study leaves a report of what was done; it never replaces one that was there.
+
+    Args:
+        study: what to compare.
+        directory: directory to write; nothing is written if not given.
+        overwrite: whether a study or run that is in the directory already may be replaced.
+        limit_minutes: a study that is expected to take longer is refused.
+        progress: told how far it is.
+        say: told beforehand how long it will take, if that is long.
+
+    Returns:
+        Everything that was found out.
+
+    Raises:
+        InputError: the study or the directory cannot be used, or it would take too long.
+        RunError: a flight cannot be flown, or the writing failed.
+    """
+    from sinssim.recording.directory import RunDirectory
+
+    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    comparison = Comparison(study)
+    begin = time.perf_counter()
+    try:
+        try:
+            _run(comparison, limit_minutes, progress or (lambda what, fraction: None), say or (lambda text: None))
+        except KeyboardInterrupt as interrupt:
+            comparison.status = "interrupted"
+            if folder is not None and comparison.rows:
+                comparison.seconds = time.perf_counter() - begin
+                place = _finish(comparison, folder, beside="interrupted")
+                interrupt.add_note(f"{len(comparison.rows)} cases were done; their report is {place / 'report.html'}.")
+            raise
+        comparison.seconds = time.perf_counter() - begin
+        if folder is not None:
+            (progress or (lambda what, fraction: None))("Writing the report", 1.0)
+        _finish(comparison, folder)
+    except BaseException:
+        if folder is not None and folder.path.exists():
+            folder.discard()
+        raise
+    return comparison
+
+
+def _finish(comparison: Comparison, folder: object, beside: str = "") -> Path:
+    """Fit, decide, write, and put the directory in its place."""
+    from sinssim.recording.directory import RunDirectory
+    from sinssim.studies.claims import decide
+
+    comparison.orders = [
+        order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
+    ]
+    comparison.verdicts = decide(comparison)
+    if not isinstance(folder, RunDirectory):
+        return Path()
+    from sinssim.studies.write import write_study
+
+    with folder.writing():
+        write_study(comparison, folder.path)
+        return folder.keep(beside=beside)
+
+
+def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
+    study = comparison.study
+    engines = list(dict.fromkeys((a, f) for part in study.parts for a in part.algorithms for f in part.frames))
+    expected = {id(m): motions.expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
+    for number, (algorithm, frame) in enumerate(engines):
+        progress(f"Timing {algorithm}", 0.0)
+        comparison.costs[algorithm, frame] = cost.measure(algorithm, frame)
+        progress(f"Timing {algorithm}", 0.02 * number / len(engines))
+    plan = [_Block(part, m, _seconds(part, m, expected[id(m)], comparison.costs)) for part, m in _pairs(study)]
+    total = sum(block.seconds for block in plan)
+    cases = sum(_count(block.part) for block in plan)
+    steps = sum(
+        expected[id(b.motion)] * rate * _count(b.part) / len(b.part.pace) for b in plan for rate, _ in b.part.pace
+    )
+    text = f"{cases} navigations of {steps / 1e6:.3g} million samples, about {duration_words(total)}"
+    if total > 60.0 * limit_minutes:
+        raise InputError(
+            f"the study {study.name} would take too long: {text}, more than the limit of "
+            f"{duration_words(60.0 * limit_minutes)}. Compare fewer rates, algorithms or motions, or raise the limit "
+            f"with --limit-minutes {int(np.ceil(total / 60.0 * 1.2))}."
+        )
+    if total > LONG_SECONDS:
+        say(f"{study.name}: {text}.")
+    done = 0.0
+    with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
+        for block in plan:
+            share = block.seconds / total if total else 1.0
+            base = done
+
+            def report(what: str, fraction: float, base: float = base, share: float = share) -> None:
+                progress(what, 0.02 + 0.98 * (base + share * fraction))
+
+            _run_block(comparison, block, pool, report)
+            done += share
+
+
+@dataclass(frozen=True)
+class _Block:
+    """All cases of one part on one motion."""
+
+    part: Part
+    motion: Motion
+    seconds: float
+
+
+def _pairs(study: Study) -> Iterator[tuple[Part, Motion]]:
+    return ((part, motion) for part in study.parts for motion in part.motions)
+
+
+def _engines(part: Part) -> list[tuple[str, str, str, str]]:
+    return list(itertools.product(part.algorithms, part.frames, part.gravities, part.curvatures))
+
+
+def _count(part: Part) -> int:
+    return len(_engines(part)) * len(part.pace) * len(part.sensors) * len(part.variants)
+
+
+def _seconds(part: Part, motion: Motion, duration: float, costs: dict[tuple[str, str], cost.Cost]) -> float:
+    """Estimate how long a block takes."""
+    threads = min(2, os.cpu_count() or 1)
+    each = len(part.gravities) * len(part.curvatures) * len(part.sensors) * len(part.variants)
+    ns = sum(costs[algorithm, frame].ns_per_step for algorithm in part.algorithms for frame in part.frames)
+    samples = sum(duration * rate for rate, _ in part.pace)
+    seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * _count(part)) / threads
+    vibrating = 1 + 40 * bool(motion.vibration)
+    seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + len(part.sensors))
+    if isinstance(motion, ScenarioMotion) and not motions.is_cached(motion):
+        seconds += duration / _FLIGHT_SPEED
+    return seconds
+
+
+def duration_words(seconds: float) -> str:
+    """Return a duration as a person says it.
+
+    Args:
+        seconds: s.
+
+    Returns:
+        "40 s", "3 min" or "2.5 h".
+    """
+    if seconds < 90.0:
+        return f"{max(seconds, 1.0):.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
+    from sinssim.sensors import emulate
+
+    part, motion, seed = block.part, block.motion, comparison.study.seed
+    report(f"Moving: {motion.label}", 0.0)
+    trajectory = motions.make(motion, seed)
+    duration = motion.duration_s or trajectory.end - trajectory.start
+    ideal = first_seconds(trajectory.increments(part.highest_hz), duration)
+    comparison.motions.setdefault(motion.label, motions.facts(trajectory, float(ideal.time[-1] - ideal.time[0])))
+    truth = _Truth(trajectory, ideal.time)
+    count, finished = _count(part), 0
+    for grade in part.sensors:
+        measured = emulate(ideal, comparison.study.block(grade), seed)
+        cases = []
+        for (rate, schedule), variant in itertools.product(part.pace, part.variants):
+            imu = summed(measured, round(part.highest_hz / rate))
+            for algorithm, frame, gravity, curvature in _engines(part):
+                case = Case(
+                    part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate, schedule or ()
+                )
+                cases.append((case, imu))
+        futures = {pool.submit(_navigate, case, imu, part, truth, comparison): case for case, imu in cases}
+        try:
+            for future in _as_they_come(list(futures)):
+                row, history = future.result()
+                comparison.rows.append(row)
+                if history is not None:
+                    comparison.histories[futures[future]] = history
+                finished += 1
+                report(f"{motion.label}: {row.algorithm}", finished / count)
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            raise
+    order = {part.title: number for number, part in enumerate(comparison.study.parts)}
+    comparison.rows.sort(key=lambda row: order[row.part])
+
+
+def _as_they_come(futures: list[Future[tuple[Row, History | None]]]) -> Iterator[Future[tuple[Row, History | None]]]:
+    """Yield futures in their order, as they are done; the wait wakes up often, so that Ctrl-C is heard."""
+    for future in futures:
+        while not future.done():
+            wait([future], timeout=0.2, return_when=FIRST_COMPLETED)
+        yield future
+
+
+class _Truth:
+    """The true motion, and its heights at the samples."""
+
+    def __init__(self, trajectory: Trajectory, time: Array) -> None:
+        self.trajectory = trajectory
+        self.initial = trajectory.state(time[0])
+        self.height = trajectory.state(time).height
+
+    def reference(self, imu: ImuData) -> Array:
+        """Return the true height at the edges of samples, (N+1,) m."""
+        ratio = round((len(self.height) - 1) / len(imu))
+        return np.ascontiguousarray(self.height[::ratio][: len(imu.time)])
+
+
+def _navigate(
+    case: Case, imu: ImuData, part: Part, truth: _Truth, comparison: Comparison
+) -> tuple[Row, History | None]:
+    """Run one case and compare it with the truth."""
+    from sinssim.recording.summary import error_numbers
+    from sinssim.strapdown.navigate import navigate
+    from sinssim.units import ARCSEC
+
+    step = comparison.costs[case.algorithm, case.frame]
+    about: dict[str, Any] = {
+        **asdict(case),
+        "samples": len(imu),
+        "duration_s": float(imu.time[-1] - imu.time[0]),
+        "ns_per_step": step.ns_per_step,
+        "operations_per_step": step.operations.total,
+    }
+    trajectory = truth.trajectory
+    try:
+        solution = navigate(
+            imu,
+            truth.initial,
+            algorithm=case.algorithm,
+            frame=case.frame,
+            gravity=case.gravity,
+            ellipsoid=trajectory.ellipsoid.name,
+            curvature=case.curvature,
+            rates_hz=case.schedule_hz or None,  # type: ignore[arg-type]
+            vertical=part.vertical,
+            height=None if part.vertical == "free" else truth.reference(imu),
+        )
+    except RunError as failure:
+        return Row(**about, status="failed", message=str(failure)), None
+    except InputError as mistake:
+        raise InputError(
+            f"part {case.part!r}, motion {case.motion}, {case.algorithm} in the frame {case.frame} at {case.pace} Hz: "
+            f"{mistake}"
+        ) from mistake
+    rows = len(solution.time)
+    keep = np.unique(np.linspace(0, rows - 1, min(rows, _INSTANTS)).round().astype(np.intp))
+    thin = type(solution)(
+        solution.time[keep],
+        solution.latitude[keep],
+        solution.longitude[keep],
+        solution.height[keep],
+        solution.velocity_ned[keep],
+        solution.q_nb[keep],
+        solution.defect[keep],
+        solution.algorithm,
+    )
+    error = navigation_error(trajectory.state(thin.time), thin, trajectory.ellipsoid)
+    numbers: dict[str, Any] = {**error_numbers(error)}
+    row = Row(
+        **about,
+        **numbers,
+        max_defect=float(np.max(solution.defect)),
+        passages=len(solution.events),
+        max_damage_arcsec=max((event.damage for event in solution.events), default=0.0) / ARCSEC,
+        message=" ".join(event.text for event in solution.events),
+    )
+    shown = np.unique(np.linspace(0, len(keep) - 1, min(len(keep), _KEPT)).round().astype(np.intp))
+    return row, History(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)

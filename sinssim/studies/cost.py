@@ -1,0 +1,124 @@
+"""What a navigation step costs, the whole of it and not the attitude's part: operations counted, time measured."""
+
+from __future__ import annotations
+
+import time
+import types
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.studies.operations import Operations, count
+
+if TYPE_CHECKING:
+    from sinssim.data import ImuData, NavSolution, NavState
+
+_TIMED_SAMPLES = 24_000
+_REPETITIONS = 9
+_COUNTED_SAMPLES = 240
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of one algorithm in one frame, per sample.
+
+    Attributes:
+        algorithm, frame: of what.
+        ns_per_step: processor time of one sample's step on one core, ns: `navigate` as a whole, its checks included,
+            the least of several calls.
+        operations: floating-point operations of the step.
+    """
+
+    algorithm: str
+    frame: str
+    ns_per_step: float
+    operations: Operations
+
+
+@cache
+def _data(samples: int) -> tuple[ImuData, NavState]:
+    """A body that spins and cones at 45° of latitude, sampled at 100 Hz."""
+    from sinssim.truth.analytic import OnEarth
+    from sinssim.truth.coning import SpinCone
+
+    motion = SpinCone(2.0 * units.DEG, 3.0, 0.2)
+    trajectory = OnEarth(motion, 45.0 * units.DEG, 0.0, 1000.0, (1.0, 0.0, 0.0, 0.0), (samples + 0.5) / 100.0)
+    return trajectory.increments(100.0), trajectory.state(trajectory.start)
+
+
+def measure(algorithm: str, frame: str) -> Cost:
+    """Count and measure.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+        frame: one of `sinssim.FRAMES`.
+
+    Returns:
+        The cost of one sample.
+    """
+    return Cost(algorithm, frame, measure_time(algorithm, frame), count_operations(algorithm, frame))
+
+
+def measure_time(algorithm: str, frame: str, timed: Callable[[], float] = time.thread_time) -> float:
+    """Measure the processor time of one sample's navigation step.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+        frame: one of `sinssim.FRAMES`.
+        timed: a clock, s.
+
+    Returns:
+        ns per sample.
+    """
+    from sinssim.strapdown.navigate import navigate
+
+    imu, initial = _data(_TIMED_SAMPLES)
+    least = np.inf
+    for _ in range(_REPETITIONS + 1):  # the first call compiles, or loads what is compiled
+        begin = timed()
+        navigate(imu, initial, algorithm=algorithm, frame=frame)
+        least = min(least, timed() - begin)
+    return float(least) / len(imu) * 1e9
+
+
+def count_operations(algorithm: str, frame: str) -> Operations:
+    """Count the floating-point operations of one sample's navigation step.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+        frame: one of `sinssim.FRAMES`.
+
+    Returns:
+        Mean number of operations per sample.
+    """
+    return _counted(algorithm, frame)[0]
+
+
+def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
+    """Navigate with engines that count; return the count and the solution, which is that of the compiled ones."""
+    from sinssim.strapdown.navigate import navigate
+
+    imu, initial = _data(_COUNTED_SAMPLES)
+    found: list[Operations] = []
+
+    def counting(module: types.ModuleType) -> Any:
+        """The module of a frame with an engine that counts."""
+
+        def engine(name: str) -> Callable[..., None]:
+            kernel = module.engine(name)
+            return lambda *arguments: found.append(count(kernel, arguments, len(imu)))
+
+        return types.SimpleNamespace(**{**vars(module), "engine": engine})
+
+    names = {
+        name: counting(thing) if isinstance(thing, types.ModuleType) and hasattr(thing, "engine") else thing
+        for name, thing in navigate.__globals__.items()
+    }
+    copy = types.FunctionType(navigate.__code__, names, "navigate", navigate.__defaults__)
+    copy.__kwdefaults__ = navigate.__kwdefaults__
+    solution = copy(imu, initial, algorithm=algorithm, frame=frame)
+    return found[0], solution

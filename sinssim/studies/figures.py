@@ -1,0 +1,333 @@
+"""The figures of a study's report, as SVG with its text as text."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.recording.style import COLORS, colors, family
+from sinssim.studies.results import Comparison, Order, Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MARKERS = {"1": "o", "1p": "P", "2": "s", "3": "^", "4": "D"}
+_PALETTE = ("quaternion", "poisson", "euler", "two-quaternions", "rotation-vector", "functional-iteration", "reference")
+_FLOOR = 1e-16  # a smaller number is drawn as this one: logarithms know no zero
+
+Label = Callable[[Row], str]
+
+
+def color_of(name: str, position: int = 0) -> str:
+    """Return the colour that an algorithm has everywhere, or for another name the palette's of its position.
+
+    Args:
+        name: of an algorithm or anything else.
+        position: among the names of its kind.
+
+    Returns:
+        "#rrggbb".
+    """
+    known = family(name) in COLORS
+    return "#{:02x}{:02x}{:02x}".format(*colors([name if known else _PALETTE[position % len(_PALETTE)]])[0])
+
+
+def _line(name: str, position: int) -> dict[str, Any]:
+    """Line style: colour by family, marker by order, dashed and hollow if corrected after each step."""
+    order = re.search(r"-(\d+p?)", name)
+    corrected = name.endswith(("-ortho", "-norm"))
+    color = color_of(name, position)
+    return {
+        "color": color,
+        "marker": _MARKERS.get(order[1] if order else "", "*" if family(name) in COLORS else "o"),
+        "markersize": 5.0,
+        "linewidth": 1.3,
+        "linestyle": "--" if corrected else "-",
+        "markerfacecolor": "white" if corrected else color,
+        "zorder": 2.5 if corrected else 2.0,
+    }
+
+
+def _figure(width: float, height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def to_svg(figure: Figure, name: str) -> str:
+    """Return a figure as an SVG element to stand in an HTML page.
+
+    Args:
+        figure: the figure.
+        name: unique on the page; the element's inner references are made of it.
+
+    Returns:
+        The element, without anything that points outside the page.
+    """
+    import matplotlib
+
+    text = io.StringIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        figure.savefig(text, format="svg")
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
+    # Names that nothing refers to are the same in every figure.
+    svg = re.sub(r'\bid="([^"]*)"', lambda match: match[0] if match[1] in used else "", svg)
+    return svg.replace("'DejaVu Sans', ", "").replace("DejaVu Sans, ", "")
+
+
+def to_png(figure: Figure) -> bytes:
+    """Return a figure as a picture.
+
+    Args:
+        figure: the figure.
+
+    Returns:
+        PNG.
+    """
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=130)
+    return data.getvalue()
+
+
+def _style_axes(axes: Axes) -> None:
+    axes.grid(True, which="major", color="#d8d8d8", linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(labelsize=8)
+
+
+def _rate_axis(axes: Axes, rates: Sequence[float]) -> None:
+    from matplotlib.ticker import FixedLocator, NullLocator
+
+    axes.set_xscale("log")
+    shown = [rates[0]]
+    for rate in rates[1:]:
+        if np.log(rate / shown[-1]) > 0.06 * np.log(rates[-1] / rates[0]):
+            shown.append(rate)
+    axes.xaxis.set_major_locator(FixedLocator(shown))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xticklabels([f"{rate:g}" for rate in shown])
+    axes.set_xlabel("sample rate [Hz]", fontsize=9)
+
+
+def _panels(motions: Sequence[str], quantities: int) -> tuple[Figure, Any]:
+    figure = _figure(max(3.3 * len(motions), 6.0) + 2.2, 3.2 * quantities)
+    return figure, figure.subplots(quantities, len(motions), squeeze=False, sharey="row")
+
+
+def _legend(figure: Figure, axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize=7.5, frameon=False, handlelength=2.4)
+
+
+_QUANTITIES = (
+    ("max_attitude_error_arcsec", "greatest attitude error [″]"),
+    ("max_horizontal_error_m", "greatest horizontal error [m]"),
+)
+
+
+def against_rate(rows: Sequence[Row], label: Label) -> Figure:
+    """Draw errors over the sample rate: a column for each motion, a line for each algorithm (or whatever varies).
+
+    Args:
+        rows: of one part.
+        label: what a line is called.
+
+    Returns:
+        The figure.
+    """
+    return _lines(rows, label, _QUANTITIES, "rate")
+
+
+def against_cost(rows: Sequence[Row], label: Label) -> Figure:
+    """Draw errors over the processor time that one second of motion takes.
+
+    Args:
+        rows: of one part.
+        label: what a line is called.
+
+    Returns:
+        The figure.
+    """
+    return _lines(rows, label, _QUANTITIES[:1], "cost")
+
+
+def defect_against_rate(rows: Sequence[Row], label: Label) -> Figure:
+    """Draw the loss of norm or orthogonality over the sample rate.
+
+    Args:
+        rows: of one part.
+        label: what a line is called.
+
+    Returns:
+        The figure.
+    """
+    kept = [row for row in rows if row.max_defect > 0.0]
+    return _lines(kept, label, (("max_defect", "greatest defect of norm\nor orthogonality"),), "rate")
+
+
+def _lines(rows: Sequence[Row], label: Label, quantities: Sequence[tuple[str, str]], over: str) -> Figure:
+    motions = list(dict.fromkeys(row.motion for row in rows))
+    names = list(dict.fromkeys(label(row) for row in rows))
+    figure, grid = _panels(motions, len(quantities))
+    rates = sorted({row.rate_hz for row in rows})
+    for column, motion in enumerate(motions):
+        for line, (quantity, title) in enumerate(quantities):
+            axes: Axes = grid[line, column]
+            for position, name in enumerate(names):
+                found = [r for r in rows if r.motion == motion and label(r) == name and r.status == "done"]
+                found.sort(key=lambda r: r.rate_hz)
+                x = [r.rate_hz if over == "rate" else r.rate_hz * r.ns_per_step * 1e-3 for r in found]
+                y = [max(getattr(r, quantity), _FLOOR) for r in found]
+                axes.plot(x, y, label=name, **_line(name, position))
+            axes.set_yscale("log")
+            _style_axes(axes)
+            if over == "rate":
+                _rate_axis(axes, rates)
+            else:
+                axes.set_xscale("log")
+                axes.set_xlabel("processor time per second of motion [µs]", fontsize=9)
+            if line == 0:
+                axes.set_title(motion, fontsize=10)
+            if column == 0:
+                axes.set_ylabel(title, fontsize=9)
+            if quantity == "max_attitude_error_arcsec" and len({r.algorithm for r in rows}) > 1:
+                axes.axhline(18.0, color="#777777", linewidth=0.8, linestyle=":")
+                if column == 0:
+                    axes.annotate(
+                        "0.3′", (0.01, 18.0), xycoords=("axes fraction", "data"), fontsize=7.5, color="#555555",
+                        xytext=(0, 2), textcoords="offset points",
+                    )  # fmt: skip
+    _legend(figure, grid[0, 0])
+    return figure
+
+
+def bars(rows: Sequence[Row], label: Label) -> Figure:
+    """Draw errors as bars, for comparisons at one rate.
+
+    Args:
+        rows: of one part.
+        label: what a bar is called.
+
+    Returns:
+        The figure.
+    """
+    done = [row for row in rows if row.status == "done"]
+    motions = list(dict.fromkeys(row.motion for row in done))
+    names = list(dict.fromkeys(label(row) for row in done))
+    figure = _figure(max(7.5, 2.4 + 3.2 * len(motions)), 0.9 + 0.24 * len(names) * 1.0 + 0.5)
+    grid = figure.subplots(1, len(motions), squeeze=False, sharey=True)
+    for column, motion in enumerate(motions):
+        axes: Axes = grid[0, column]
+        for row in (r for r in done if r.motion == motion):
+            place = names.index(label(row))
+            value = max(row.max_horizontal_error_m, _FLOOR)
+            axes.barh(place, value, color=color_of(row.algorithm), height=0.7)
+            axes.annotate(
+                _short(value), (value, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=7.5
+            )
+        axes.set_xscale("log")
+        low, high = axes.get_xlim()
+        axes.set_xlim(low, high * (high / low) ** 0.18)
+        axes.set_yticks(range(len(names)), names)
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        _style_axes(axes)
+        axes.tick_params(axis="y", labelsize=8, length=0)
+        axes.grid(False, axis="y")
+        axes.set_title(motion, fontsize=10)
+        axes.set_xlabel("greatest horizontal error [m]", fontsize=9)
+    return figure
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if 1e-3 <= value < 1e5 else f"{value:.1e}"
+
+
+def costs(comparison: Comparison) -> Figure:
+    """Draw what one navigation step of each algorithm costs: operations, and processor time.
+
+    Args:
+        comparison: the study.
+
+    Returns:
+        The figure.
+    """
+    found = list(comparison.costs.values())
+    frames = {cost.frame for cost in found}
+    names = [cost.algorithm if len(frames) == 1 else f"{cost.algorithm} · {cost.frame}" for cost in found]
+    figure = _figure(8.5, 0.9 + 0.24 * len(names))
+    left, right = figure.subplots(1, 2, sharey=True)
+    colors = [color_of(cost.algorithm) for cost in found]
+    for axes, values, title in (
+        (left, [cost.operations.total for cost in found], "floating-point operations per step"),
+        (right, [cost.ns_per_step for cost in found], "processor time per step [ns]"),
+    ):
+        axes.barh(range(len(names)), values, color=colors, height=0.7)
+        for place, value in enumerate(values):
+            axes.annotate(
+                f"{value:.0f}", (value, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=7.5
+            )
+        axes.set_yticks(range(len(names)), names)
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        axes.set_xlim(0.0, 1.12 * max(values, default=1.0))
+        _style_axes(axes)
+        axes.tick_params(axis="y", length=0)
+        axes.grid(False, axis="y")
+        axes.set_xlabel(title, fontsize=9)
+    return figure
+
+
+def orders(found: Sequence[Order]) -> Figure:
+    """Draw fitted orders of convergence of the attitude: a row for each algorithm, a mark for each motion.
+
+    Args:
+        found: orders of one part, of one quantity.
+
+    Returns:
+        The figure.
+    """
+    names = list(dict.fromkeys(order.algorithm for order in found))
+    motions = list(dict.fromkeys(order.motion for order in found))
+    figure = _figure(7.5, 1.1 + 0.24 * len(names))
+    axes = figure.subplots()
+    shapes = "os^Dv"
+    for number, motion in enumerate(motions):
+        here = [order for order in found if order.motion == motion]
+        axes.errorbar(
+            [order.order for order in here],
+            [names.index(order.algorithm) for order in here],
+            xerr=[order.uncertainty for order in here],
+            fmt="none",
+            ecolor="#999999",
+            elinewidth=1.0,
+        )
+        axes.scatter(
+            [order.order for order in here],
+            [names.index(order.algorithm) for order in here],
+            c=[color_of(order.algorithm) for order in here],
+            marker=shapes[number % len(shapes)],
+            edgecolors="#333333",
+            linewidths=0.5,
+            s=34,
+            zorder=3,
+        )
+        axes.scatter([], [], c="#bbbbbb", marker=shapes[number % len(shapes)], edgecolors="#333333", label=motion)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    top = max([order.order for order in found], default=4.0)
+    axes.set_xticks(range(int(np.ceil(top)) + 2))
+    axes.set_xlim(0.0, top + 0.7)
+    _style_axes(axes)
+    axes.set_xlabel("order of convergence of the attitude: error ~ intervalᵖ, p", fontsize=9)
+    if len(motions) > 1:
+        figure.legend(loc="outside right center", fontsize=8, frameon=False)
+    return figure

@@ -1,0 +1,33 @@
+"""Loading a study: read the TOML file, apply what is set from outside, check everything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from sinssim.scenario.content import find_content
+from sinssim.scenario.load import override
+from sinssim.scenario.toml_file import read_toml, validate
+from sinssim.studies.schema import Study
+
+
+def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+    """Load and check a study.
+
+    Args:
+        path: path of a TOML file, or the name of a study as in `sinssim list studies`.
+        overrides: settings "key.path=value" that replace what the file says, for example "parts.1.rates_hz=[50, 100]"
+            (parts are counted from 1).
+
+    Returns:
+        The study.
+
+    Raises:
+        InputError: the file cannot be read or holds mistakes; the message names all of them, each with its key,
+            line and what would be right.
+    """
+    file = find_content("studies", str(path))
+    text, data = read_toml(file)
+    data.setdefault("name", file.stem)
+    overridden = {override(data, setting) for setting in overrides}
+    return validate(Study, data, text, str(path), overridden)

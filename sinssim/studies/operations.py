@@ -1,0 +1,210 @@
+"""How many floating-point operations one navigation step takes, counted while it runs.
+
+The engine's kernels are plain Python functions that numba compiles. Here the same functions run uncompiled, on numbers
+that count what is done to them. So the count is of the operations as they are written, along the branches that are
+really taken, sines of every 128th step included; the compiler may find some of them to be common or constant and do
+fewer. A division by a constant counts as a multiplication, which it is compiled to. Comparisons, negations and moves
+are not counted.
+"""
+
+from __future__ import annotations
+
+import builtins
+import math
+import types
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+_KINDS = ("add", "multiply", "divide", "root", "function")
+
+
+@dataclass(frozen=True)
+class Operations:
+    """Mean number of operations per sample.
+
+    Attributes:
+        add: additions and subtractions.
+        multiply: multiplications.
+        divide: divisions.
+        root: square roots.
+        function: sines, cosines, arctangents and other functions.
+    """
+
+    add: float
+    multiply: float
+    divide: float
+    root: float
+    function: float
+
+    @property
+    def total(self) -> float:
+        """All of them together."""
+        return self.add + self.multiply + self.divide + self.root + self.function
+
+
+class _Number:
+    """A float that counts the operations it takes part in."""
+
+    __slots__ = ("value",)
+    tally: ClassVar[Counter[str]] = Counter()
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __neg__(self) -> _Number:
+        return _Number(-self.value)
+
+    def __pos__(self) -> _Number:
+        return self
+
+    def __abs__(self) -> _Number:
+        return _Number(abs(self.value))
+
+    def __bool__(self) -> bool:
+        return bool(self.value)
+
+    def __pow__(self, power: int) -> _Number:
+        _Number.tally["multiply"] += power - 1
+        return _Number(self.value**power)
+
+
+def _value(number: Any) -> float:
+    return number.value if type(number) is _Number else number
+
+
+def _counting(kind: str, operation: Callable[[float, float], float]) -> Any:
+    def method(left: _Number, right: Any) -> _Number:
+        # x / 12.0 is compiled to a multiplication
+        _Number.tally["multiply" if kind == "divide" and type(right) is not _Number else kind] += 1
+        return _Number(operation(left.value, _value(right)))
+
+    return method
+
+
+def _reflected(kind: str, operation: Callable[[float, float], float]) -> Any:
+    def method(right: _Number, left: Any) -> _Number:
+        _Number.tally[kind] += 1
+        return _Number(operation(left, right.value))
+
+    return method
+
+
+def _comparing(operation: Callable[[float, float], bool]) -> Any:
+    return lambda left, right: operation(left.value, _value(right))
+
+
+def _complete() -> None:
+    import operator
+
+    for name, kind in (("add", "add"), ("sub", "add"), ("mul", "multiply"), ("truediv", "divide"), ("mod", "divide")):
+        setattr(_Number, f"__{name}__", _counting(kind, getattr(operator, name)))
+        setattr(_Number, f"__r{name}__", _reflected(kind, getattr(operator, name)))
+    for name in ("lt", "le", "gt", "ge", "eq", "ne"):
+        setattr(_Number, f"__{name}__", _comparing(getattr(operator, name)))
+
+
+_complete()
+
+
+def _function(kind: str, plain: Callable[..., float]) -> Callable[..., Any]:
+    def counted(*arguments: Any) -> Any:
+        if not any(type(a) is _Number for a in arguments):
+            return plain(*arguments)
+        _Number.tally[kind] += 1
+        return _Number(plain(*map(_value, arguments)))
+
+    return counted
+
+
+_FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    **{getattr(math, n): _function("function", getattr(math, n)) for n in ("sin", "cos", "tan", "asin", "acos")},
+    **{getattr(math, n): _function("function", getattr(math, n)) for n in ("atan", "atan2", "exp", "log", "hypot")},
+    math.sqrt: _function("root", math.sqrt),
+    math.copysign: lambda x, y: _Number(math.copysign(_value(x), _value(y))),
+    math.floor: lambda x: math.floor(_value(x)),
+    builtins.round: lambda x: round(_value(x)),
+    builtins.float: lambda x: x,
+    builtins.int: lambda x: int(_value(x)),
+}
+
+
+class _CountingNumpy:
+    """The few names of numpy that a kernel may use."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("empty", "zeros"):
+            return lambda shape, *_: np.full(shape, 0.0, dtype=object)
+        plain = getattr(np, name)
+        counted = getattr(math, {"arctan2": "atan2", "arcsin": "asin", "arccos": "acos"}.get(name, name), None)
+        return _FUNCTIONS.get(counted, plain)
+
+
+def uncompiled(function: Any, _made: dict[int, Any] | None = None) -> Any:
+    """Return the plain Python function of a kernel, and of all kernels that it calls, on counting numbers.
+
+    Args:
+        function: a compiled kernel.
+
+    Returns:
+        A plain function of the same arguments.
+    """
+    made = {} if _made is None else _made
+    plain = getattr(function, "py_func", function)
+    if id(plain) in made:
+        return made[id(plain)]
+    names: dict[str, Any] = {"float": _FUNCTIONS[float], "int": _FUNCTIONS[int], "round": _FUNCTIONS[round]}
+    copy = types.FunctionType(plain.__code__, names, plain.__name__, plain.__defaults__, plain.__closure__)
+    made[id(plain)] = copy
+    for name, thing in plain.__globals__.items():
+        if name in plain.__code__.co_names:
+            names[name] = _replaced(thing, made)
+    names["__builtins__"] = builtins
+    return copy
+
+
+def _replaced(thing: Any, made: dict[int, Any]) -> Any:
+    if hasattr(thing, "py_func"):
+        return uncompiled(thing, made)
+    if thing is np:
+        return _CountingNumpy()
+    if thing is math:
+        return types.SimpleNamespace(**{n: _FUNCTIONS.get(f, f) for n, f in vars(math).items() if n[0] != "_"})
+    try:
+        return _FUNCTIONS.get(thing, thing)
+    except TypeError:  # not hashable, so no function
+        return thing
+
+
+def count(kernel: Any, arguments: tuple[Any, ...], samples: int) -> Operations:
+    """Run a kernel uncompiled and count its operations.
+
+    Args:
+        kernel: a compiled engine whose results go into arrays among its arguments.
+        arguments: its arguments; its float arrays receive the results, as from the kernel itself.
+        samples: how many samples they hold.
+
+    Returns:
+        Operations per sample.
+    """
+    counted: list[Any] = []
+    arrays: list[tuple[Any, Any]] = []
+    for argument in arguments:
+        if isinstance(argument, np.ndarray) and argument.dtype == np.float64:
+            numbers = np.empty(argument.shape, dtype=object)
+            numbers.ravel()[:] = [_Number(float(x)) for x in argument.ravel()]
+            counted.append(numbers)
+            arrays.append((argument, numbers))
+        else:
+            counted.append(argument)
+    _Number.tally = Counter()
+    uncompiled(kernel)(*counted)
+    for array, numbers in arrays:
+        array[...] = np.array([_value(x) for x in numbers.ravel()], dtype=np.float64).reshape(array.shape)
+    return Operations(**{kind: _Number.tally[kind] / samples for kind in _KINDS})

@@ -1,0 +1,159 @@
+"""The Rerun recording of a study: growth of the errors by algorithm, accuracy against rate and cost, the verdicts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from sinssim.data import Array
+from sinssim.recording.blueprints import RunInfo, all_views
+from sinssim.recording.rrd import Recording
+from sinssim.recording.viewer import RUN_ENTITY
+from sinssim.studies import figures
+from sinssim.studies.report import labeller, number, over_rates
+from sinssim.studies.results import Comparison, History, Row
+from sinssim.studies.schema import Part
+
+_PANELS = 6
+_LINES = 12
+_POINTS = 400
+_SHOWN_HZ = 50.0
+"""Errors over time are shown at the rate nearest to this."""
+_LEAST = 1e-12  # a smaller error is drawn as this one
+
+
+def record(comparison: Comparison, path: Path) -> None:
+    """Write the recording.
+
+    Args:
+        comparison: what the study found out.
+        path: the file.
+    """
+    ends = [history.time[-1] for history in comparison.histories.values()]
+    algorithms = tuple(dict.fromkeys(row.algorithm for row in comparison.rows))
+    run = RunInfo(comparison.study.name, 0.0, float(max(ends, default=1.0)), algorithms, labels={"kind": "study"})
+    with Recording(path, run.application, all_views(run)) as recording:
+        panels = _draw_growth(recording, comparison)
+        pictures = _draw_figures(recording, comparison)
+        recording.document("comparison/verdicts", _markdown(comparison))
+        run = RunInfo(
+            run.name,
+            run.start,
+            run.end,
+            algorithms,
+            labels={"kind": "study", "panels": json.dumps(panels), "pictures": json.dumps(pictures)},
+            ranges=dict(recording.ranges),
+        )
+        recording.document(RUN_ENTITY, run.to_json())
+        recording.blueprint(all_views(run))
+
+
+def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str, str, float]]:
+    """Record how errors grew over the motion, below `comparison/growth`.
+
+    Returns:
+        Entity, title and end of the motion of each panel.
+    """
+    panels: list[tuple[str, str, float]] = []
+    for number_, part in enumerate(comparison.study.parts, start=1):
+        rows = comparison.of_part(part.title)
+        for motion in dict.fromkeys(row.motion for row in rows):
+            here = [row for row in rows if row.motion == motion and row.status == "done"]
+            if not here:
+                continue
+            shown = _shown(part, here)
+            label = labeller(rows, pace=not over_rates(part))
+            histories = [comparison.histories[_case(comparison, row)] for row in shown]
+            end = min(history.time[-1] for history in histories)
+            time = np.linspace(histories[0].time[0], end, _POINTS)
+            entity = f"comparison/growth/{number_}/{motion.replace(' ', '_').replace(',', '')}"
+            names = [label(row) for row in shown]
+            kind = "attitude" if over_rates(part) else "horizontal"
+            values = np.column_stack([_log_error(history, kind, time) for history in histories])
+            values[0] = np.nan  # no error at the start, and no logarithm of it
+            recording.series(entity, time, values, names, widths=1.6)
+            what = "attitude, log₁₀ ″" if kind == "attitude" else "horizontal, log₁₀ m"
+            rate = f", {shown[0].rate_hz:g} Hz" if over_rates(part) else ""
+            panels.append((entity, f"{motion}{rate}: {what}", float(end)))
+    return panels[:_PANELS]
+
+
+def _shown(part: Part, rows: list[Row]) -> list[Row]:
+    """Return the rows to be drawn: those at one rate, without corrected variants if there are many."""
+    if over_rates(part):
+        rate = min(part.rates_hz, key=lambda hz: abs(np.log(hz / _SHOWN_HZ)))
+        rows = [row for row in rows if row.rate_hz == rate] or rows
+    if len(rows) > _LINES:
+        rows = [row for row in rows if not row.algorithm.endswith(("-ortho", "-norm"))]
+    return rows[: 2 * _LINES]
+
+
+def _case(comparison: Comparison, row: Row) -> Row:
+    """Return the key of a row's history."""
+    for case in comparison.histories:
+        if all(getattr(case, name) == getattr(row, name) for name in case.__dataclass_fields__):
+            return case  # type: ignore[return-value]
+    raise KeyError(row)
+
+
+def _log_error(history: History, kind: str, time: Array) -> Array:
+    errors: Array = history.attitude if kind == "attitude" else history.horizontal
+    return np.log10(np.maximum(np.interp(time, history.time, errors), _LEAST))
+
+
+def _draw_figures(recording: Recording, comparison: Comparison) -> list[tuple[str, str]]:
+    """Record the report's figures of the first part that has any, and the costs, as pictures.
+
+    Returns:
+        Entity and title of each.
+    """
+    pictures: list[tuple[str, str]] = []
+
+    def picture(entity: str, title: str, data: bytes) -> None:
+        recording.static(entity, rr.EncodedImage(contents=data, media_type="image/png"))
+        pictures.append((entity, title))
+
+    for number_, part in enumerate(comparison.study.parts, start=1):
+        rows = comparison.of_part(part.title)
+        if not any(row.status == "done" for row in rows):
+            continue
+        entity = f"comparison/figures/{number_}"
+        if over_rates(part):
+            label = labeller(rows)
+            picture(
+                f"{entity}/rate",
+                f"{part.title}: accuracy against rate",
+                figures.to_png(figures.against_rate(rows, label)),
+            )
+            picture(
+                f"{entity}/cost",
+                f"{part.title}: accuracy against cost",
+                figures.to_png(figures.against_cost(rows, label)),
+            )
+        else:
+            picture(f"{entity}/bars", part.title, figures.to_png(figures.bars(rows, labeller(rows, pace=True))))
+    if comparison.costs:
+        picture("comparison/figures/costs", "Cost of a step", figures.to_png(figures.costs(comparison)))
+    return pictures
+
+
+def _markdown(comparison: Comparison) -> str:
+    lines = [f"# {comparison.study.name}", "", comparison.study.description, ""]
+    for verdict in comparison.verdicts:
+        lines += [f"**{verdict.verdict.upper()}**: {verdict.sentence}. {verdict.reason}", ""]
+    for part in comparison.study.parts:
+        rows = [row for row in comparison.of_part(part.title) if row.status == "done"]
+        if not rows or over_rates(part):
+            continue
+        label = labeller(rows, pace=True)
+        lines += [f"## {part.title}", "", "| motion | | horizontal, m | attitude, ″ |", "|---|---|---|---|"]
+        lines += [
+            f"| {row.motion} | {label(row)} | {number(row.max_horizontal_error_m)} | "
+            f"{number(row.max_attitude_error_arcsec)} |"
+            for row in rows
+        ]
+        lines.append("")
+    return "\n".join(lines)

@@ -1,0 +1,401 @@
+"""The report of a study: one HTML page that needs nothing else, and a table for the console."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from sinssim.studies import figures
+from sinssim.studies.results import ERRORS, Comparison, Row
+from sinssim.studies.schema import Part
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
+_RATES_FOR_LINES = 3  # from so many rates on, errors are drawn over the rate
+
+_METRICS = (
+    ("max_horizontal_error_m", "horizontal max, m"),
+    ("final_horizontal_error_m", "final, m"),
+    ("max_velocity_error_mps", "velocity max, m/s"),
+    ("max_attitude_error_arcsec", "attitude max, ″"),
+    ("final_attitude_error_arcsec", "final, ″"),
+    ("max_defect", "defect max"),
+)
+
+_CSS = """
+body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif; color: #1c1c1c;
+  background: #fff; max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
+h1 { font-size: 1.7rem; margin-bottom: .2rem; } h2 { margin-top: 3rem; border-bottom: 1px solid #ccc; }
+h3 { margin: 1.8rem 0 .4rem; font-size: 1.02rem; }
+p { max-width: 52rem; } .lead { font-size: 1.08rem; color: #333; } .note { color: #555; font-size: .9rem; }
+table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0 1.2rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .18rem .6rem; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap; }
+th { background: #f4f4f4; font-weight: 600; } td.name, th.name { text-align: left; }
+td.text { text-align: left; white-space: normal; min-width: 16rem; }
+.wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
+svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
+.verdict { display: inline-block; min-width: 5.6rem; text-align: center; border-radius: 3px; padding: 0 .5rem;
+  font-weight: 600; color: #fff; }
+.confirmed { background: #00735a; } .refuted { background: #b03a00; } .partly { background: #8a6100; }
+.undecided { background: #666; }
+.swatch { display: inline-block; width: .7rem; height: .7rem; border-radius: 2px; margin-right: .4rem; }
+"""
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Write a number with a few significant digits.
+
+    Args:
+        value: the number.
+        digits: how many.
+
+    Returns:
+        "0.0123", "1.2e-09", or "–" for what is not known.
+    """
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    if 1e-4 <= abs(value) < 1e6:
+        places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        return f"{value:.{places}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def varying(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return the dimensions in which rows differ, apart from motion and rate.
+
+    Args:
+        rows: of one part.
+
+    Returns:
+        Names of attributes of `Row`.
+    """
+    return tuple(d for d in _DIMENSIONS if len({getattr(row, d) for row in rows}) > 1)
+
+
+def labeller(rows: Sequence[Row], pace: bool = False) -> Callable[[Row], str]:
+    """Return what tells rows of one motion apart, in words.
+
+    Args:
+        rows: of one part.
+        pace: whether the rate belongs to it, where it differs.
+
+    Returns:
+        A function of a row.
+    """
+    dimensions = varying(rows)
+    several = pace and len({row.pace for row in rows}) > 1
+
+    def label(row: Row) -> str:
+        words = [str(getattr(row, d)) for d in dimensions] + ([f"{row.pace} Hz"] if several else [])
+        return " · ".join(words) or row.algorithm
+
+    return label
+
+
+def over_rates(part: Part) -> bool:
+    """Return whether a part is seen best as lines over the rate.
+
+    Args:
+        part: of a study.
+
+    Returns:
+        Whether it has several plain rates.
+    """
+    return len(part.rates_hz) >= _RATES_FOR_LINES and not part.schedules_hz
+
+
+def html_report(comparison: Comparison, about: dict[str, str]) -> str:
+    """Return the report.
+
+    Args:
+        comparison: what the study found out.
+        about: what made it: versions, machine, by name.
+
+    Returns:
+        An HTML page, with its figures in it as SVG.
+    """
+    study = comparison.study
+    body = [f"<h1>{_text(study.name)}</h1>", f'<p class="lead">{_text(study.description)}</p>']
+    count = len(comparison.rows)
+    status = (
+        ""
+        if comparison.status == "finished"
+        else " <strong>The study was interrupted: these are the cases that were done.</strong>"
+    )
+    body.append(f'<p class="note">{count} navigations in {comparison.seconds:.0f} s, seed {study.seed}.{status}</p>')
+    if comparison.verdicts:
+        body += ["<h2>Claims and verdicts</h2>", _verdicts(comparison)]
+    for number_, part in enumerate(study.parts, start=1):
+        rows = comparison.of_part(part.title)
+        body.append(f"<h2>{number_}. {_text(part.title)}</h2>")
+        if part.text:
+            body.append(f"<p>{_text(part.text)}</p>")
+        body += _part(comparison, part, rows, f"part{number_}") if rows else ["<p>Not reached.</p>"]
+    body += ["<h2>Cost of a step</h2>", *_costs(comparison)]
+    body += ["<h2>Motions</h2>", _motions(comparison), "<h2>How it was measured</h2>", _method(comparison, about)]
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{_text(study.name)}: comparison</title><style>{_CSS}</style></head>\n<body>\n"
+        + "\n".join(body)
+        + "\n</body></html>\n"
+    )
+
+
+def _text(words: str) -> str:
+    return html.escape(" ".join(words.split()))
+
+
+def _table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1) -> str:
+    """Return a table; cells are HTML, the first `names` columns are words."""
+
+    def cells(tag: str, values: Sequence[str]) -> str:
+        return "".join(
+            value if value.startswith("<td") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
+            for i, value in enumerate(values)
+        )
+
+    rows = "\n".join(f"<tr>{cells('td', line)}</tr>" for line in lines)
+    return (
+        f'<div class="wide"><table><thead><tr>{cells("th", heads)}</tr></thead><tbody>\n{rows}\n</tbody></table></div>'
+    )
+
+
+def _swatch(name: str, position: int = 0) -> str:
+    return f'<span class="swatch" style="background:{figures.color_of(name, position)}"></span>'
+
+
+def _verdicts(comparison: Comparison) -> str:
+    lines = [
+        (
+            _text(v.sentence[0].upper() + v.sentence[1:]),
+            f'<td class="name"><span class="verdict {v.verdict}">{v.verdict}</span></td>',
+            f'<td class="text">{_text(v.reason)}</td>',
+        )
+        for v in comparison.verdicts
+    ]
+    table = _table(("claim", "verdict", "the numbers that decide"), lines, 3)
+    return table.replace("<td class=name>", '<td class="text">')
+
+
+def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> list[str]:
+    body: list[str] = []
+    failed = [row for row in rows if row.status == "failed"]
+    if over_rates(part):
+        label = labeller(rows)
+        body += ["<h3>Accuracy against rate</h3>", figures.to_svg(figures.against_rate(rows, label), f"{name}rate")]
+        body += ["<h3>Accuracy against cost</h3>", figures.to_svg(figures.against_cost(rows, label), f"{name}cost")]
+        for quantity, title in zip(ERRORS, ("Greatest attitude error, ″", "Greatest horizontal error, m"), strict=True):
+            for motion in dict.fromkeys(row.motion for row in rows):
+                here = [row for row in rows if row.motion == motion]
+                body.append(f"<h3>{title}: {_text(motion)}</h3>")
+                body.append(_pivot(here, quantity, label))
+        body += _orders(comparison, part, name)
+        if any(row.max_defect > 0.0 for row in rows):
+            body += [
+                "<h3>Loss of norm or orthogonality</h3>",
+                "<p class=note>|‖q‖ − 1| of quaternions, the greatest element of |BBᵀ − I| of direction cosines, both "
+                "of the algorithm's own variables; Euler angles have none. At 1e-13 it is rounding.</p>",
+                figures.to_svg(figures.defect_against_rate(rows, label), f"{name}defect"),
+            ]
+    else:
+        if any(row.status == "done" for row in rows):
+            body.append(figures.to_svg(figures.bars(rows, labeller(rows, pace=True)), f"{name}bars"))
+        body.append(_long_table(rows))
+    passed = [row for row in rows if row.passages]
+    if passed:
+        body += ["<h3>Passages through the singular attitude</h3>", _passages(passed)]
+    if failed:
+        body.append("<h3>What could not be navigated</h3><ul>")
+        reasons: dict[str, list[str]] = {}
+        label = labeller(rows, pace=True)
+        for row in failed:
+            reasons.setdefault(row.message, []).append(f"{row.motion} · {label(row)}")
+        body += [f"<li><strong>{_text('; '.join(names))}</strong>: {_text(why)}</li>" for why, names in reasons.items()]
+        body.append("</ul>")
+    return body
+
+
+def _pivot(rows: list[Row], quantity: str, label: Callable[[Row], str]) -> str:
+    rates = sorted({row.rate_hz for row in rows})
+    values = {(label(row), row.rate_hz): getattr(row, quantity) for row in rows}
+    finite = [v for v in values.values() if math.isfinite(v) and v > 0.0]
+    low, high = (math.log10(min(finite)), math.log10(max(finite))) if finite else (0.0, 1.0)
+
+    def cell(value: float) -> str:
+        if not (math.isfinite(value) and value > 0.0):
+            return f"<td>{number(value)}</td>"
+        good = 1.0 - (math.log10(value) - low) / max(high - low, 1e-9)
+        return f'<td style="background:rgba(0,158,115,{0.45 * good:.2f})">{number(value)}</td>'
+
+    lines = []
+    for position, name in enumerate(dict.fromkeys(label(row) for row in rows)):
+        cells = [cell(values.get((name, rate), math.nan)) for rate in rates]
+        lines.append((_swatch(name, position) + _text(name), *cells))
+    return _table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
+
+
+def _orders(comparison: Comparison, part: Part, name: str) -> list[str]:
+    found = [order for order in comparison.orders if order.part == part.title]
+    if not found:
+        return []
+    attitude = [order for order in found if order.quantity == ERRORS[0]]
+    body = [
+        "<h3>Order of convergence</h3>",
+        "<p class=note>Slope of log error over log interval, fitted through the four highest rates at which the error "
+        "stands above rounding and above thirty times the best algorithm's best; with its standard error. No number: "
+        "fewer than three such rates, or no straight line.</p>",
+    ]
+    if attitude:
+        body.append(figures.to_svg(figures.orders(attitude), f"{name}orders"))
+    motions = list(dict.fromkeys(order.motion for order in found))
+    heads = ["", *(f"{m}: {q}" for m in motions for q in ("attitude", "position"))]
+    lines = []
+    for algorithm in dict.fromkeys(row.algorithm for row in comparison.of_part(part.title)):
+        cells = []
+        for motion in motions:
+            for quantity in ERRORS:
+                one = [o for o in found if (o.algorithm, o.motion, o.quantity) == (algorithm, motion, quantity)]
+                cells.append(f"{one[0].order:.2f} ± {one[0].uncertainty:.2f}" if one else "–")
+        lines.append((_swatch(algorithm) + _text(algorithm), *cells))
+    return [*body, _table(heads, lines)]
+
+
+def _long_table(rows: list[Row]) -> str:
+    dimensions = [*(["motion"] if len({row.motion for row in rows}) > 1 else []), *varying(rows)]
+    if len({row.pace for row in rows}) > 1:
+        dimensions.append("pace")
+    heads = [*("rate, Hz" if d == "pace" else d for d in dimensions), *(title for _, title in _METRICS)]
+    lines = [
+        (
+            *(_text(str(getattr(row, d))) for d in dimensions),
+            *(number(getattr(row, m)) if row.status == "done" else "failed" for m, _ in _METRICS),
+        )
+        for row in rows
+    ]
+    return _table(heads, lines, len(dimensions))
+
+
+def _passages(rows: list[Row]) -> str:
+    lines = [
+        (_text(r.algorithm), _text(r.motion), r.pace, str(r.passages), number(r.max_damage_arcsec / 60.0),
+         number(r.max_horizontal_error_m), f'<td class="text">{_text(r.message)}</td>')
+        for r in rows
+    ]  # fmt: skip
+    return _table(
+        ("", "motion", "rate, Hz", "passages", "greatest damage, ′", "horizontal max, m", "what happened"), lines, 2
+    )
+
+
+def _costs(comparison: Comparison) -> list[str]:
+    lines = []
+    for cost in comparison.costs.values():
+        o = cost.operations
+        lines.append(
+            (
+                _swatch(cost.algorithm) + _text(cost.algorithm),
+                _text(cost.frame),
+                *(f"{value:.0f}" for value in (o.add, o.multiply)),
+                *(f"{value:.1f}" for value in (o.divide, o.root, o.function)),
+                f"{o.total:.0f}",
+                f"{cost.ns_per_step:.0f}",
+                f"{1e3 / cost.ns_per_step:.2f}",
+            )
+        )
+    heads = ("algorithm", "frame", "+ −", "×", "÷", "√", "sin, cos, …", "all", "ns per step", "million steps/s")
+    return [
+        "<p class=note>A step is one sample's whole navigation: attitude, velocity and position, with Coriolis and "
+        "gravity. Operations are counted by running the step's own code on numbers that count what is done to them, as "
+        "written and along the branches taken; the compiler may do fewer. Time is the processor time of one core, the "
+        "whole call with its checks, the least of several.</p>",
+        figures.to_svg(figures.costs(comparison), "costs"),
+        _table(heads, lines, 2),
+    ]
+
+
+def _motions(comparison: Comparison) -> str:
+    heads = (
+        "",
+        "duration, s",
+        "distance, km",
+        "mean ground speed, km/h",
+        "greatest rate, deg/s",
+        "steepest pitch, deg",
+        "latitude rate, deg/h",
+        "greatest latitude, deg",
+    )
+    lines = [
+        (
+            _text(name),
+            f"{f.duration_s:.0f}",
+            f"{f.distance_m / 1e3:.1f}",
+            f"{f.ground_speed_kmh:.1f}",
+            f"{f.max_rate_deg_s:.2f}",
+            f"{f.max_pitch_deg:.1f}",
+            f"{f.latitude_rate_deg_h:.3f}",
+            f"{f.max_latitude_deg:.2f}",
+        )
+        for name, f in comparison.motions.items()
+    ]
+    return _table(heads, lines)
+
+
+def _method(comparison: Comparison, about: dict[str, str]) -> str:
+    versions = ", ".join(f"{name} {value}" for name, value in about.items())
+    return (
+        "<p>Every algorithm gets identical samples: they are generated (and, with real sensors, measured) at the "
+        "highest rate of a part, and those of a lower rate are sums of them, as a gyro read less often would count. "
+        "Truth is a continuous motion; the increments are its exact integrals. Navigation starts from the true state. "
+        "Errors are taken against the truth at about 4000 instants spread evenly over the motion; attitude errors are "
+        "the angle of the single rotation between true and computed attitude in the local level. "
+        f"Every number is in results.json and results.parquet beside this page.</p><p class=note>{_text(versions)}.</p>"
+    )
+
+
+def show(comparison: Comparison, console: Console) -> None:
+    """Print the verdicts, and a table of each part.
+
+    Args:
+        comparison: what the study found out.
+        console: where.
+    """
+    from rich import box
+    from rich.table import Table
+
+    for part in comparison.study.parts:
+        rows = comparison.of_part(part.title)
+        motions = list(dict.fromkeys(row.motion for row in rows))
+        lines = over_rates(part)
+        for motion in motions if lines else [""] if rows else []:
+            here = [row for row in rows if row.motion == motion] if lines else rows
+            title = f"{part.title}: {motion}" if lines else part.title
+            table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+            if lines:
+                label = labeller(rows)
+                rates = sorted({row.rate_hz for row in here})
+                table.caption = "greatest attitude error, arcsec"
+                table.caption_justify = "left"
+                table.add_column("", no_wrap=True)
+                for rate in rates:
+                    table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
+                for name in dict.fromkeys(label(row) for row in here):
+                    values = {r.rate_hz: r.max_attitude_error_arcsec for r in here if label(r) == name}
+                    table.add_row(name, *(number(values.get(rate, math.nan), 2) for rate in rates))
+            else:
+                label = labeller(rows, pace=True)
+                for head in ("motion", ""):
+                    table.add_column(head)
+                for _, head in (_METRICS[0], _METRICS[2], _METRICS[3]):
+                    table.add_column(head, justify="right", no_wrap=True)
+                for row in here:
+                    values_ = [number(getattr(row, m)) for m, _ in (_METRICS[0], _METRICS[2], _METRICS[3])]
+                    table.add_row(row.motion, label(row), *(values_ if row.status == "done" else ["failed", "", ""]))
+            console.print(table)
+    for verdict in comparison.verdicts:
+        console.print(f"{verdict.verdict.upper()}: {verdict.sentence}. {verdict.reason}", markup=False, highlight=False)

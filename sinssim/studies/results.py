@@ -1,0 +1,234 @@
+"""What a study finds out: one row for each case, in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array
+
+if TYPE_CHECKING:
+    from sinssim.studies.cost import Cost
+    from sinssim.studies.motions import MotionFacts
+    from sinssim.studies.schema import Study
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One navigation to be run.
+
+    Attributes:
+        part: title of the study's part.
+        motion: name of the motion.
+        variant: set of sensors.
+        sensors: grade of the sensors.
+        algorithm, frame, gravity, curvature: the engine's parts.
+        rate_hz: sample rate.
+        schedule_hz: rates of the three-rate schedule, empty if everything runs at the sample rate.
+    """
+
+    part: str
+    motion: str
+    variant: str
+    sensors: str
+    algorithm: str
+    frame: str
+    gravity: str
+    curvature: str
+    rate_hz: float
+    schedule_hz: tuple[float, ...]
+
+    @property
+    def pace(self) -> str:
+        """The rate, or the schedule's three rates, for a person."""
+        return "/".join(f"{rate:g}" for rate in self.schedule_hz) or f"{self.rate_hz:g}"
+
+
+@dataclass(frozen=True)
+class Row(Case):
+    """One navigation that was run. Errors are against the truth at the same evenly spread instants in every case.
+
+    Attributes:
+        status: "done", or "failed" if the engine could not do it.
+        message: why it failed.
+        samples: number of samples.
+        duration_s: how long the motion lasted.
+        final_…, rms_…, max_…: errors; the final height error has a sign.
+        max_defect: greatest loss of norm or orthogonality.
+        passages: how often the attitude passed an algorithm's singularity.
+        max_damage_arcsec: greatest damage of such a passage.
+        ns_per_step, operations_per_step: cost of a sample in this algorithm and frame, at the sample rate.
+    """
+
+    status: str = "done"
+    message: str = ""
+    samples: int = 0
+    duration_s: float = NAN
+    final_horizontal_error_m: float = NAN
+    rms_horizontal_error_m: float = NAN
+    max_horizontal_error_m: float = NAN
+    final_height_error_m: float = NAN
+    rms_height_error_m: float = NAN
+    max_height_error_m: float = NAN
+    final_velocity_error_mps: float = NAN
+    rms_velocity_error_mps: float = NAN
+    max_velocity_error_mps: float = NAN
+    final_attitude_error_arcsec: float = NAN
+    rms_attitude_error_arcsec: float = NAN
+    max_attitude_error_arcsec: float = NAN
+    max_defect: float = NAN
+    passages: int = 0
+    max_damage_arcsec: float = 0.0
+    ns_per_step: float = NAN
+    operations_per_step: float = NAN
+
+
+@dataclass(frozen=True)
+class History:
+    """How the errors of a case grew.
+
+    Attributes:
+        time: (K,) s.
+        horizontal: (K,) m.
+        attitude: (K,) arcsec.
+    """
+
+    time: Array
+    horizontal: Array
+    attitude: Array
+
+
+@dataclass(frozen=True)
+class Order:
+    """How fast an error falls with the sample interval: error ~ interval^order.
+
+    Attributes:
+        part, motion, algorithm: of what.
+        quantity: name of the error.
+        order: fitted slope of log error over log interval.
+        uncertainty: its standard error.
+        points: how many rates the fit is through.
+        low_hz, high_hz: the lowest and the highest of them.
+    """
+
+    part: str
+    motion: str
+    algorithm: str
+    quantity: str
+    order: float
+    uncertainty: float
+    points: int
+    low_hz: float
+    high_hz: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A claim, decided.
+
+    Attributes:
+        claim: name of the claim.
+        sentence: what it says.
+        verdict: "confirmed", "refuted" or "partly".
+        reason: the numbers that decide, in a sentence or two.
+        numbers: the same by name.
+    """
+
+    claim: str
+    sentence: str
+    verdict: str
+    reason: str
+    numbers: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass
+class Comparison:
+    """A study and what it found out, as far as it got.
+
+    Attributes:
+        study: the study.
+        status: "finished" or "interrupted".
+        seconds: how long it took.
+        rows: one for each case that was run.
+        histories: growth of the errors by case.
+        motions: numbers of each motion by its name.
+        costs: cost by algorithm and frame.
+        orders: orders of convergence.
+        verdicts: the claims.
+    """
+
+    study: Study
+    status: str = "finished"
+    seconds: float = 0.0
+    rows: list[Row] = field(default_factory=list)
+    histories: dict[Case, History] = field(default_factory=dict)
+    motions: dict[str, MotionFacts] = field(default_factory=dict)
+    costs: dict[tuple[str, str], Cost] = field(default_factory=dict)
+    orders: list[Order] = field(default_factory=list)
+    verdicts: list[Verdict] = field(default_factory=list)
+
+    def of_part(self, title: str) -> list[Row]:
+        """Return the rows of one part.
+
+        Args:
+            title: of the part.
+
+        Returns:
+            Its rows, in order.
+        """
+        return [row for row in self.rows if row.part == title]
+
+
+ERRORS = ("max_attitude_error_arcsec", "max_horizontal_error_m")
+"""The errors whose order of convergence is fitted."""
+
+_FLOORS = {"max_attitude_error_arcsec": 1e-6, "max_horizontal_error_m": 1e-6}
+"""Below this, rounding takes part in an error, ..."""
+_ABOVE_BEST = 30.0
+"""... and an error counts as the algorithm's own while it is so many times what the best algorithm has at best."""
+_FITTED = 4
+"""So many of the highest rates are fitted: there the leading term rules."""
+_STRAIGHT = 0.3
+"""A slope with a greater standard error is no order of convergence."""
+
+
+def fit_orders(rows: list[Row]) -> list[Order]:
+    """Fit the order of convergence of every algorithm on every motion with ideal sensors.
+
+    Args:
+        rows: rows of one part.
+
+    Returns:
+        Orders, for algorithms with three rates or more above the floor of rounding.
+    """
+    orders = []
+    plain = [r for r in rows if r.status == "done" and r.sensors == "ideal" and not r.schedule_hz and not r.passages]
+    for quantity in ERRORS:
+        for motion in dict.fromkeys(row.motion for row in plain):
+            here = [row for row in plain if row.motion == motion]
+            floor = max(_FLOORS[quantity], _ABOVE_BEST * min(getattr(row, quantity) for row in here))
+            for key in dict.fromkeys(_engine(row) for row in here):
+                found = [(r.rate_hz, getattr(r, quantity)) for r in here if _engine(r) == key]
+                usable = sorted((rate, error) for rate, error in found if error > floor)[-_FITTED:]
+                if len(usable) < 3:
+                    continue
+                x = -np.log([rate for rate, _ in usable])
+                y = np.log([error for _, error in usable])
+                slope, offset = np.polyfit(x, y, 1)
+                left = y - slope * x - offset
+                spread = np.sqrt(np.sum(left**2) / (len(x) - 2) / np.sum((x - x.mean()) ** 2))
+                if spread > _STRAIGHT:
+                    continue
+                low, high = usable[0][0], usable[-1][0]
+                orders.append(
+                    Order(here[0].part, motion, key[0], quantity, float(slope), float(spread), len(usable), low, high)
+                )
+    return orders
+
+
+def _engine(row: Row) -> tuple[str, ...]:
+    return row.algorithm, row.frame, row.gravity, row.curvature, row.variant

@@ -1,0 +1,101 @@
+"""Writes what a study found out: report.html, results.json, results.parquet, recording.rrd, study.toml."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from sinssim.recording.directory import write_text
+from sinssim.recording.summary import versions
+from sinssim.studies.report import html_report
+from sinssim.studies.results import Comparison, Row
+
+
+def results(comparison: Comparison) -> dict[str, Any]:
+    """Return everything that a study found out, as plain numbers and words.
+
+    Args:
+        comparison: the study.
+
+    Returns:
+        What `results.json` holds; numbers that are not known are None.
+    """
+    study = comparison.study
+    found = {
+        "study": study.name,
+        "description": study.description,
+        "status": comparison.status,
+        "seed": study.seed,
+        "seconds": round(comparison.seconds, 2),
+        "verdicts": [asdict(verdict) for verdict in comparison.verdicts],
+        "motions": {name: asdict(facts) for name, facts in comparison.motions.items()},
+        "costs": [{**asdict(cost), "operations_per_step": cost.operations.total} for cost in comparison.costs.values()],
+        "orders": [asdict(order) for order in comparison.orders],
+        "cases": [asdict(row) for row in comparison.rows],
+        "versions": versions(),
+    }
+    return {key: _plain(value) for key, value in found.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def write_study(comparison: Comparison, folder: Path) -> None:
+    """Write everything.
+
+    Args:
+        comparison: what the study found out.
+        folder: an existing, empty folder.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import tomli_w
+
+    from sinssim.studies.record import record
+
+    about = {**versions(), "Python": platform.python_version(), "processor": _processor()}
+    write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
+    write_text(folder / "results.json", json.dumps(results(comparison), indent=2, ensure_ascii=False) + "\n")
+    _write_parquet(comparison, folder / "results.parquet")
+    write_text(folder / "report.html", html_report(comparison, about))
+    record(comparison, folder / "recording.rrd")
+
+
+def _write_parquet(comparison: Comparison, path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns: dict[str, Any] = {}
+    for name in (f.name for f in fields(Row)):
+        values = [getattr(row, name) for row in comparison.rows]
+        columns[name] = pa.array(["/".join(f"{r:g}" for r in v) for v in values] if name == "schedule_hz" else values)
+    beside = path.with_name(path.name + ".part")
+    pq.write_table(pa.table(columns), beside)
+    os.replace(beside, path)
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return [_without_none(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _processor() -> str:
+    """Return the processor's name."""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
+    except OSError:
+        names = []
+    return (names or [platform.processor() or platform.machine()])[0]

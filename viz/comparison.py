@@ -1,0 +1,50 @@
+"""Which algorithm is the right one? A study's accuracy against rate and cost, growth of the errors, verdicts."""
+
+from __future__ import annotations
+
+import json
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from sinssim.recording.blueprints import RunInfo
+
+KIND = "study"
+
+
+def blueprint(run: RunInfo) -> rrb.Blueprint:
+    """Return the view.
+
+    Args:
+        run: the study to show.
+
+    Returns:
+        The layout.
+    """
+    panels = json.loads(run.label("panels", "[]"))
+    pictures = json.loads(run.label("pictures", "[]"))
+
+    def growth(entity: str, title: str, end: float, legend: bool) -> rrb.TimeSeriesView:
+        start, stop = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (run.start, end))
+        return rrb.TimeSeriesView(
+            origin=f"/{entity}",
+            name=title,
+            axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=stop)),
+            axis_y=run.axis_y(entity),
+            plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.RightBottom),
+        )
+
+    images = [rrb.Spatial2DView(origin=f"/{entity}", name=title) for entity, title in pictures]
+    plots = [growth(entity, title, end, number == 0) for number, (entity, title, end) in enumerate(panels)]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                rrb.Tabs(*images) if images else rrb.TextDocumentView(origin="/comparison/verdicts"),
+                rrb.TextDocumentView(origin="/comparison/verdicts", name="Verdicts"),
+                row_shares=[3, 2],
+            ),
+            rrb.Grid(*plots, grid_columns=1 if len(plots) < 4 else 2, name="Growth of the errors"),
+            column_shares=[3, 2],
+        ),
+        collapse_panels=True,
+    )
