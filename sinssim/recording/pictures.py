@@ -236,9 +236,10 @@ def draw_navigation(
         labels["apart"], one = _unit(_LENGTHS, *apart)
         recording.series("navigation/apart", time, np.column_stack(apart) / one, names[1:], widths=widths[1:])
     if labels["position"] != "mm":
-        rate = (time - time[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size["position"]
+        ends = time[[0, -1]]
+        rate = (ends - ends[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size["position"]
         grey = [style.COLORS["reference"]]
-        recording.series("navigation/one_mile_an_hour", time, rate, ["1 nmi/h"], colors=grey, widths=1.0)
+        recording.series("navigation/one_mile_an_hour", ends, rate, ["1 nmi/h"], colors=grey, widths=1.0)
 
     for name, color, width in zip(names, style.colors(names), widths, strict=True):
         s = solutions[name]
