@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sinssim import rotation
 from sinssim.alignment import (
@@ -108,7 +108,10 @@ def monte_carlo(draws: int, rng: np.random.Generator) -> list[dict[str, Any]]:
     return rows
 
 
-def departures(attitude: Attitude, latitude: float, sigmas: InstrumentErrors, white: list[Array]) -> Array:
+Case = tuple[Attitude, ArrayLike, InstrumentErrors]
+
+
+def departures(attitude: Attitude, latitude: ArrayLike, sigmas: InstrumentErrors, white: list[Array]) -> Array:
     """Return by how much σ of eq. (1)'s errors departs from σ of the first-order errors of the same draws, (4,)."""
     drawn = InstrumentErrors(
         *(np.asarray(sigma) * rows for sigma, rows in zip(vars(sigmas).values(), white, strict=True))
@@ -130,21 +133,20 @@ def validity(draws: int, rng: np.random.Generator, folder: Path) -> dict[str, An
         ("latitude", gyro_bias, ("heading", "latitude"), "gyro bias σ, °/h", "distance from the pole, °"),
         ("pitch", accel_bias, ("roll", "pitch"), "accelerometer bias σ, µg", "distance from the vertical attitude, °"),
     ):
+        near = (90.0 - away) * DEG
+
+        def case(theta: ArrayLike, bias: ArrayLike, of_latitude: bool = name == "latitude") -> Case:
+            """Return attitude, latitude and standard deviations of one point, or of the whole map."""
+            if of_latitude:
+                return Attitude(0.7, 0.0, 0.0), theta, InstrumentErrors(np.asarray(bias) * DEG_H, 0.0, 50 * UG)
+            return Attitude(0.7, 0.2, theta), LATITUDE, InstrumentErrors(0.01 * DEG_H, 0.0, np.asarray(bias) * UG)
+
         maps = {column: np.empty((len(away), len(biases))) for column in columns}
-        linear = np.empty((len(away), len(biases)), dtype=bool)
-        for i, j in np.ndindex(linear.shape):
-            near = float(90.0 - away[i]) * DEG
-            phi = near if name == "latitude" else LATITUDE
-            if name == "latitude":
-                attitude = Attitude(0.7, 0.0, 0.0)
-                sigmas = InstrumentErrors(gyro_bias=biases[j] * DEG_H, accel_bias=50 * UG)
-            else:
-                attitude = Attitude(0.7, 0.2, near)
-                sigmas = InstrumentErrors(gyro_bias=0.01 * DEG_H, accel_bias=biases[j] * UG)
-            by_angle = departures(attitude, phi, sigmas, white)
+        for i, j in np.ndindex(len(away), len(biases)):
+            by_angle = departures(*case(near[i], biases[j]), white)
             for column in columns:
                 maps[column][i, j] = by_angle[Angles._fields.index(column)]
-            linear[i, j] = second_order(attitude, phi, sigmas).linear(1_000_000)
+        linear = second_order(*case(near[:, None], biases[:, None].repeat(3, axis=1))).linear(1_000_000)
         figure = figures.validity_map(biases, away, maps, linear, result["threshold"], label, axis)
         write(figure, folder / f"validity_{name}")
         standard = int(np.argmin(np.abs(np.log(biases / (0.01 if name == "latitude" else 50.0)))))

@@ -60,10 +60,12 @@ def second_order(
         InputError: as `error_statistics`.
     """
     first = error_statistics(attitude, latitude, None, sigmas, gravity=gravity).sigma
+    sigma = np.stack(np.broadcast_arrays(*first), axis=-1)
     gyro, accel = ideal_readings(*attitude, latitude, gravity=gravity)
-    rate_variance, force_variance = sigmas.squared().reading_errors(gyro**2, accel**2)
-    sizes = [np.broadcast_to(np.sqrt(variance), gyro.shape) for variance in (rate_variance, force_variance)]
-    true = np.stack(np.broadcast_arrays(*attitude, np.asarray(latitude, dtype=np.float64)), axis=-1)
+    variances = sigmas.squared().reading_errors(gyro**2, accel**2)
+    shape = (*sigma.shape[:-1], 3)
+    gyro, accel, *sizes = (np.broadcast_to(x, shape) for x in (gyro, accel, *map(np.sqrt, variances)))
+    true = np.stack([np.broadcast_to(x, shape[:-1]) for x in (*attitude, latitude)], axis=-1)
     # Steps of a thousandth of what a reading is taken from: second differences then carry 1e-10 of it as rounding.
     reach = 1e-3 * np.cos(true[..., 2]) * np.cos(true[..., 3])
     steps = [reach * np.linalg.norm(gyro, axis=-1)] * 3 + [reach * np.linalg.norm(accel, axis=-1)] * 3
@@ -86,7 +88,6 @@ def second_order(
             scale_j = (sizes[j // 3][..., j % 3] / steps[j])[..., None]
             cross = sum(a * b * angles({i: a, j: b}) for a in (1.0, -1.0) for b in (1.0, -1.0)) * scale_i * scale_j / 4
             variance += np.asarray(cross) ** 2
-    sigma = np.stack(np.broadcast_arrays(*first), axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):  # an angle on which nothing acts has no terms of any order
         relative = [np.where(sigma > 0.0, value / sigma, 0.0) for value in (mean, np.sqrt(variance))]
     return SecondOrder(*(Angles(*np.moveaxis(value, -1, 0)) for value in relative))
