@@ -13,13 +13,13 @@ class SinssimError(Exception):
 
 
 class InputError(SinssimError, ValueError):
-    """What the user gave cannot be used: a file, a key, a name, a leg that cannot be flown, a full disk (exit code 2)."""
+    """What the user gave cannot be used: a key, a name, a leg that cannot be flown, a full disk (exit code 2)."""
 
     exit_code = 2
 
 
 class RunError(SinssimError, RuntimeError):
-    """The input was fine but the run could not be finished: a frame that meets its pole, a viewer that fails (exit code 1)."""
+    """The input was fine but the run failed: a frame met its pole, a viewer did not start (exit code 1)."""
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
