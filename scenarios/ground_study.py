@@ -309,7 +309,7 @@ def general_figures(folder: Path) -> dict[str, Any]:
         figures.session_curves(attitude, LATITUDE, sigmas, "level vehicle, latitude 50°"),
         folder / "session_length",
     )
-    time = np.geomspace(1.0, 2e4, 400)
+    time = np.geomspace(1.0, 3600.0, 400)
     curves = {grade: total(error_budget(attitude, LATITUDE, sigma, time)) for grade, sigma in sigmas.items()}
     return {"heading_map": sigma_map, "session_time": time, "session_sigma": curves, "budget": budget}
 
@@ -390,7 +390,7 @@ def main() -> None:
 
     record_ground_study(folder / "recording.rrd", **streams, **swaying, summary=text)
     print(text)
-    print(f"Figures, summary and recording are in {folder}.")
+    print(f"Figures, summary and recording are in {folder}. Look at it: rerun {folder / 'recording.rrd'}")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import rerun.blueprint as rrb
 
 from sinssim.alignment.axes import Angles
 from sinssim.data import Array
+from sinssim.recording import style
 from sinssim.recording.rrd import Recording
 from sinssim.units import ARCMIN
 
@@ -70,8 +71,10 @@ def record_ground_study(
             recording.static(entity, rr.BarChart([float(getattr(value, angle)) / ARCMIN for value in budget.values()]))
             bars.append(rrb.BarChartView(origin=entity, name=f"σ of the {angle} by source, arcmin"))
         runs = np.arange(max(len(errors) for errors in heading_errors.values()), dtype=np.float64)
-        for method, errors in heading_errors.items():
-            recording.series(f"ground/disturbed/{method}", runs[: len(errors)], (errors / ARCMIN)[:, None], [method])
+        for (method, errors), color in zip(heading_errors.items(), style.colors(list(heading_errors)), strict=True):
+            recording.series(
+                f"ground/disturbed/{method}", runs[: len(errors)], (errors / ARCMIN)[:, None], [method], colors=[color]
+            )
         sources = "\n".join(f"{k}. {source}" for k, source in enumerate(budget))
         recording.document("ground/summary", f"{summary}\n\n## Bars of the error budget\n\n{sources}\n")
         recording.blueprint(
