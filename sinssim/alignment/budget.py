@@ -24,8 +24,8 @@ from sinssim.scenario.imu import ImuSection
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
 from sinssim.units import ARCSEC, DEG_H, PPM, UG
 
-Method = Literal["quiet", "disturbed"]
-"""Eq. (1) on a quiet base, or the inertial fit on a disturbed one."""
+Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
+"""Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
 
 SOURCES = (
     "gyro bias",
@@ -142,14 +142,14 @@ def error_budget(
 
     For a disturbed base the heading's part from angle random walk grows as the fit weighs it; the other angles of
     that method, taken at the session's end rather than over it, are given as on a quiet base, except the latitude,
-    which the fit finds from cosφ.
+    which the fit finds from cosφ, or which is known and then has no error.
 
     Args:
         attitude: heading, roll, pitch, rad, broadcasting.
         latitude: rad, broadcasting.
         sigma: standard deviations of the sensor block's errors.
         duration: length of the session, s, broadcasting.
-        method: "quiet" or "disturbed".
+        method: see `Method`.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
 
     Returns:
@@ -160,8 +160,8 @@ def error_budget(
     """
     c = coefficients(attitude, latitude, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, gravity=gravity)
-    if method == "disturbed":
-        c = cone_coefficients(c, latitude, gravity)
+    if method != "quiet":
+        c = cone_coefficients(c, latitude, gravity, known=method != "disturbed")
     squares = Coefficients(*(value**2 for value in c))
     zero = np.zeros(3)
     budget = {}
@@ -181,7 +181,7 @@ def reading_variances(
         gyro: ideal rates, (..., 3) rad/s.
         accel: ideal specific forces, (..., 3) m/s².
         duration: length of the session, s, broadcasting with the readings' leading shape.
-        method: "quiet" or "disturbed".
+        method: see `Method`.
 
     Returns:
         By source, (..., 3) (rad/s)² or (m/s²)².
@@ -197,7 +197,7 @@ def reading_variances(
         ("gyro", "angle", sigma.gyro, gyro),
         ("accelerometer", "velocity", sigma.accel, accel),
     ):
-        factor = RANDOM_WALK_FACTOR if method == "disturbed" and name == "gyro" else 1.0
+        factor = RANDOM_WALK_FACTOR if method != "quiet" and name == "gyro" else 1.0
         variances |= {
             f"{name} bias": triad.bias**2,
             f"{name} scale factor": (triad.scale * ideal) ** 2,
@@ -209,13 +209,14 @@ def reading_variances(
     return variances
 
 
-def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None) -> Coefficients:
+def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None, known: bool) -> Coefficients:
     """Return the coefficients with the latitude's taken from the cone's opening, cosφ = (horizontal rate)/U.
 
     Args:
         c: coefficients of eq. (1).
         latitude: rad.
         gravity: g, m/s², or None for normal gravity.
+        known: whether the fit is given the latitude.
 
     Returns:
         Coefficients of the fit on a disturbed base.
@@ -223,6 +224,8 @@ def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike |
     Raises:
         InputError: a latitude at which the cone's opening hardly depends on it.
     """
+    if known:
+        return c._replace(p=np.zeros_like(c.p), r=np.zeros_like(c.r))
     phi = np.asarray(latitude, dtype=np.float64)[..., None]
     if np.any(np.abs(phi) < EQUATOR):
         raise InputError(
@@ -276,7 +279,7 @@ def bias_takes_over(
         attitude: heading, roll, pitch, rad, broadcasting.
         latitude: rad, broadcasting.
         sigma: standard deviations of the sensor block's errors.
-        method: "quiet" or "disturbed".
+        method: see `Method`.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
 
     Returns:

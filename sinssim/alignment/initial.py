@@ -79,7 +79,7 @@ def initial_covariance(
         latitude: rad, if it is known; otherwise the determined latitude is the position, with its own error.
         position_sigma: standard deviations of the position, north, east, down, m; north only of a known latitude.
         velocity_sigma: standard deviations of the velocity, north, east, down, m/s.
-        method: "quiet" for eq. (1), "disturbed" for the inertial fit.
+        method: "quiet" for eq. (1), "disturbed" for the inertial fit, whose latitude is known if it is given here.
 
     Returns:
         (15, 15), symmetric and positive semi-definite.
@@ -94,8 +94,8 @@ def initial_covariance(
     phi = float(d.latitude if latitude is None else latitude)
     attitude = Attitude(d.heading, d.roll, d.pitch)
     c = coefficients(attitude, phi, gravity=d.gravity)
-    if method == "disturbed":
-        c = cone_coefficients(c, phi, d.gravity)
+    if method != "quiet":
+        c = cone_coefficients(c, phi, d.gravity, known=latitude is not None)
     gyro, accel = ideal_readings(*attitude, phi, gravity=d.gravity)
     variances = list(reading_variances(sigma, gyro, accel, duration, method).values())
     rate, force = sum(variances[:6], np.zeros(3)), sum(variances[6:], np.zeros(3))

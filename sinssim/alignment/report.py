@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from sinssim.alignment.axes import Angles, Array
 from sinssim.alignment.budget import SOURCES, Method, bias_takes_over, error_budget, expected_errors, total
-from sinssim.alignment.determination import Determination, doubt
+from sinssim.alignment.determination import Determination, doubt, solve
 from sinssim.alignment.disturbed import align_disturbed
 from sinssim.alignment.session import determine_session, mean_readings
 from sinssim.alignment.theory import coefficients, linear
@@ -32,7 +32,7 @@ class AlignmentReport:
 
     Attributes:
         source: what was aligned: a scenario's name or a log's file name.
-        method: "quiet" or "disturbed".
+        method: how it was aligned.
         duration: length of the session, s.
         samples: number of samples.
         determination: the angles and the latitude.
@@ -42,6 +42,7 @@ class AlignmentReport:
         crossing: session lengths at which bias takes over, s, likewise.
         truth: heading, roll, pitch and latitude of a simulated session, rad.
         residual: what a disturbed base's cone does not explain, m/s.
+        mean_angles: what eq. (1) makes of a disturbed session, beside it, rad.
     """
 
     source: str
@@ -55,6 +56,7 @@ class AlignmentReport:
     crossing: Angles | None = None
     truth: Angles | None = None
     residual: float | None = None
+    mean_angles: Angles | None = None
 
     @property
     def error(self) -> Angles | None:
@@ -80,6 +82,8 @@ class AlignmentReport:
         }
         if self.residual is not None:
             result["residual_velocity_mps"] = self.residual
+        if self.mean_angles is not None:
+            result["eq_1_on_the_same_data_deg"] = _by_name(self.mean_angles, DEG)
         for name, angles in (("error", self.error), ("known_error", self.mean)):
             if angles is not None:
                 result[f"{name}_arcmin"] = _by_name(angles, ARCMIN)
@@ -109,18 +113,22 @@ class AlignmentReport:
         if self.truth is not None:
             table.add_column("true, °", justify="right")
             table.add_column("error, ′", justify="right")
+        if self.mean_angles is not None:
+            table.add_column("eq. (1) on the\nsame data, °", justify="right")
         sigma, error = None if self.budget is None else total(self.budget), self.error
         for name in Angles._fields:
             row = [name, _angle(getattr(d, name))]
             if sigma is not None and self.crossing is not None:
-                row += [f"{float(getattr(sigma, name)) / ARCMIN:.3f}", f"{float(getattr(self.crossing, name)):.3g}"]
+                row += [_minutes(float(getattr(sigma, name))), f"{float(getattr(self.crossing, name)):.3g}"]
             if self.truth is not None and error is not None:
                 row += [_angle(getattr(self.truth, name)), f"{float(getattr(error, name)) / ARCMIN:.3f}"]
+            if self.mean_angles is not None:
+                row.append(_angle(getattr(self.mean_angles, name)))
             table.add_row(*row)
         console.print(table)
         console.print(f"Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s².")
         if self.residual is not None:
-            console.print(f"The base moved: velocity that the cone does not explain, {self.residual:.3g} m/s rms.")
+            console.print(f"Velocity that the cone does not explain (heave, sway, noise): {self.residual:.3g} m/s rms.")
         for warning in d.warnings:
             console.print(warning[0].upper() + warning[1:], markup=False)
         if self.budget is None:
@@ -154,7 +162,7 @@ def align_session(
         imu: the session.
         source: what to call it.
         sensors: the sensor block's grade and errors, if known.
-        method: "quiet" for eq. (1), "disturbed" for a base that moves.
+        method: "quiet" for eq. (1), otherwise gravity's cone, for a base that moves.
         latitude: rad, if known; used by the disturbed method.
         truth: true heading, roll, pitch, latitude, of a simulated session, rad.
 
@@ -165,14 +173,25 @@ def align_session(
         InputError: unusable increments, or a vehicle that moved and a method that cannot bear it.
     """
     expected = None if sensors is None else expected_errors(sensors)
-    residual = None
+    residual = mean_angles = None
     if method == "quiet":
         determination = determine_session(imu, None if expected is None else expected.instrument_sigmas)
     else:
         alignment = align_disturbed(imu, latitude)
         determination, residual = alignment.determination, alignment.residual
+        mean_angles, _, _ = solve(*mean_readings(imu))
+        method = "disturbed" if latitude is None else "disturbed, latitude known"
     duration = float(imu.time[-1] - imu.time[0])
-    report = AlignmentReport(source, method, duration, len(imu), determination, truth=truth, residual=residual)
+    report = AlignmentReport(
+        source,
+        method,
+        duration,
+        len(imu),
+        determination,
+        truth=truth,
+        residual=residual,
+        mean_angles=mean_angles,
+    )
     where = determination.latitude if latitude is None else np.asarray(latitude)
     if expected is None or not all(map(np.isfinite, (*determination.attitude, where))):
         return report
@@ -192,18 +211,13 @@ def align_session(
         known.gyro.bias + (np.diag(known.gyro.scale) + known.gyro.misalignment) @ readings[0],
         known.accel.bias + (np.diag(known.accel.scale) + known.accel.misalignment) @ readings[1],
     )
-    return AlignmentReport(
-        source,
-        method,
-        duration,
-        len(imu),
-        doubt(determination, total(budget)),
-        expected.sigma,
-        mean,
-        budget,
-        crossing,
-        truth,
-        residual,
+    return replace(
+        report,
+        determination=doubt(determination, total(budget)),
+        sigma=expected.sigma,
+        mean=mean,
+        budget=budget,
+        crossing=crossing,
     )
 
 
@@ -252,7 +266,7 @@ def align_source(
     trajectory = fly(scenario)
     imu = _part(emulate(trajectory.increments(scenario.imu.rate_hz), scenario.imu, scenario.seed), start, end, source)
     # eq. (1) finds the mean attitude of a session, the cone that of its last instant
-    state = trajectory.state(imu.time[-1] if method == "disturbed" else 0.5 * (imu.time[0] + imu.time[-1]))
+    state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
     return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth)

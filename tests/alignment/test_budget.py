@@ -160,6 +160,16 @@ def test_the_cone_does_not_tell_the_latitude_on_the_equator():
         error_budget(LEVEL, 0.01, expected_errors(ImuSection()).sigma, 300.0, method="disturbed")
 
 
+def test_a_known_latitude_has_no_error_and_changes_no_heading():
+    sigma = expected_errors(ImuSection()).sigma
+    found = total(error_budget(LEVEL, LATITUDE, sigma, 300.0, method="disturbed"))
+    known = total(error_budget(LEVEL, LATITUDE, sigma, 300.0, method="disturbed, latitude known"))
+    assert known.latitude == 0.0
+    assert known.heading == pytest.approx(found.heading, rel=1e-14)
+    on_the_equator = total(error_budget(LEVEL, 0.0, sigma, 300.0, method="disturbed, latitude known"))
+    assert on_the_equator.heading == pytest.approx(known.heading * np.cos(LATITUDE), rel=0.01)
+
+
 def test_instrument_sigmas_carry_over():
     sigmas = expected_errors(ImuSection(grade="laser-standard")).instrument_sigmas
     assert isinstance(sigmas, InstrumentErrors)

@@ -104,7 +104,7 @@ def test_errors_that_a_scenario_fixes_are_told_beforehand(scenario, capsys):
 
 
 def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
-    sways = [Sway("roll", 0.005, 0.31), Sway("pitch", 0.005, 0.17, 1.0), Sway("heading", 0.005, 0.23, 2.0)]
+    sways = [Sway("roll", 0.005, 0.3117), Sway("pitch", 0.005, 0.1731, 1.0), Sway("heading", 0.005, 0.2319, 2.0)]
     truth = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, sways)
     imu = emulate(truth.increments(20.0), ImuSection(grade="laser-standard"), 1)
     log, description = write_log(tmp_path / "sway.csv", imu)
@@ -114,9 +114,16 @@ def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
     code, out, _ = run(capsys, log, "--columns", description, "--disturbed", "--grade", "laser-standard", "--json")
     assert code == 0
     result = json.loads(out)
-    at_end = 1.0 + 0.005 * np.sin(2 * np.pi * 0.23 * 300.0 + 2.0)
+    at_end = 1.0 + 0.005 * np.sin(2 * np.pi * 0.2319 * 300.0 + 2.0)
     assert abs(result["heading_deg"] - np.degrees(at_end)) * 60 < 4 * result["sigma_arcmin"]["heading"]
     assert result["residual_velocity_mps"] < 0.05
+    off = result["eq_1_on_the_same_data_deg"]["heading"] - np.degrees(1.0)
+    assert abs(off) * 60 > 20 * result["sigma_arcmin"]["heading"]  # the same data, taken for a quiet base
+    code, out, _ = run(
+        capsys, log, "--columns", description, "--disturbed", "--grade", "laser-standard", "--latitude", "50"
+    )
+    assert code == 0
+    assert "eq. (1)" in out
 
 
 def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
