@@ -102,5 +102,9 @@ REGISTRY: dict[str, Algorithm] = {
     "rotation-vector-4": Algorithm(
         "rotation vector with four-sample coning and sculling", "rotation_vector", {"SAMPLES": 4}
     ),
+    "functional-iteration": Algorithm(
+        "quaternion, velocity and position iterated to rounding on windows of eight samples (iNavFIter)",
+        "functional_iteration",
+    ),
 }
 """Every algorithm by name. The first three share high-order compensated increments."""

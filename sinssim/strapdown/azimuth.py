@@ -34,7 +34,7 @@ WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 
 
 @inline
-def _earth_k(
+def earth_k(
     p: EarthParameters, gravity: int, simplified: bool, kx: float, ky: float, kz: float, h: float
 ) -> tuple[float, float, float, float]:
     """1/(R₂+h), κ, gravity along k_h per unit of it, gravity down."""
@@ -50,7 +50,7 @@ def _earth_k(
 
 
 @inline
-def _transport_k(
+def transport_k(
     rule: int, omega: float, kx: float, ky: float, kz: float, px: float, pz: float,
     k2: float, kappa: float, vx: float, vy: float,
 ) -> Vector:  # fmt: skip
@@ -65,7 +65,7 @@ def _transport_k(
 
 
 @inline
-def _coriolis_k(
+def coriolis_k(
     omega: float, kx: float, ky: float, kz: float, wx: float, wy: float, wz: float, vx: float, vy: float, vz: float
 ) -> Vector:
     """−(2ω_ie + ω_ew) × v."""
@@ -74,7 +74,7 @@ def _coriolis_k(
 
 
 @inline
-def _turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Vector:
+def turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Vector:
     """A vector fixed in space, seen from axes that turn by the small rotation vector r (to its third order)."""
     ax, ay, az = cross_k(rx, ry, rz, x, y, z)
     bx, by, bz = cross_k(rx, ry, rz, ax, ay, az)
@@ -82,13 +82,13 @@ def _turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> 
 
 
 @inline
-def _third_row_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
+def third_row_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
     """The Earth's axis in w-coordinates: the third row of C_ew."""
     return 2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1), q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
 
 
 @inline
-def _into_w_k(q0: float, q1: float, q2: float, q3: float, x: float, y: float, z: float) -> Vector:
+def into_w_k(q0: float, q1: float, q2: float, q3: float, x: float, y: float, z: float) -> Vector:
     """C_weᵀ… of an Earth-fixed vector: v_w = C_ewᵀ v_e."""
     tx, ty, tz = cross_k(-q1, -q2, -q3, x, y, z)
     ux, uy, uz = cross_k(-q1, -q2, -q3, tx + q0 * x, ty + q0 * y, tz + q0 * z)
@@ -124,7 +124,7 @@ def _navigate(
     e0, e1, e2, e3 = q_en_k(latitude[0], longitude[0])
     azimuth = 0.0
     if rule == TRANSVERSE:
-        px, py, pz = _into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
+        px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
         azimuth = atan2(py, px)
     ch, sh = cos(0.5 * azimuth), sin(0.5 * azimuth)
     e0, e1, e2, e3 = multiply_k(e0, e1, e2, e3, ch, 0.0, 0.0, sh)
@@ -135,11 +135,11 @@ def _navigate(
     vz = velocity[0, 2]
     q0, q1, q2, q3 = q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3]
     _, _, _, _, defect[0] = quaternion_k(attitude)
-    kx, ky, kz = _third_row_k(e0, e1, e2, e3)
+    kx, ky, kz = third_row_k(e0, e1, e2, e3)
     px, py, pz = 1.0, 0.0, 0.0
     if rule == TRANSVERSE:
-        px, py, pz = _into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
-    k2, kappa, along, down = _earth_k(p, gravity, simplified, kx, ky, kz, h)
+        px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
+    k2, kappa, along, down = earth_k(p, gravity, simplified, kx, ky, kz, h)
     # third-order baro loop (spec 06)
     loop1 = 3.0 / time_constant
     loop2 = 3.0 / (time_constant * time_constant) + 2.0 * down * k2
@@ -151,19 +151,19 @@ def _navigate(
         dt = time[k + 1] - time[k]
 
         # --- rates at the start
-        tx0, ty0, tz0 = _transport_k(rule, omega, kx, ky, kz, px, pz, k2, kappa, vx, vy)
-        gx0, gy0, gz0 = _coriolis_k(omega, kx, ky, kz, tx0, ty0, tz0, vx, vy, vz)
+        tx0, ty0, tz0 = transport_k(rule, omega, kx, ky, kz, px, pz, k2, kappa, vx, vy)
+        gx0, gy0, gz0 = coriolis_k(omega, kx, ky, kz, tx0, ty0, tz0, vx, vy, vz)
         gx0, gy0, gz0 = gx0 + along * kx, gy0 + along * ky, gz0 + down
         ux0, uy0, uz0 = dt * (omega * kx + tx0), dt * (omega * ky + ty0), dt * (omega * kz + tz0)
 
         # --- Earth at the end, at an extrapolated position
-        rx, ry, rz = _transport_k(rule, omega, kx, ky, kz, px, pz, dt * k2, dt * kappa, vx + 0.5 * ax, vy + 0.5 * ay)
+        rx, ry, rz = transport_k(rule, omega, kx, ky, kz, px, pz, dt * k2, dt * kappa, vx + 0.5 * ax, vy + 0.5 * ay)
         if rule == FREE_AZIMUTH:
             rz *= dt
-        kx1, ky1, kz1 = _turned_k(kx, ky, kz, rx, ry, rz)
-        px1, _, pz1 = _turned_k(px, py, pz, rx, ry, rz)
+        kx1, ky1, kz1 = turned_k(kx, ky, kz, rx, ry, rz)
+        px1, _, pz1 = turned_k(px, py, pz, rx, ry, rz)
         h_taken = h - dt * (vz + 0.5 * az)
-        k2_1, kappa_1, along_1, down_1 = _earth_k(p, gravity, simplified, kx1, ky1, kz1, h_taken)
+        k2_1, kappa_1, along_1, down_1 = earth_k(p, gravity, simplified, kx1, ky1, kz1, h_taken)
 
         # --- the body's rotation and specific force over the interval, into the frame of its start
         b = turn_k(dtheta, dvel, weights, uniform, k)
@@ -182,13 +182,13 @@ def _navigate(
         ax0, ay0, az0 = sx + dt * gx0, sy + dt * gy0, sz + dt * gz0
         hx, hy, hz = 0.5 * dx + (sx - ex) / 12, 0.5 * dy + (sy - ey) / 12, 0.5 * dz + (sz - ez) / 12  # ∫∫a/dt
         rx, ry, rz = cross_k(ux0, uy0, uz0, dx - hx, dy - hy, dz - hz)
-        mx, my, mz = _coriolis_k(omega, kx, ky, kz, tx0, ty0, tz0, 0.5 * ax0, 0.5 * ay0, 0.5 * az0)
+        mx, my, mz = coriolis_k(omega, kx, ky, kz, tx0, ty0, tz0, 0.5 * ax0, 0.5 * ay0, 0.5 * az0)
         vx1 = vx + dx - rx + dt * (gx0 + mx)
         vy1 = vy + dy - ry + dt * (gy0 + my)
         vz1 = vz + dz - rz + dt * (gz0 + mz)
         rx, ry, rz = cross_k(ux0, uy0, uz0, ex, ey, ez)
-        tx1, ty1, tz1 = _transport_k(rule, omega, kx1, ky1, kz1, px1, pz1, k2_1, kappa_1, vx1, vy1)
-        gx1, gy1, gz1 = _coriolis_k(omega, kx1, ky1, kz1, tx1, ty1, tz1, vx1, vy1, vz1)
+        tx1, ty1, tz1 = transport_k(rule, omega, kx1, ky1, kz1, px1, pz1, k2_1, kappa_1, vx1, vy1)
+        gx1, gy1, gz1 = coriolis_k(omega, kx1, ky1, kz1, tx1, ty1, tz1, vx1, vy1, vz1)
         gx1, gy1, gz1 = gx1 + along_1 * kx1, gy1 + along_1 * ky1, gz1 + down_1
         ax, ay, az = ex - rx + dt * gx1, ey - ry + dt * gy1, ez - rz + dt * gz1
         ux1, uy1, uz1 = dt * (omega * kx1 + tx1), dt * (omega * ky1 + ty1), dt * (omega * kz1 + tz1)
@@ -205,8 +205,8 @@ def _navigate(
         pxm, pzm = 0.5 * (px + px1), 0.5 * (pz + pz1)
         k2m, kappam = 0.5 * (k2 + k2_1) + k2_1 * k2_1 * bend_h, 0.5 * (kappa + kappa_1)
         along_m, down_m = 0.5 * (along + along_1), 0.5 * (down + down_1) + 2.0 * down_1 * k2_1 * bend_h
-        txm, tym, tzm = _transport_k(rule, omega, kxm, kym, kzm, pxm, pzm, k2m, kappam, vxm, vym)
-        gxm, gym, gzm = _coriolis_k(omega, kxm, kym, kzm, txm, tym, tzm, vxm, vym, vzm)
+        txm, tym, tzm = transport_k(rule, omega, kxm, kym, kzm, pxm, pzm, k2m, kappam, vxm, vym)
+        gxm, gym, gzm = coriolis_k(omega, kxm, kym, kzm, txm, tym, tzm, vxm, vym, vzm)
         gxm, gym, gzm = gxm + along_m * kxm, gym + along_m * kym, gzm + down_m
         uxm, uym, uzm = dt * (omega * kxm + txm), dt * (omega * kym + tym), dt * (omega * kzm + tzm)
 
@@ -247,9 +247,9 @@ def _navigate(
         attitude = step_k(attitude, b, frame)
 
         vx, vy, vz, h = vx1, vy1, vz1, h1
-        kx, ky, kz = _third_row_k(e0, e1, e2, e3)
+        kx, ky, kz = third_row_k(e0, e1, e2, e3)
         if rule == TRANSVERSE:
-            px, py, pz = _into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
+            px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
         moved_h = h1 - h_taken
         k2, kappa = k2_1 - k2_1 * k2_1 * moved_h, kappa_1
         along, down = along_1, down_1 - 2.0 * down_1 * k2_1 * moved_h

@@ -25,7 +25,7 @@ from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
 
 
 @inline
-def _gravitation_k(p: EarthParameters, gravity: int, c: float, s: float, x: float, y: float, z: float) -> Vector:
+def gravitation_k(p: EarthParameters, gravity: int, c: float, s: float, x: float, y: float, z: float) -> Vector:
     """Gravitation in inertial axes; c, s are cosine and sine of the Earth's angle."""
     gx, gy, gz = gravitation_ecef_k(p, gravity, c * x + s * y, c * y - s * x, z)
     return c * gx - s * gy, s * gx + c * gy, gz
@@ -71,7 +71,7 @@ def _navigate(
     r0, r1, r2, r3 = multiply_k(e0, e1, e2, e3, q0, q1, q2, q3)
     attitude = start_k(r0, r1, r2, r3)
     _, _, _, _, defect[0] = quaternion_k(attitude)
-    gx, gy, gz = _gravitation_k(p, gravity, 1.0, 0.0, x, y, z)
+    gx, gy, gz = gravitation_k(p, gravity, 1.0, 0.0, x, y, z)
     # third-order baro loop (spec 06)
     loop1 = 3.0 / time_constant
     loop2 = 3.0 / (time_constant * time_constant) + 2.0 * sqrt(gx * gx + gy * gy + gz * gz) / p.a
@@ -100,7 +100,7 @@ def _navigate(
         z1 = z + dt * (vz + 0.5 * dz + fz / 12.0) + 0.5 * dt * dt * gz
         angle = omega * (time[k + 1] - start)
         ca, sa = cos(angle), sin(angle)
-        gx1, gy1, gz1 = _gravitation_k(p, gravity, ca, sa, x1, y1, z1)
+        gx1, gy1, gz1 = gravitation_k(p, gravity, ca, sa, x1, y1, z1)
         jx, jy, jz = _gravitation_rate_k(p.gm, x, y, z, vx, vy, vz)
         kx, ky, kz = _gravitation_rate_k(p.gm, x1, y1, z1, vx + dx + dt * gx, vy + dy + dt * gy, vz + dz + dt * gz)
         twelfth = dt * dt / 12.0
@@ -143,7 +143,7 @@ def _navigate(
             x, y, z = x + lift * upx, y + lift * upy, z + lift * s
             # the Earth-relative velocity changes by the rise alone; the inertial one by ω × lift too
             vx, vy, vz = vx + rise * upx - omega * lift * upy, vy + rise * upy + omega * lift * upx, vz + rise * s
-            gx, gy, gz = _gravitation_k(p, gravity, ca, sa, x, y, z)
+            gx, gy, gz = gravitation_k(p, gravity, ca, sa, x, y, z)
         h = h1
 
         latitude[k + 1], longitude[k + 1], height[k + 1] = atan2(s, c), lon, h

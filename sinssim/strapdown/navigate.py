@@ -16,6 +16,7 @@ from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
 from sinssim.strapdown import azimuth, inertial, level
 from sinssim.strapdown.fit import is_uniform, weight_table
 from sinssim.strapdown.level import BARO_LOOP, FREE, HELD
+from sinssim.strapdown.parts import own_engine
 from sinssim.strapdown.singularity import singularity_events
 
 _VERTICAL_NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
@@ -188,13 +189,17 @@ def navigate(
     channel = (_VERTICAL_NUMBERS[vertical], reference, climb, baro_time_constant)
     out = (latitude, longitude, height_out, velocity, q_nb, defect)
     simplified = curvature == "simplified"
-    if frame == "level":
+    rule = _AZIMUTH_RULES.get(frame, azimuth.WANDER)
+    pole = _route_pole(route, lat0, lon0, v0) if frame == "transverse" else np.zeros(3)
+    own = own_engine(algorithm, frame)
+    if own is not None:
+        own(time, dtheta, dvel, uniform, earth, gravity_model, simplified, *channel, rule, pole, *out)
+    elif frame == "level":
         level.engine(algorithm)(*data, simplified, *channel, *out)
     elif frame == "inertial":
         inertial.engine(algorithm)(*data, *channel, *out)
     else:
-        pole = _route_pole(route, lat0, lon0, v0) if frame == "transverse" else np.zeros(3)
-        azimuth.engine(algorithm)(*data, simplified, *channel, _AZIMUTH_RULES[frame], pole, *out)
+        azimuth.engine(algorithm)(*data, simplified, *channel, rule, pole, *out)
     _check_solution(frame, time, latitude, height_out, velocity, q_nb)
     solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
     if algorithm != "euler":

@@ -43,3 +43,17 @@ def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
         suffix = algorithm.replace("-", "_")
         found = {name: with_constants(part, f"{name}_{suffix}", **entry.variant) for name, part in found.items()}
     return found
+
+
+def own_engine(algorithm: str, frame: str) -> Callable[..., None] | None:
+    """Return the engine of an algorithm whose file brings a whole one, a function `engine(frame)`.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+        frame: one of `sinssim.FRAMES`.
+
+    Returns:
+        The engine; None for an algorithm that is a set of parts.
+    """
+    module = import_module(f"sinssim.strapdown.{REGISTRY[algorithm].module}")
+    return module.engine(frame) if hasattr(module, "engine") else None
