@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import threading
 import types
 from collections.abc import Callable
 from functools import cache
@@ -19,6 +20,9 @@ from typing import Any, TypeVar
 import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+# numba reads the folder from its global settings while it decorates, and modules are imported by several threads.
+_CACHE_DIR_LOCK = threading.Lock()
 
 
 def cache_root() -> Path:
@@ -52,12 +56,13 @@ def _kernel_folder() -> str:
 
 
 def _jit(function: F, **options: Any) -> F:
-    previous = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _kernel_folder()
-    try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)  # type: ignore[no-any-return]
-    finally:
-        numba.config.CACHE_DIR = previous
+    with _CACHE_DIR_LOCK:
+        previous = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = _kernel_folder()
+        try:
+            return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)  # type: ignore[no-any-return]
+        finally:
+            numba.config.CACHE_DIR = previous
 
 
 def kernel(function: F) -> F:
