@@ -35,7 +35,7 @@ _EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
 
 
 @inline
-def _curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tuple[float, float, float]:
+def curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tuple[float, float, float]:
     """1/(R₁+h), 1/(R₂+h) and R₂."""
     r1, r2 = radii_k(p, s)
     if simplified:  # (8.16)
@@ -83,12 +83,13 @@ def _navigate(
     defect: Array,
 ) -> None:
     count = time.shape[0] - 1
-    lat, lon, h = latitude[0], longitude[0], height[0]
+    lat, h = latitude[0], height[0]
+    north, east = 0.0, 0.0  # displacement from the start in latitude and longitude
     vn, ve, vd = velocity[0, 0], velocity[0, 1], velocity[0, 2]
     attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
     q0, q1, q2, q3, defect[0] = quaternion_k(attitude)
     s, c = sin(lat), cos(lat)
-    k1, k2, r2 = _curvatures_k(p, simplified, s, h)
+    k1, k2, r2 = curvatures_k(p, simplified, s, h)
     gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
     # third-order baro loop: k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³ (spec 06)
     loop1 = 3.0 / time_constant
@@ -113,7 +114,7 @@ def _navigate(
             y = dlat_taken * dlat_taken
             sy, cy = dlat_taken * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
             s1, c1 = s - s * cy + c * sy, c - c * cy - s * sy
-        k1_1, k2_1, r2 = _curvatures_k(p, simplified, s1, h_taken)
+        k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
         gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
         i1 = 1.0 / c1
 
@@ -172,7 +173,7 @@ def _navigate(
         ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
         vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
         dlat = sixth * (vn * k1 + 4.0 * vnm * k1m + vn1 * k1_1)
-        lon += sixth * (ve * k2 * i0 + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
+        east += sixth * (ve * k2 * i0 + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
         h1 = h - sixth * (vd + 4.0 * vdm + vd1)
 
         # --- vertical channel
@@ -195,10 +196,15 @@ def _navigate(
         )  # fmt: skip
         attitude = step_k(attitude, b, frame)
 
-        lat += dlat
+        # summed from the start: added to the latitude itself, a slow vehicle's steps would vanish in its last digit
+        north += dlat
+        lat = latitude[0] + north
+        lon = longitude[0] + east
         if lon > pi:
+            east -= 2.0 * pi
             lon -= 2.0 * pi
         elif lon <= -pi:
+            east += 2.0 * pi
             lon += 2.0 * pi
         vn, ve, vd, h = vn1, ve1, vd1, h1
 
