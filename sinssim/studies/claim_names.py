@@ -16,4 +16,7 @@ CLAIMS: dict[str, str] = {
 
 VARIANTS: dict[str, str] = {
     "rate-gyros": "three accelerometers and three rate gyros",
+    "attitude-sensor": "three accelerometers and a sensor of the attitude in inertial space",
+    "six-accelerometers-0.1m": "six accelerometers on the faces of a cube, 0.1 m from its centre, and no gyro",
+    "six-accelerometers-1m": "six accelerometers on the faces of a cube, 1 m from its centre, and no gyro",
 }

@@ -18,8 +18,8 @@ from sinssim.errors import InputError, RunError
 from sinssim.nav_error import navigation_error
 from sinssim.studies import cost, motions
 from sinssim.studies.results import Case, Comparison, History, Row, fit_orders
-from sinssim.studies.samples import first_seconds, summed
-from sinssim.studies.schema import Motion, Part, ScenarioMotion, Study
+from sinssim.studies.schema import Part, Study, StudyMotion
+from sinssim.studies.variants import Readings, read
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
@@ -152,11 +152,11 @@ class _Block:
     """All cases of one part on one motion."""
 
     part: Part
-    motion: Motion
+    motion: StudyMotion
     seconds: float
 
 
-def _pairs(study: Study) -> Iterator[tuple[Part, Motion]]:
+def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
     return ((part, motion) for part in study.parts for motion in part.motions)
 
 
@@ -168,7 +168,7 @@ def _count(part: Part) -> int:
     return len(_engines(part)) * len(part.pace) * len(part.sensors) * len(part.variants)
 
 
-def _seconds(part: Part, motion: Motion, duration: float, costs: dict[tuple[str, str], cost.Cost]) -> float:
+def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple[str, str], cost.Cost]) -> float:
     """Estimate how long a block takes."""
     threads = min(2, os.cpu_count() or 1)
     each = len(part.gravities) * len(part.curvatures) * len(part.sensors) * len(part.variants)
@@ -177,7 +177,7 @@ def _seconds(part: Part, motion: Motion, duration: float, costs: dict[tuple[str,
     seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * _count(part)) / threads
     vibrating = 1 + 40 * bool(motion.vibration)
     seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + len(part.sensors))
-    if isinstance(motion, ScenarioMotion) and not motions.is_cached(motion):
+    if not motions.is_cached(motion):
         seconds += duration / _FLIGHT_SPEED
     return seconds
 
@@ -197,27 +197,24 @@ def duration_words(seconds: float) -> str:
 
 
 def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
-    from sinssim.sensors import emulate
-
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Moving: {motion.label}", 0.0)
-    trajectory = motions.make(motion, seed)
-    duration = motion.duration_s or trajectory.end - trajectory.start
-    ideal = first_seconds(trajectory.increments(part.highest_hz), duration)
-    comparison.motions.setdefault(motion.label, motions.facts(trajectory, float(ideal.time[-1] - ideal.time[0])))
+    trajectory = motions.make(motion)
+    ideal = trajectory.increments(part.highest_hz)
+    comparison.motions.setdefault(motion.label, motions.facts(trajectory))
     truth = _Truth(trajectory, ideal.time)
     count, finished = _count(part), 0
-    for grade in part.sensors:
-        measured = emulate(ideal, comparison.study.block(grade), seed)
+    for grade, variant in itertools.product(part.sensors, part.variants):
+        readings = read(variant, trajectory, ideal, comparison.study.block(grade), seed)
         cases = []
-        for (rate, schedule), variant in itertools.product(part.pace, part.variants):
-            imu = summed(measured, round(part.highest_hz / rate))
+        for rate, schedule in part.pace:
+            slower = readings.at(round(part.highest_hz / rate))
             for algorithm, frame, gravity, curvature in _engines(part):
                 case = Case(
                     part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate, schedule or ()
                 )
-                cases.append((case, imu))
-        futures = {pool.submit(_navigate, case, imu, part, truth, comparison): case for case, imu in cases}
+                cases.append((case, slower))
+        futures = {pool.submit(_navigate, case, slower, part, truth, comparison): case for case, slower in cases}
         try:
             for future in _as_they_come(list(futures)):
                 row, history = future.result()
@@ -257,13 +254,13 @@ class _Truth:
 
 
 def _navigate(
-    case: Case, imu: ImuData, part: Part, truth: _Truth, comparison: Comparison
+    case: Case, readings: Readings, part: Part, truth: _Truth, comparison: Comparison
 ) -> tuple[Row, History | None]:
     """Run one case and compare it with the truth."""
     from sinssim.recording.summary import error_numbers
-    from sinssim.strapdown.navigate import navigate
     from sinssim.units import ARCSEC
 
+    imu = readings.imu
     step = comparison.costs[case.algorithm, case.frame]
     about: dict[str, Any] = {
         **asdict(case),
@@ -273,19 +270,17 @@ def _navigate(
         "operations_per_step": step.operations.total,
     }
     trajectory = truth.trajectory
+    options = {
+        "algorithm": case.algorithm,
+        "frame": case.frame,
+        "gravity": case.gravity,
+        "ellipsoid": trajectory.ellipsoid.name,
+        "curvature": case.curvature,
+        "rates_hz": case.schedule_hz or None,
+        "vertical": part.vertical,
+    }
     try:
-        solution = navigate(
-            imu,
-            truth.initial,
-            algorithm=case.algorithm,
-            frame=case.frame,
-            gravity=case.gravity,
-            ellipsoid=trajectory.ellipsoid.name,
-            curvature=case.curvature,
-            rates_hz=case.schedule_hz or None,  # type: ignore[arg-type]
-            vertical=part.vertical,
-            height=None if part.vertical == "free" else truth.reference(imu),
-        )
+        solution = readings.navigate(truth.initial, None if part.vertical == "free" else truth.reference(imu), options)
     except RunError as failure:
         return Row(**about, status="failed", message=str(failure)), None
     except InputError as mistake:

@@ -45,7 +45,7 @@ def _data(samples: int) -> tuple[ImuData, NavState]:
     from sinssim.truth.analytic import OnEarth
     from sinssim.truth.coning import SpinCone
 
-    motion = SpinCone(2.0 * units.DEG, 3.0, 0.2)
+    motion = SpinCone(10.0 * units.DEG, 0.3, 0.1)
     trajectory = OnEarth(motion, 45.0 * units.DEG, 0.0, 1000.0, (1.0, 0.0, 0.0, 0.0), (samples + 0.5) / 100.0)
     return trajectory.increments(100.0), trajectory.state(trajectory.start)
 

@@ -9,27 +9,14 @@ import numpy as np
 
 from sinssim import units
 from sinssim.errors import InputError
+from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.duration import expected_duration
-from sinssim.scenario.load import load_scenario
-from sinssim.studies.schema import (
-    ConingMotion,
-    GreatCircleMotion,
-    Motion,
-    ParkedMotion,
-    ScenarioMotion,
-    ScullingMotion,
-    SpinConeMotion,
-    SpinRockMotion,
-    ToneSection,
-)
+from sinssim.studies.samples import first_seconds
+from sinssim.studies.schema import StudyMotion
 
 if TYPE_CHECKING:
-    from sinssim.truth.analytic import Motion as AnalyticMotion
+    from sinssim.data import ImuData
     from sinssim.truth.trajectory import Trajectory
-    from sinssim.truth.vibration import Tone
-
-_LEVEL = (1.0, 0.0, 0.0, 0.0)
-_HEIGHT = 1000.0  # of analytic motions above the ellipsoid [m]
 
 
 @dataclass(frozen=True)
@@ -55,7 +42,31 @@ class MotionFacts:
     max_latitude_deg: float
 
 
-def expected_seconds(motion: Motion) -> float:
+def scenario_of(motion: StudyMotion) -> Scenario:
+    """Return a scenario that has the motion.
+
+    Args:
+        motion: the motion.
+
+    Returns:
+        The scenario; of its other sections nothing is used but where the sensor block sits.
+
+    Raises:
+        InputError: there is no such scenario, or it has mistakes.
+    """
+    if motion.scenario is None:
+        return Scenario(
+            name="motion",
+            parked=motion.parked,
+            great_circle=motion.great_circle,
+            motion=motion.motion,
+            vibration=motion.vibration,
+        )
+    scenario = load_scenario(motion.scenario, motion.set)
+    return scenario.model_copy(update={"vibration": (*scenario.vibration, *motion.vibration)})
+
+
+def expected_seconds(motion: StudyMotion) -> float:
     """Estimate how long a motion lasts, without making it.
 
     Args:
@@ -67,14 +78,12 @@ def expected_seconds(motion: Motion) -> float:
     Raises:
         InputError: there is no such scenario, or it has mistakes.
     """
-    if not isinstance(motion, ScenarioMotion):
-        return motion.duration_s
-    whole = expected_duration(load_scenario(motion.scenario, motion.set))
+    whole = expected_duration(scenario_of(motion))
     return min(whole, motion.duration_s or whole)
 
 
-def is_cached(motion: ScenarioMotion) -> bool:
-    """Return whether a scenario's motion needs no flying.
+def is_cached(motion: StudyMotion) -> bool:
+    """Return whether a motion needs no flying.
 
     Args:
         motion: the motion.
@@ -84,104 +93,63 @@ def is_cached(motion: ScenarioMotion) -> bool:
     """
     from sinssim.truth.cache import is_cached as flown
 
-    scenario = load_scenario(motion.scenario, motion.set)
+    scenario = scenario_of(motion)
     return scenario.flight is None or flown(scenario.flight, scenario.seed)
 
 
-def make(motion: Motion, seed: int) -> Trajectory:
+def make(motion: StudyMotion) -> Trajectory:
     """Return the true trajectory of a motion; a flight comes from the cache if it was flown before.
 
     Args:
         motion: the motion.
-        seed: of vibration noise.
 
     Returns:
-        The trajectory of the sensor block. It may last longer than `motion.duration_s` asks for.
+        The trajectory of the sensor block.
 
     Raises:
-        InputError: there is no such scenario, it has mistakes, or it does not last as long as is asked for.
-        RunError: its flight cannot be flown.
+        InputError: there is no such scenario, it has mistakes, it cannot be flown, or it does not last as long as is
+            asked for.
     """
-    trajectory = _base(motion)
-    if motion.duration_s is not None and motion.duration_s > trajectory.end - trajectory.start + 1e-6:
+    from sinssim.truth.fly import fly
+
+    trajectory = fly(scenario_of(motion))
+    if motion.duration_s is None:
+        return trajectory
+    if motion.duration_s > trajectory.end - trajectory.start + 1e-6:
         raise InputError(
             f"the motion {motion.label!r} lasts {trajectory.end - trajectory.start:.1f} s, less than its duration_s = "
             f"{motion.duration_s:g} s; at most what it lasts can be asked for."
         )
-    tones = _tones(motion.vibration, seed)
-    if not tones:
-        return trajectory
-    from sinssim.truth.vibration import Vibrating
-
-    return Vibrating(trajectory, tones)
+    return Beginning(trajectory, motion.duration_s)
 
 
-def _base(motion: Motion) -> Trajectory:
-    from sinssim.truth.analytic import OnEarth
-    from sinssim.truth.coning import SpinCone, classical_cone
-    from sinssim.truth.fly import fly
-    from sinssim.truth.great_circle import GreatCircle
-    from sinssim.truth.parked import Parked
-    from sinssim.truth.rocking import Sculling, SpinRock
+class Beginning:
+    """The first part of a trajectory, a trajectory itself.
 
-    deg, turn = units.DEG, 2.0 * np.pi
-    match motion:
-        case ScenarioMotion():
-            return fly(load_scenario(motion.scenario, motion.set))
-        case GreatCircleMotion():
-            return GreatCircle(
-                motion.latitude_deg * deg,
-                motion.longitude_deg * deg,
-                motion.altitude_m,
-                motion.course_deg * deg,
-                motion.speed_mps,
-                motion.duration_s,
-            )
-        case ParkedMotion():
-            from sinssim.rotation import quaternion_from_euler
+    Args:
+        whole: the trajectory.
+        duration: how much of it, s.
+    """
 
-            q_nb = quaternion_from_euler(motion.roll_deg * deg, motion.pitch_deg * deg, motion.heading_deg * deg)
-            return Parked(
-                motion.latitude_deg * deg, motion.longitude_deg * deg, motion.altitude_m, q_nb, motion.duration_s
-            )
-        case ConingMotion():
-            analytic: AnalyticMotion = classical_cone(motion.half_angle_deg * deg, motion.frequency_hz * turn)
-        case ScullingMotion():
-            analytic = Sculling(motion.angle_deg * deg, motion.displacement_mm * 1e-3, motion.frequency_hz * turn)
-        case SpinConeMotion():
-            analytic = SpinCone(motion.angle_deg * deg, motion.precession_deg_s * deg, motion.spin_deg_s * deg)
-        case SpinRockMotion():
-            analytic = SpinRock(
-                motion.axis,
-                motion.spin_deg_s * deg,
-                motion.angle_deg * deg,
-                motion.frequency_hz * turn,
-                motion.lever_arm_m,
-            )
-    return OnEarth(analytic, motion.latitude_deg * deg, 0.0, _HEIGHT, _LEVEL, motion.duration_s)
+    def __init__(self, whole: Trajectory, duration: float) -> None:
+        self._whole = whole
+        self.start, self.end = whole.start, whole.start + duration
+        self.events = tuple(event for event in whole.events if event.time <= self.end)
+        self.gravity, self.ellipsoid, self.channels = whole.gravity, whole.ellipsoid, whole.channels
+        self.state, self.rates = whole.state, whole.rates
+        self.breaks = getattr(whole, "breaks", ())
+        self.fastest = getattr(whole, "fastest", 0.0)
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return the ideal increments; see `Trajectory.increments`."""
+        return first_seconds(self._whole.increments(rate_hz), self.end - self.start)
 
 
-def _tones(sections: tuple[ToneSection, ...], seed: int) -> list[Tone]:
-    if not sections:
-        return []
-    from sinssim.truth.vibration import Tone, band_noise
-
-    tones: list[Tone] = []
-    for number, section in enumerate(sections):
-        rms = (section.rms_arcsec or 0.0) * units.ARCSEC + (section.rms_mm or 0.0) * 1e-3
-        if section.high_hz is None:
-            tones.append(Tone(section.coordinate, rms * 2.0**0.5, section.low_hz, section.phase_deg * units.DEG))
-        else:
-            tones += band_noise(section.coordinate, rms, section.low_hz, section.high_hz, seed + number)
-    return tones
-
-
-def facts(trajectory: Trajectory, duration: float) -> MotionFacts:
+def facts(trajectory: Trajectory) -> MotionFacts:
     """Describe a motion in numbers.
 
     Args:
         trajectory: the motion.
-        duration: how much of it counts, from its start, s.
 
     Returns:
         The numbers, from states and rates at evenly spread instants.
@@ -189,7 +157,8 @@ def facts(trajectory: Trajectory, duration: float) -> MotionFacts:
     from sinssim import rotation
     from sinssim.earth import geodetic_to_ecef
 
-    time = trajectory.start + np.linspace(0.0, duration, 4001)
+    duration = trajectory.end - trajectory.start
+    time = np.linspace(trajectory.start, trajectory.end, 4001)
     state = trajectory.state(time)
     speed = np.hypot(state.velocity_ned[:, 0], state.velocity_ned[:, 1])
     ground = geodetic_to_ecef(state.latitude, state.longitude, 0.0 * state.height, trajectory.ellipsoid)

@@ -21,24 +21,20 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
     return ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
 
 
-def summed(imu: ImuData, ratio: int) -> ImuData:
+def sums(rows: Array, ratio: int) -> Array:
     """Return the increments of a lower rate: each is the sum of `ratio` consecutive ones.
 
     A gyro or accelerometer that is read less often counts the same pulses. So noise, quantisation and everything
     else in the samples is the same at every rate, and only the algorithm sees less of the motion within them.
 
     Args:
-        imu: increments, N intervals.
+        rows: increments, (N, k).
         ratio: how many are summed.
 
     Returns:
-        N // ratio intervals; a rest at the end is dropped.
+        (N // ratio, k); a rest at the end is dropped.
     """
     if ratio == 1:
-        return imu
-    count = len(imu) // ratio
-
-    def sums(rows: Array) -> Array:
-        return np.asarray(rows[: count * ratio].reshape(count, ratio, 3).sum(axis=1))
-
-    return ImuData(imu.time[: count * ratio + 1 : ratio].copy(), sums(imu.dtheta), sums(imu.dvel))
+        return rows
+    count = len(rows) // ratio
+    return np.asarray(rows[: count * ratio].reshape(count, ratio, -1).sum(axis=1))

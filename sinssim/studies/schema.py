@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from fnmatch import fnmatchcase
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -17,114 +17,45 @@ from sinssim.errors import unknown_name
 from sinssim.names import ALGORITHMS, CURVATURES
 from sinssim.scenario.grades import GRADES
 from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.motion import MotionSection, VibrationSection
 from sinssim.scenario.schema import Curvature, Frame, Gravity, GreatCircleSection, ParkedSection, Vertical
-from sinssim.scenario.section import Latitude, NotNegative, Positive, Section, Vector3
+from sinssim.scenario.section import Positive, Section
 from sinssim.studies.claim_names import CLAIMS, VARIANTS
 
 
-class ToneSection(Section):
-    """Vibration of the sensor block: a sinusoid, or noise in a band of frequencies, on one coordinate."""
+class StudyMotion(Section):
+    """A true motion: a scenario's, or one described here with the tables of a scenario."""
 
-    coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="what vibrates")
-    rms_arcsec: NotNegative | None = Field(default=None, description="for roll, pitch and yaw")
-    rms_mm: NotNegative | None = Field(default=None, description="for forward, right and down")
-    low_hz: Positive = Field(description="lower edge of the band, or the frequency of a sinusoid")
-    high_hz: Positive | None = Field(default=None, description="upper edge of the band; none for a sinusoid")
-    phase_deg: float = Field(default=0.0, description="of a sinusoid at the start")
+    name: str = Field(default="", description="short name for tables and plots; by default what it is")
+    scenario: str | None = Field(default=None, description="a scenario's file, or a name of `sinssim list scenarios`")
+    set: tuple[str, ...] = Field(default=(), description='changes of the scenario, each "key.path=value"')
+    parked: ParkedSection | None = None
+    great_circle: GreatCircleSection | None = None
+    motion: MotionSection | None = None
+    vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
+    duration_s: Positive | None = Field(default=None, description="only its first so many seconds")
 
     @model_validator(mode="after")
-    def _one_amplitude(self) -> Self:
-        turns = self.coordinate in ("roll", "pitch", "yaw")
-        if (self.rms_arcsec is None) == turns or (self.rms_mm is None) != turns:
-            right = "rms_arcsec" if turns else "rms_mm"
-            raise ValueError(f"a vibration in {self.coordinate} has its amplitude in {right}, and in nothing else")
-        if self.high_hz is not None and self.high_hz <= self.low_hz:
-            raise ValueError(f"the band from {self.low_hz:g} Hz to {self.high_hz:g} Hz must rise")
+    def _one_source(self) -> Self:
+        sources = ("scenario", "parked", "great_circle", "motion")
+        given = [name for name in sources if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"exactly one of {', '.join(sources)} says what the motion is; here "
+                + (f"there are {' and '.join(given)}" if given else "there is none of them")
+            )
+        if self.set and self.scenario is None:
+            raise ValueError("set changes a scenario, and there is none")
         return self
-
-
-class _Motion(Section):
-    name: str = Field(default="", description="short name for tables and plots; by default what it is")
-    vibration: tuple[ToneSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
 
     @property
     def label(self) -> str:
         """The motion's name, or what it is."""
-        return self.name or str(self.type)  # type: ignore[attr-defined]
-
-
-class _AtPlace(_Motion):
-    latitude_deg: Latitude = Field(default=45.0, description="of the place")
-    duration_s: Positive = Field(description="how long the motion lasts")
-
-
-class ScenarioMotion(_Motion):
-    """The motion of a scenario: its flight, parked vehicle or great circle, with its mounting of the sensor block."""
-
-    type: Literal["scenario"]
-    scenario: str = Field(description="a scenario's file, or a name of `sinssim list scenarios`")
-    set: tuple[str, ...] = Field(default=(), description='changes of the scenario, each "key.path=value"')
-    duration_s: Positive | None = Field(default=None, description="only its first so many seconds")
-
-    @property
-    def label(self) -> str:
-        """The motion's name, or the scenario's."""
-        return self.name or self.scenario.rsplit("/", 1)[-1].removesuffix(".toml")
-
-
-class ConingMotion(_AtPlace):
-    """Classical coning about the block's forward axis."""
-
-    type: Literal["coning"]
-    half_angle_deg: Positive = Field(description="half-angle of the cone")
-    frequency_hz: Positive = Field(description="of the motion round the cone")
-
-
-class ScullingMotion(_AtPlace):
-    """A turn about the forward axis in phase with an oscillation to the right."""
-
-    type: Literal["sculling"]
-    angle_deg: Positive = Field(description="amplitude of the turn")
-    displacement_mm: Positive = Field(description="amplitude of the displacement")
-    frequency_hz: Positive = Field(description="of both")
-
-
-class SpinConeMotion(_AtPlace):
-    """A body that spins about its forward axis while that axis goes round a cone (Savage)."""
-
-    type: Literal["spin-cone"]
-    angle_deg: Positive = Field(description="between the forward axis and the axis of the cone")
-    precession_deg_s: float = Field(description="rate round the cone")
-    spin_deg_s: float = Field(description="rate about the forward axis")
-
-
-class SpinRockMotion(_AtPlace):
-    """A spin with rocking on top, about one axis, the block on a lever arm (Savage)."""
-
-    type: Literal["spin-rock"]
-    axis: Vector3 = Field(description="of the spin, in the block's axes")
-    spin_deg_s: float = Field(description="steady rate")
-    angle_deg: Positive = Field(description="amplitude of the rocking")
-    frequency_hz: Positive = Field(description="of the rocking")
-    lever_arm_m: Vector3 = Field(default=(0.0, 0.0, 0.0), description="from the axis to the block")
-
-
-class GreatCircleMotion(_Motion, GreatCircleSection):
-    """Level flight at constant height and ground speed along a great circle."""
-
-    type: Literal["great-circle"]
-
-
-class ParkedMotion(_Motion, ParkedSection):
-    """A vehicle that stands still."""
-
-    type: Literal["parked"]
-
-
-Motion = Annotated[
-    ScenarioMotion | ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | GreatCircleMotion | ParkedMotion,
-    Field(discriminator="type"),
-]
+        if self.name:
+            return self.name
+        if self.scenario is not None:
+            return self.scenario.rsplit("/", 1)[-1].removesuffix(".toml")
+        return self.motion.type if self.motion is not None else "parked" if self.parked is not None else "great circle"
 
 
 def _claim(name: str) -> str:
@@ -150,7 +81,7 @@ class Part(Section):
     title: str = Field(description="what is asked, as a heading")
     text: str = Field(default="", description="a few sentences on what is seen")
     decides: tuple[Claim, ...] = Field(default=(), description="claims that this part has the numbers for")
-    motions: tuple[Motion, ...] = Field(min_length=1, description="true motions")
+    motions: tuple[StudyMotion, ...] = Field(min_length=1, description="true motions")
     variants: tuple[Variant, ...] = Field(default=("rate-gyros",), min_length=1, description="sets of sensors (8.1)")
     sensors: tuple[str, ...] = Field(
         default=("ideal",), min_length=1, description="grades of sensors, or names of the study's own [blocks]"
