@@ -27,3 +27,8 @@ VERTICALS: dict[str, str] = {
     "baro-loop": "third-order loop to a height reference (baro-inertial)",
     "truth": "height and vertical velocity held to the height reference",
 }
+
+SLOW_QUANTITIES: dict[str, str] = {
+    "hold": "what the slow part computed is held until it computes again",
+    "extrapolate": "what the slow part computed is extrapolated linearly from its last two values",
+}

@@ -12,8 +12,8 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
 from sinssim.errors import InputError, RunError, unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
-from sinssim.strapdown import azimuth, inertial, level
+from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTICALS
+from sinssim.strapdown import azimuth, inertial, level, three_rate
 from sinssim.strapdown.fit import is_uniform, weight_table
 from sinssim.strapdown.level import BARO_LOOP, FREE, HELD
 from sinssim.strapdown.parts import own_engine
@@ -119,6 +119,7 @@ def navigate(
     height: ArrayLike | None = None,
     baro_time_constant: float = 50.0,
     route: tuple[float, float, float, float] | None = None,
+    slow_quantities: str = "hold",
 ) -> NavSolution:
     """Navigate on inertial increments from a given initial state.
 
@@ -133,17 +134,19 @@ def navigate(
         gravity: one of `GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid, one of `ELLIPSOIDS`.
         curvature: "exact" radii of curvature or "simplified", eq. (8.16).
-        rates_hz: rates of the fast, medium and slow part; None runs all at the data's rate.
+        rates_hz: rates of the fast, medium and slow part, Hz, each a whole fraction of the one before and the fast
+            one of the data's; None runs everything at the data's rate, to a higher order. See `three_rate`.
         vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
         height: reference height above the ellipsoid at every imu.time, (N+1,) m; for the last two.
         baro_time_constant: time constant τ of the baro loop, s; k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.
-
         route: for the transverse frame, latitude and longitude of A and of B, rad: its equator is the great circle
             from A to B; None takes the great circle along the initial velocity.
+        slow_quantities: with rates_hz, what becomes of them between slow instants, one of `SLOW_QUANTITIES`.
 
     Returns:
         The solution at every imu.time, N+1 rows, the first being the initial state. An algorithm that advances by n
-        samples at once has a row at every n-th imu.time; samples left over at the end are not navigated.
+        samples at once has a row at every n-th imu.time, and with rates_hz there is one at every slow instant;
+        samples left over at the end are not navigated.
 
     Raises:
         InputError: for data that cannot be used (NaN, unordered times, wrong shapes) or an unknown name.
@@ -154,11 +157,10 @@ def navigate(
         ("frame", frame, FRAMES),
         ("curvature", curvature, CURVATURES),
         ("vertical channel", vertical, VERTICALS),
+        ("treatment of slow quantities", slow_quantities, SLOW_QUANTITIES),
     ):
         if name not in known:
             raise unknown_name(kind, name, known)
-    if rates_hz is not None:
-        raise InputError("rates_hz must be None: the three-rate schedule is not available in this version.")
     if not (math.isfinite(baro_time_constant) and baro_time_constant > 0.0):
         raise InputError(f"baro_time_constant = {baro_time_constant} s must be positive.")
     earth = parameters(ellipsoid_by_name(ellipsoid))
@@ -174,11 +176,22 @@ def navigate(
             f"{algorithm} needs equal sampling intervals, for which its coefficients hold; those of this data run from "
             f"{np.min(np.diff(time)):.6g} s to {np.max(np.diff(time)):.6g} s."
         )
-    weights = weight_table(time, uniform)
-    if entry.samples > 1:
-        if len(dtheta) < entry.samples:
-            raise InputError(f"{algorithm} advances by {entry.samples} samples at once; the data hold {len(dtheta)}.")
-        edges = slice(0, len(dtheta) // entry.samples * entry.samples + 1, entry.samples)
+    per_row, per_medium, per_slow = entry.samples, 1, 1
+    if rates_hz is not None:
+        _check_three_rate(algorithm, frame, uniform)
+        ratio, per_medium, per_slow = three_rate.schedule(rates_hz, len(dtheta) / float(time[-1] - time[0]))
+        dtheta, dvel = three_rate.summed(dtheta, ratio), three_rate.summed(dvel, ratio)
+        edges = slice(0, len(dtheta) * ratio + 1, ratio)
+        time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
+        per_row = per_medium * per_slow
+    if len(dtheta) < per_row:
+        raise InputError(
+            f"the data, {len(imu)} samples, are shorter than one update of {algorithm}"
+            + (f", which takes {per_row}." if rates_hz is None else f" at the slow rate, {rates_hz[2]:g} Hz.")
+        )
+    weights, sample_time = weight_table(time, uniform), time
+    if per_row > 1:
+        edges = slice(0, len(dtheta) // per_row * per_row + 1, per_row)
         time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
 
     rows = len(time)
@@ -192,7 +205,12 @@ def navigate(
     rule = _AZIMUTH_RULES.get(frame, azimuth.WANDER)
     pole = _route_pole(route, lat0, lon0, v0) if frame == "transverse" else np.zeros(3)
     own = own_engine(algorithm, frame)
-    if own is not None:
+    if rates_hz is not None:
+        three_rate.engine(algorithm)(
+            time, dtheta, dvel, weights, earth, gravity_model, simplified, *channel, per_medium, per_slow,
+            slow_quantities == "extrapolate", *out,
+        )  # fmt: skip
+    elif own is not None:
         own(time, dtheta, dvel, uniform, earth, gravity_model, simplified, *channel, rule, pole, *out)
     elif frame == "level":
         level.engine(algorithm)(*data, simplified, *channel, *out)
@@ -206,14 +224,28 @@ def navigate(
         return solution
 
     def without_singularity(first: int, last: int, state: NavState) -> NavSolution:
+        start, end = first * per_row, last * per_row
         return navigate(
-            ImuData(time[first : last + 1], dtheta[first:last], dvel[first:last]),
+            ImuData(sample_time[start : end + 1], dtheta[start:end], dvel[start:end]),
             state,
             gravity=gravity,
             ellipsoid=ellipsoid,
         )
 
     return replace(solution, events=singularity_events(solution, without_singularity))
+
+
+def _check_three_rate(algorithm: str, frame: str, uniform: bool) -> None:
+    """Raise for what the three-rate schedule cannot do."""
+    if frame != "level":
+        raise InputError(f"rates_hz: the three-rate schedule works in the frame level, not in {frame}.")
+    if not uniform:
+        raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
+    if REGISTRY[algorithm].samples > 1 or own_engine(algorithm, frame) is not None:
+        raise InputError(
+            f"rates_hz: the fast part advances the attitude sample by sample, {algorithm} by several at once; "
+            "quaternion, poisson, euler and their like, or rotation-vector-1p, would do."
+        )
 
 
 def _normal(latitude: float, longitude: float) -> Array:
