@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import socket
 import subprocess
 import tempfile
@@ -109,7 +110,12 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
     arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(web), "--port", str(grpc)]
     # What the server may keep for visitors who come later: by default 1 GiB, beyond which it drops the oldest.
     arguments += ["--server-memory-limit", "75%"]
-    with contextlib.suppress(KeyboardInterrupt), _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
+    with (
+        contextlib.suppress(KeyboardInterrupt),
+        _terminable(),
+        _files(path, view) as files,
+        _Viewer([*arguments, *files]) as viewer,
+    ):
         viewer.wait_for_port(web)
         viewer.wait_for_port(grpc)
         address = f"http://127.0.0.1:{web}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{grpc}%2Fproxy"
@@ -189,6 +195,18 @@ def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[
         file = Path(folder) / "view.rbl"
         layout.save(run.application, file)
         yield [str(recording), str(file)]
+
+
+@contextlib.contextmanager
+def _terminable() -> Iterator[None]:
+    """Treat a request to terminate like Ctrl-C, so that the server does not outlive the program."""
+    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interrupted = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's `&` makes it ignored
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+        signal.signal(signal.SIGINT, interrupted)
 
 
 def _free_ports(count: int) -> list[int]:

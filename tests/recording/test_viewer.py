@@ -27,7 +27,8 @@ def directory(tmp_path_factory) -> Path:
         return run(fake_run.scenario(), tmp_path_factory.mktemp("viewer") / "run").directory
 
 
-def test_web_serves_this_machine_only_and_leaves_no_process(directory):
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
     code = "import sys; from pathlib import Path; from sinssim.recording.viewer import serve; serve(Path(sys.argv[1]))"
     server = subprocess.Popen([sys.executable, "-c", code, str(directory)], stdout=subprocess.PIPE, text=True)
     children = []
@@ -45,7 +46,7 @@ def test_web_serves_this_machine_only_and_leaves_no_process(directory):
             "127.0.0.1:" + address.split("%3A")[-1].removesuffix("%2Fproxy"),
         }
     finally:
-        server.send_signal(signal.SIGINT)
+        server.send_signal(how)
         server.wait(20.0)
         server.stdout.close()
     assert server.returncode == 0
