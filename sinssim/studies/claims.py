@@ -22,6 +22,8 @@ KEPT = 1e-9
 """A norm that stays within this of 1 counts as kept."""
 
 _LOW_ORDER = ("poisson-1", "poisson-2", "quaternion-1", "quaternion-2", "two-quaternions", "rotation-vector-1")
+_PLAIN = ("poisson-3", "poisson-4", "quaternion-3", "quaternion-4")
+"""Of high order for a constant rate, but the increment stands for the rotation vector."""
 _EULER = "euler"
 _OTHERS = ("direction cosines", "Euler angles")
 _FAMILIES = {
@@ -130,8 +132,9 @@ def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     low: list[float] = []
     for motion, found in _by(rows, lambda row: row.motion).items():
         needed = _needed(found, FEW_TENTHS_ARCSEC)
-        good = [r for r in needed.values() if _base(r.algorithm) not in _LOW_ORDER]
+        good = [r for r in needed.values() if _base(r.algorithm) not in (*_LOW_ORDER, *_PLAIN)]
         plain = [r for r in needed.values() if _base(r.algorithm) in _LOW_ORDER]
+        uncompensated = [r.rate_hz for r in needed.values() if _base(r.algorithm) in _PLAIN]
         if not good:
             return "refuted", f"On {motion} no algorithm of high order stays within 0.3′ at any rate.", numbers
         best = min(good, key=lambda r: (r.rate_hz, r.max_attitude_error_arcsec))
@@ -148,6 +151,9 @@ def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         else:
             low.append(float("inf"))
             text += ", first and second order at no rate"
+        if uncompensated:
+            text += f", third and fourth order without coning compensation from {min(uncompensated):g} Hz"
+            numbers[f"{motion}: third and fourth order without coning compensation, Hz"] = min(uncompensated)
         said.append(text)
     if not said:
         return _undecided("any result")
@@ -272,8 +278,8 @@ def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     motion, fact = best
     rate = fact.latitude_rate_deg_h * 1100.0 / fact.ground_speed_kmh
     text = (
-        f"On {motion} latitude changes by {fact.latitude_rate_deg_h:.3f} deg/h at {fact.ground_speed_kmh:.1f} km/h, "
-        f"which is {rate:.2f} deg/h at 1100 km/h."
+        f"On the motion “{motion}” latitude changes by {fact.latitude_rate_deg_h:.3f} deg/h at "
+        f"{fact.ground_speed_kmh:.1f} km/h; at 1100 km/h that is {rate:.2f} deg/h."
     )
     return "confirmed" if abs(rate - 10.0) < 0.5 else "refuted", text, {"latitude rate, deg/h": rate}
 

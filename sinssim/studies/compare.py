@@ -123,7 +123,7 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
     total = sum(block.seconds for block in plan)
     cases = sum(_count(block.part) for block in plan)
     steps = sum(
-        expected[id(b.motion)] * rate * _count(b.part) / len(b.part.pace) for b in plan for rate, _ in b.part.pace
+        expected[id(b.motion)] * rate * _count(b.part) / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
     )
     text = f"{cases} navigations of {steps / 1e6:.3g} million samples, about {duration_words(total)}"
     if total > 60.0 * limit_minutes:
@@ -173,7 +173,7 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple
     threads = min(2, os.cpu_count() or 1)
     each = len(part.gravities) * len(part.curvatures) * len(part.sensors) * len(part.variants)
     ns = sum(costs[algorithm, frame].ns_per_step for algorithm in part.algorithms for frame in part.frames)
-    samples = sum(duration * rate for rate, _ in part.pace)
+    samples = sum(duration * rate for rate, *_ in part.pace)
     seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * _count(part)) / threads
     vibrating = 1 + 40 * bool(motion.vibration)
     seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + len(part.sensors))
@@ -207,12 +207,13 @@ def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, 
     for grade, variant in itertools.product(part.sensors, part.variants):
         readings = read(variant, trajectory, ideal, comparison.study.block(grade), seed)
         cases = []
-        for rate, schedule in part.pace:
+        for rate, schedule, slow in part.pace:
             slower = readings.at(round(part.highest_hz / rate))
             for algorithm, frame, gravity, curvature in _engines(part):
                 case = Case(
-                    part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate, schedule or ()
-                )
+                    part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate,
+                    schedule or (), slow,
+                )  # fmt: skip
                 cases.append((case, slower))
         futures = {pool.submit(_navigate, case, slower, part, truth, comparison): case for case, slower in cases}
         try:
@@ -277,6 +278,7 @@ def _navigate(
         "ellipsoid": trajectory.ellipsoid.name,
         "curvature": case.curvature,
         "rates_hz": case.schedule_hz or None,
+        "slow_quantities": case.slow or "hold",
         "vertical": part.vertical,
     }
     try:

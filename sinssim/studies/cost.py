@@ -101,24 +101,32 @@ def count_operations(algorithm: str, frame: str) -> Operations:
 def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
     """Navigate with engines that count; return the count and the solution, which is that of the compiled ones."""
     from sinssim.strapdown.navigate import navigate
+    from sinssim.strapdown.parts import own_engine
 
     imu, initial = _data(_COUNTED_SAMPLES)
     found: list[Operations] = []
 
-    def counting(module: types.ModuleType) -> Any:
-        """The module of a frame with an engine that counts."""
+    def counting(thing: Any) -> Any:
+        """What counts in place of a kernel, of a module with an engine, or of a function that calls kernels."""
+        if hasattr(thing, "py_func"):
 
-        def engine(name: str) -> Callable[..., None]:
-            kernel = module.engine(name)
-            return lambda *arguments: found.append(count(kernel, arguments, len(imu)))
+            def kernel(*arguments: Any) -> Any:
+                operations, result = count(thing, arguments, len(imu))
+                found.append(operations)
+                return result
 
-        return types.SimpleNamespace(**{**vars(module), "engine": engine})
+            return kernel
+        if isinstance(thing, types.ModuleType) and hasattr(thing, "engine"):
+            return types.SimpleNamespace(**{**vars(thing), "engine": lambda name: counting(thing.engine(name))})
+        if thing is own_engine:
+            return lambda *choice: counting(own_engine(*choice))
+        if isinstance(thing, types.FunctionType) and thing.__module__.startswith("sinssim.strapdown"):
+            names = {n: counting(g) if n in thing.__code__.co_names else g for n, g in thing.__globals__.items()}
+            copy = types.FunctionType(thing.__code__, names, thing.__name__, thing.__defaults__, thing.__closure__)
+            copy.__kwdefaults__ = thing.__kwdefaults__
+            return copy
+        return thing
 
-    names = {
-        name: counting(thing) if isinstance(thing, types.ModuleType) and hasattr(thing, "engine") else thing
-        for name, thing in navigate.__globals__.items()
-    }
-    copy = types.FunctionType(navigate.__code__, names, "navigate", navigate.__defaults__)
-    copy.__kwdefaults__ = navigate.__kwdefaults__
-    solution = copy(imu, initial, algorithm=algorithm, frame=frame)
-    return found[0], solution
+    solution = counting(navigate)(imu, initial, algorithm=algorithm, frame=frame)
+    sums = [sum(getattr(one, kind) for one in found) for kind in ("add", "multiply", "divide", "root", "function")]
+    return Operations(*sums), solution

@@ -182,16 +182,16 @@ def _replaced(thing: Any, made: dict[int, Any]) -> Any:
         return thing
 
 
-def count(kernel: Any, arguments: tuple[Any, ...], samples: int) -> Operations:
+def count(kernel: Any, arguments: tuple[Any, ...], samples: int) -> tuple[Operations, Any]:
     """Run a kernel uncompiled and count its operations.
 
     Args:
-        kernel: a compiled engine whose results go into arrays among its arguments.
-        arguments: its arguments; its float arrays receive the results, as from the kernel itself.
+        kernel: a compiled kernel.
+        arguments: its arguments; float arrays among them receive its results, as from the kernel itself.
         samples: how many samples they hold.
 
     Returns:
-        Operations per sample.
+        Operations per sample, and what the kernel returns.
     """
     counted: list[Any] = []
     arrays: list[tuple[Any, Any]] = []
@@ -204,7 +204,8 @@ def count(kernel: Any, arguments: tuple[Any, ...], samples: int) -> Operations:
         else:
             counted.append(argument)
     _Number.tally = Counter()
-    uncompiled(kernel)(*counted)
+    result = uncompiled(kernel)(*counted)
     for array, numbers in arrays:
         array[...] = np.array([_value(x) for x in numbers.ravel()], dtype=np.float64).reshape(array.shape)
-    return Operations(**{kind: _Number.tally[kind] / samples for kind in _KINDS})
+    operations = Operations(**{kind: _Number.tally[kind] / samples for kind in _KINDS})
+    return operations, tuple(map(_value, result)) if isinstance(result, tuple) else _value(result)

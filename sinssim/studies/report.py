@@ -66,6 +66,18 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{digits - 1}e}"
 
 
+def capital(sentence: str) -> str:
+    """Return a sentence that begins with a capital.
+
+    Args:
+        sentence: any words.
+
+    Returns:
+        The same words.
+    """
+    return sentence[:1].upper() + sentence[1:]
+
+
 def varying(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the dimensions in which rows differ, apart from motion and rate.
 
@@ -174,7 +186,7 @@ def _swatch(name: str, position: int = 0) -> str:
 def _verdicts(comparison: Comparison) -> str:
     lines = [
         (
-            _text(v.sentence[0].upper() + v.sentence[1:]),
+            _text(capital(v.sentence)),
             f'<td class="name"><span class="verdict {v.verdict}">{v.verdict}</span></td>',
             f'<td class="text">{_text(v.reason)}</td>',
         )
@@ -398,4 +410,6 @@ def show(comparison: Comparison, console: Console) -> None:
                     table.add_row(row.motion, label(row), *(values_ if row.status == "done" else ["failed", "", ""]))
             console.print(table)
     for verdict in comparison.verdicts:
-        console.print(f"{verdict.verdict.upper()}: {verdict.sentence}. {verdict.reason}", markup=False, highlight=False)
+        console.print(
+            f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.reason}", markup=False, highlight=False
+        )

@@ -29,6 +29,7 @@ class Case:
         algorithm, frame, gravity, curvature: the engine's parts.
         rate_hz: sample rate.
         schedule_hz: rates of the three-rate schedule, empty if everything runs at the sample rate.
+        slow: what becomes of its slow quantities between slow instants, "hold" or "extrapolate".
     """
 
     part: str
@@ -41,11 +42,13 @@ class Case:
     curvature: str
     rate_hz: float
     schedule_hz: tuple[float, ...]
+    slow: str
 
     @property
     def pace(self) -> str:
         """The rate, or the schedule's three rates, for a person."""
-        return "/".join(f"{rate:g}" for rate in self.schedule_hz) or f"{self.rate_hz:g}"
+        rates = "/".join(f"{rate:g}" for rate in self.schedule_hz) or f"{self.rate_hz:g}"
+        return f"{rates} {self.slow}" if self.slow == "extrapolate" else rates
 
 
 @dataclass(frozen=True)

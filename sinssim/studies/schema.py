@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from fnmatch import fnmatchcase
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -95,6 +95,11 @@ class Part(Section):
     schedules_hz: tuple[Schedule, ...] = Field(
         default=(), description="three-rate schedules: fast, medium and slow, each dividing the one before"
     )
+    slow_quantities: tuple[Literal["hold", "extrapolate"], ...] = Field(
+        default=("hold",),
+        min_length=1,
+        description="what becomes of a schedule's slow quantities between slow instants",
+    )
     frames: tuple[Frame, ...] = Field(default=("level",), min_length=1, description="navigation frames")
     gravities: tuple[Gravity, ...] = Field(default=("normal",), min_length=1, description="the engine's gravity")
     curvatures: tuple[Curvature, ...] = Field(default=("exact",), min_length=1, description="radii of curvature")
@@ -111,12 +116,15 @@ class Part(Section):
             found += matching
         return tuple(found)
 
-    @field_validator("algorithms", "sensors", "frames", "gravities", "curvatures", "variants", "rates_hz", "decides")
+    @field_validator(
+        "algorithms", "sensors", "frames", "gravities", "curvatures", "variants", "rates_hz", "schedules_hz",
+        "slow_quantities", "decides",
+    )  # fmt: skip
     @classmethod
     def _once(cls, values: tuple[object, ...], info: ValidationInfo) -> tuple[object, ...]:
         for value, count in Counter(values).items():
             if count > 1:
-                shown = f"{value:g} Hz" if isinstance(value, float) else repr(value)
+                shown = repr(value) if isinstance(value, str) else f"{value} Hz"
                 raise ValueError(f"{info.field_name} names {shown} {count} times; once is enough")
         return values
 
@@ -153,9 +161,10 @@ class Part(Section):
         return max((*self.rates_hz, *(schedule[0] for schedule in self.schedules_hz)))
 
     @property
-    def pace(self) -> tuple[tuple[float, Schedule | None], ...]:
-        """Every rate, and every schedule with its fast rate."""
-        return (*((rate, None) for rate in self.rates_hz), *((s[0], s) for s in self.schedules_hz))
+    def pace(self) -> tuple[tuple[float, Schedule | None, str], ...]:
+        """Every rate, and every schedule with its fast rate and what becomes of its slow quantities."""
+        schedules = ((s[0], s, slow) for s in self.schedules_hz for slow in self.slow_quantities)
+        return (*((rate, None, "") for rate in self.rates_hz), *schedules)
 
 
 def divides(slow: float, fast: float) -> bool:
