@@ -232,8 +232,9 @@ def _navigate(
             before = h - height_reference[k]
             after = h1 - dt * loop1 * before - height_reference[k + 1]
             mean = 0.5 * (before + after)
-            h1 -= dt * loop1 * mean
-            vz1 += dt * (loop2 * mean + loop_sum + 0.5 * dt * loop3 * mean)
+            pull = dt * (loop2 * mean + loop_sum + 0.5 * dt * loop3 * mean)
+            h1 -= dt * (loop1 * mean + 0.5 * pull)
+            vz1 += pull
             loop_sum += dt * loop3 * mean
         elif vertical == HELD:
             h1 = height_reference[k + 1]

@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 
 from sinssim import earth, rotation
 from sinssim.data import Array
-from sinssim.earth import EarthParameters, geodetic_sincos_k, geodetic_to_ecef_k, gravitation_ecef_k, q_en_k
+from sinssim.earth import (
+    EarthParameters,
+    geodetic_sincos_k,
+    geodetic_to_ecef_k,
+    gravitation_ecef_k,
+    gravity_ned_k,
+    q_en_k,
+    radii_k,
+)
 from sinssim.jit import inline, kernel
 from sinssim.rotation import dcm_from_quaternion_k, multiply_k
 from sinssim.strapdown.functional_iteration import (
@@ -75,8 +83,10 @@ def _navigate(
     q0, q1, q2, q3 = state[11], state[12], state[13], state[14]
     # third-order baro loop (spec 06)
     loop1 = 3.0 / time_constant
-    gx, gy, gz = gravitation_ecef_k(p, gravity, x, yy, z)
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * sqrt(gx * gx + gy * gy + gz * gz) / p.a
+    s, c = sin(latitude[0]), cos(latitude[0])
+    _, r2 = radii_k(p, s)
+    _, gravity_down = gravity_ned_k(p, gravity, s, c, r2, height[0])
+    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gravity_down / (r2 + height[0])
     loop3 = 1.0 / (time_constant * time_constant * time_constant)
 
     for n in range(first.shape[0]):

@@ -14,7 +14,15 @@ from functools import cache
 from math import atan2, cos, sin, sqrt
 
 from sinssim.data import Array
-from sinssim.earth import EarthParameters, geodetic_sincos_k, geodetic_to_ecef_k, gravitation_ecef_k, q_en_k
+from sinssim.earth import (
+    EarthParameters,
+    geodetic_sincos_k,
+    geodetic_to_ecef_k,
+    gravitation_ecef_k,
+    gravity_ned_k,
+    q_en_k,
+    radii_k,
+)
 from sinssim.jit import bind, inline
 from sinssim.rotation import Vector, multiply_k, rotate_k
 from sinssim.strapdown.interval import FrameTurn
@@ -74,7 +82,10 @@ def _navigate(
     gx, gy, gz = gravitation_k(p, gravity, 1.0, 0.0, x, y, z)
     # third-order baro loop (spec 06)
     loop1 = 3.0 / time_constant
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * sqrt(gx * gx + gy * gy + gz * gz) / p.a
+    s, c = sin(latitude[0]), cos(latitude[0])
+    _, r2 = radii_k(p, s)
+    _, gravity_down = gravity_ned_k(p, gravity, s, c, r2, height[0])
+    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gravity_down / (r2 + height[0])
     loop3 = 1.0 / (time_constant * time_constant * time_constant)
     loop_sum = 0.0
     h = height[0]
@@ -133,8 +144,8 @@ def _navigate(
                 before = h - height_reference[k]
                 after = h1 - dt * loop1 * before - height_reference[k + 1]
                 mean = 0.5 * (before + after)
-                lift = -dt * loop1 * mean
                 rise = -dt * (loop2 * mean + loop_sum + 0.5 * dt * loop3 * mean)
+                lift = 0.5 * dt * rise - dt * loop1 * mean
                 loop_sum += dt * loop3 * mean
             elif vertical == HELD:
                 lift, rise = height_reference[k + 1] - h1, vd - climb_reference[k + 1]

@@ -164,8 +164,9 @@ def _navigate(
             first = h - height_reference[row]
             last = h1 - slow_dt * loop1 * first - height_reference[row + 1]
             mean = 0.5 * (first + last)
-            h1 -= slow_dt * loop1 * mean
-            vd += slow_dt * (loop2 * mean + loop_sum + 0.5 * slow_dt * loop3 * mean)
+            pull = slow_dt * (loop2 * mean + loop_sum + 0.5 * slow_dt * loop3 * mean)
+            h1 -= slow_dt * (loop1 * mean + 0.5 * pull)
+            vd += pull
             loop_sum += slow_dt * loop3 * mean
         elif vertical == HELD:
             h1, vd = height_reference[row + 1], climb_reference[row + 1]
