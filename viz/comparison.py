@@ -35,7 +35,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         )
 
     images = [rrb.Spatial2DView(origin=f"/{entity}", name=title) for entity, title in pictures]
-    plots = [growth(entity, title, end, number == 0) for number, (entity, title, end) in enumerate(panels)]
+    plots = [growth(*panel) for panel in panels]
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(

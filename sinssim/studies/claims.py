@@ -31,10 +31,10 @@ _FAMILIES = {
     "two-quaternions": "quaternions",
     "poisson": _OTHERS[0],
     _EULER: _OTHERS[1],
-    "rotation-vector": "beyond the chapter rotation vectors",
+    "rotation-vector": "beyond the chapter, rotation vectors",
 }
 
-Outcome = tuple[str, str, dict[str, float]]
+Outcome = tuple[str, str, tuple[str, ...], dict[str, float]]
 
 
 def decide(comparison: Comparison) -> list[Verdict]:
@@ -60,7 +60,7 @@ def decide(comparison: Comparison) -> list[Verdict]:
 
 
 def _undecided(lacking: str) -> Outcome:
-    return "undecided", f"The study lacks what decides it: {lacking}.", {}
+    return "undecided", f"The study lacks what decides it: {lacking}.", (), {}
 
 
 def _by(rows: list[Row], key: Callable[[Row], str]) -> dict[str, list[Row]]:
@@ -95,6 +95,7 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     enough: dict[float, bool] = {10.0: True, 20.0: True}
     for motion, found in _by(rows, lambda row: row.motion).items():
         real = [r for r in found if r.sensors != "ideal" and (not r.schedule_hz or len(set(r.schedule_hz)) == 1)]
+        words = []
         for rate in enough:
             slow = [r for r in found if r.sensors == "ideal" and r.schedule_hz[1:] == (rate, rate)]
             if not slow or not real:
@@ -108,20 +109,20 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
             enough[rate] &= ratio < NEGLIGIBLE
             numbers[f"{motion}: {rate:g} Hz, m"] = slow[0].max_horizontal_error_m
             numbers[f"{motion}: {rate:g} Hz, m/s"] = slow[0].max_velocity_error_mps
-            said.append(
-                f"{motion} at {rate:g} Hz {slow[0].max_horizontal_error_m:.3g} m and "
-                f"{slow[0].max_velocity_error_mps:.3g} m/s"
+            words.append(
+                f"{rate:g} Hz {slow[0].max_horizontal_error_m:.3g} m and {slow[0].max_velocity_error_mps:.3g} m/s"
             )
         numbers[f"{motion}: {real[0].sensors}, m"] = real[0].max_horizontal_error_m
         numbers[f"{motion}: {real[0].sensors}, m/s"] = real[0].max_velocity_error_mps
-        said[-1] += (
-            f" (its {real[0].sensors} sensors cost {real[0].max_horizontal_error_m:.3g} m, "
-            f"{real[0].max_velocity_error_mps:.3g} m/s)"
+        words.append(
+            f"{real[0].sensors} sensors {real[0].max_horizontal_error_m:.3g} m and "
+            f"{real[0].max_velocity_error_mps:.3g} m/s"
         )
+        said.append(f"{motion}: {', '.join(words)}")
     if not said:
         return _undecided("any result")
     verdict = "confirmed" if all(enough.values()) else "partly" if enough[20.0] else "refuted"
-    return verdict, f"Greatest errors due to the slow rates alone: {'; '.join(said)}.", numbers
+    return verdict, "Greatest errors due to the slow rates alone, and due to real sensors:", tuple(said), numbers
 
 
 def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -136,7 +137,7 @@ def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         plain = [r for r in needed.values() if _base(r.algorithm) in _LOW_ORDER]
         uncompensated = [r.rate_hz for r in needed.values() if _base(r.algorithm) in _PLAIN]
         if not good:
-            return "refuted", f"On {motion} no algorithm of high order stays within 0.3′ at any rate.", numbers
+            return "refuted", f"On {motion} no algorithm of high order stays within 0.3′ at any rate.", (), numbers
         best = min(good, key=lambda r: (r.rate_hz, r.max_attitude_error_arcsec))
         high.append(best.rate_hz)
         arcmin = best.max_attitude_error_arcsec / 60.0
@@ -159,7 +160,7 @@ def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         return _undecided("any result")
     worst = max(high)
     verdict = "confirmed" if 50.0 <= worst <= 80.0 else "partly" if worst < 50.0 < max(low) else "refuted"
-    return verdict, f"Within 0.3′ to the end of the motion: {'; '.join(said)}.", numbers
+    return verdict, "Lowest rate that stays within 0.3′ to the end of the motion:", tuple(said), numbers
 
 
 def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -192,7 +193,7 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     if not said:
         return _undecided("any result")
     verdict = "confirmed" if all(won) else "partly" if any(won) else "refuted"
-    return verdict, f"Operations of the whole navigation per second of motion, for 0.3′: {'; '.join(said)}.", numbers
+    return verdict, "Operations of the whole navigation per second of motion, for 0.3′:", tuple(said), numbers
 
 
 def _load(row: Row) -> float:
@@ -218,10 +219,10 @@ def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         numbers["direction cosines of second order"] = matrices[0].max_defect
         text += f", where Poisson's equation of second order loses {matrices[0].max_defect:.2g} of orthogonality"
     if worst.max_defect < KEPT:
-        return "confirmed", text + ".", numbers
+        return "confirmed", text + ".", (), numbers
     microg = 2.0 * worst.max_defect * 1e6
     numbers["scale error of the forces, ppm"] = microg
-    return "partly", text + f". The forces are then resolved {microg:.2g} ppm too long: normalise.", numbers
+    return "partly", text + f". The forces are then resolved {microg:.2g} ppm too long: normalise.", (), numbers
 
 
 def _euler_limit(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -240,7 +241,7 @@ def _euler_limit(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         numbers["quaternion, arcsec"] = other[0].max_attitude_error_arcsec
         text += f"; the quaternion is off by {other[0].max_attitude_error_arcsec:.2g}″ at most on the whole motion"
     # A passage that costs no more than a few tenths of an arcminute would be no limit.
-    return "refuted" if worst.max_damage_arcsec > FEW_TENTHS_ARCSEC else "confirmed", text + ".", numbers
+    return "refuted" if worst.max_damage_arcsec > FEW_TENTHS_ARCSEC else "confirmed", text + ".", (), numbers
 
 
 def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -262,10 +263,8 @@ def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome
     if not said:
         return _undecided("any result")
     verdict = "confirmed" if max(equivalent) >= GOOD_GYRO_DEG_H else "refuted"
-    return verdict, (
-        f"Greatest position error with (8.16) and perfect sensors: {'; '.join(said)}. A high-quality gyro has "
-        f"{GOOD_GYRO_DEG_H:g} deg/h."
-    ), numbers  # fmt: skip
+    reason = f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h; greatest position error with (8.16), perfect sensors:"
+    return verdict, reason, tuple(said), numbers
 
 
 def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -281,7 +280,7 @@ def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         f"On the motion “{motion}” latitude changes by {fact.latitude_rate_deg_h:.3f} deg/h at "
         f"{fact.ground_speed_kmh:.1f} km/h; at 1100 km/h that is {rate:.2f} deg/h."
     )
-    return "confirmed" if abs(rate - 10.0) < 0.5 else "refuted", text, {"latitude rate, deg/h": rate}
+    return "confirmed" if abs(rate - 10.0) < 0.5 else "refuted", text, (), {"latitude rate, deg/h": rate}
 
 
 _DECIDERS: dict[str, Callable[[list[Row], dict[str, MotionFacts]], Outcome]] = {

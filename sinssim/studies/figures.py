@@ -111,7 +111,7 @@ def _rate_axis(axes: Axes, rates: Sequence[float]) -> None:
     axes.set_xscale("log")
     shown = [rates[0]]
     for rate in rates[1:]:
-        if np.log(rate / shown[-1]) > 0.06 * np.log(rates[-1] / rates[0]):
+        if np.log(rate / shown[-1]) > 0.08 * np.log(rates[-1] / rates[0]):
             shown.append(rate)
     axes.xaxis.set_major_locator(FixedLocator(shown))
     axes.xaxis.set_minor_locator(NullLocator())
@@ -119,8 +119,8 @@ def _rate_axis(axes: Axes, rates: Sequence[float]) -> None:
     axes.set_xlabel("sample rate [Hz]", fontsize=9)
 
 
-def _panels(motions: Sequence[str], quantities: int) -> tuple[Figure, Any]:
-    figure = _figure(max(3.3 * len(motions), 6.0) + 2.2, 3.2 * quantities)
+def _panels(motions: Sequence[str], quantities: int, names: int) -> tuple[Figure, Any]:
+    figure = _figure(max(3.3 * len(motions), 6.0) + 2.2, max(3.2 * quantities, 0.6 + 0.165 * names))
     return figure, figure.subplots(quantities, len(motions), squeeze=False, sharey="row")
 
 
@@ -178,7 +178,7 @@ def defect_against_rate(rows: Sequence[Row], label: Label) -> Figure:
 def _lines(rows: Sequence[Row], label: Label, quantities: Sequence[tuple[str, str]], over: str) -> Figure:
     motions = list(dict.fromkeys(row.motion for row in rows))
     names = list(dict.fromkeys(label(row) for row in rows))
-    figure, grid = _panels(motions, len(quantities))
+    figure, grid = _panels(motions, len(quantities), len(names))
     rates = sorted({row.rate_hz for row in rows})
     for column, motion in enumerate(motions):
         for line, (quantity, title) in enumerate(quantities):
@@ -249,7 +249,9 @@ def bars(rows: Sequence[Row], label: Label) -> Figure:
 
 
 def _short(value: float) -> str:
-    return f"{value:.3g}" if 1e-3 <= value < 1e5 else f"{value:.1e}"
+    if not 1e-3 <= value < 1e7:
+        return f"{value:.1e}"
+    return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
 
 
 def costs(comparison: Comparison) -> Figure:

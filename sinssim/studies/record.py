@@ -13,12 +13,14 @@ from sinssim.recording.blueprints import RunInfo, all_views
 from sinssim.recording.rrd import Recording
 from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.studies import figures
-from sinssim.studies.report import labeller, number, over_rates
+from sinssim.studies.report import capital, labeller, number, over_rates
 from sinssim.studies.results import Comparison, History, Row
 from sinssim.studies.schema import Part
 
 _PANELS = 6
 _LINES = 12
+_LEGEND = 8
+"""So many names go into a legend; the colours of more stand in the figures beside."""
 _POINTS = 400
 _SHOWN_HZ = 50.0
 """Errors over time are shown at the rate nearest to this."""
@@ -51,13 +53,13 @@ def record(comparison: Comparison, path: Path) -> None:
         recording.blueprint(all_views(run))
 
 
-def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str, str, float]]:
+def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str, str, float, bool]]:
     """Record how errors grew over the motion, below `comparison/growth`.
 
     Returns:
-        Entity, title and end of the motion of each panel.
+        Entity, title, end of the motion and whether there is room for a legend, of each panel.
     """
-    panels: list[tuple[str, str, float]] = []
+    panels: list[tuple[str, str, float, bool]] = []
     for number_, part in enumerate(comparison.study.parts, start=1):
         rows = comparison.of_part(part.title)
         for motion in dict.fromkeys(row.motion for row in rows):
@@ -77,7 +79,7 @@ def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str
             recording.series(entity, time, values, names, widths=1.6)
             what = "attitude, log₁₀ ″" if kind == "attitude" else "horizontal, log₁₀ m"
             rate = f", {shown[0].rate_hz:g} Hz" if over_rates(part) else ""
-            panels.append((entity, f"{motion}{rate}: {what}", float(end)))
+            panels.append((entity, f"{motion}{rate}: {what}", float(end), len(names) <= _LEGEND))
     return panels[:_PANELS]
 
 
@@ -143,7 +145,8 @@ def _draw_figures(recording: Recording, comparison: Comparison) -> list[tuple[st
 def _markdown(comparison: Comparison) -> str:
     lines = [f"# {comparison.study.name}", "", comparison.study.description, ""]
     for verdict in comparison.verdicts:
-        lines += [f"**{verdict.verdict.upper()}**: {verdict.sentence}. {verdict.reason}", ""]
+        lines += [f"**{verdict.verdict.upper()}**: {capital(verdict.sentence)}. {verdict.reason}", ""]
+        lines += [*(f"- {point}" for point in verdict.points), ""]
     for part in comparison.study.parts:
         rows = [row for row in comparison.of_part(part.title) if row.status == "done"]
         if not rows or over_rates(part):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from sinssim.studies import figures
-from sinssim.studies.results import ERRORS, Comparison, Row
+from sinssim.studies.results import ERRORS, Comparison, Row, Verdict
 from sinssim.studies.schema import Part
 
 if TYPE_CHECKING:
@@ -30,11 +30,13 @@ _CSS = """
 body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif; color: #1c1c1c;
   background: #fff; max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
 h1 { font-size: 1.7rem; margin-bottom: .2rem; } h2 { margin-top: 3rem; border-bottom: 1px solid #ccc; }
+summary { margin: 1rem 0 .2rem; font-weight: 600; cursor: pointer; }
 h3 { margin: 1.8rem 0 .4rem; font-size: 1.02rem; }
 p { max-width: 52rem; } .lead { font-size: 1.08rem; color: #333; } .note { color: #555; font-size: .9rem; }
 table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0 1.2rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .18rem .6rem; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap; }
 th { background: #f4f4f4; font-weight: 600; } td.name, th.name { text-align: left; }
+td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
 td.text { text-align: left; white-space: normal; min-width: 16rem; }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
@@ -169,7 +171,7 @@ def _table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1)
 
     def cells(tag: str, values: Sequence[str]) -> str:
         return "".join(
-            value if value.startswith("<td") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
+            value if value.startswith(f"<{tag}") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
             for i, value in enumerate(values)
         )
 
@@ -188,12 +190,17 @@ def _verdicts(comparison: Comparison) -> str:
         (
             _text(capital(v.sentence)),
             f'<td class="name"><span class="verdict {v.verdict}">{v.verdict}</span></td>',
-            f'<td class="text">{_text(v.reason)}</td>',
+            f'<td class="text">{_text(v.reason)}{_points(v)}</td>',
         )
         for v in comparison.verdicts
     ]
     table = _table(("claim", "verdict", "the numbers that decide"), lines, 3)
     return table.replace("<td class=name>", '<td class="text">')
+
+
+def _points(verdict: Verdict) -> str:
+    points = "".join(f"<li>{_text(point)}</li>" for point in verdict.points)
+    return f"<ul>{points}</ul>" if points else ""
 
 
 def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> list[str]:
@@ -206,8 +213,9 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> lis
         for quantity, title in zip(ERRORS, ("Greatest attitude error, ″", "Greatest horizontal error, m"), strict=True):
             for motion in dict.fromkeys(row.motion for row in rows):
                 here = [row for row in rows if row.motion == motion]
-                body.append(f"<h3>{title}: {_text(motion)}</h3>")
-                body.append(_pivot(here, quantity, label))
+                unfold = " open" if quantity == ERRORS[0] else ""
+                body.append(f"<details{unfold}><summary>{title}: {_text(motion)}</summary>")
+                body.append(_pivot(here, quantity, label) + "</details>")
         body += _orders(comparison, part, name)
         if any(row.max_defect > 0.0 for row in rows):
             body += [
@@ -301,7 +309,17 @@ def _passages(rows: list[Row]) -> str:
         for r in rows
     ]  # fmt: skip
     return _table(
-        ("", "motion", "rate, Hz", "passages", "greatest damage, ′", "horizontal max, m", "what happened"), lines, 2
+        (
+            "",
+            "motion",
+            "rate, Hz",
+            "passages",
+            "greatest damage, ′",
+            "horizontal max, m",
+            "<th class=name>what happened</th>",
+        ),
+        lines,
+        2,
     )
 
 
@@ -325,7 +343,8 @@ def _costs(comparison: Comparison) -> list[str]:
         "<p class=note>A step is one sample's whole navigation: attitude, velocity and position, with Coriolis and "
         "gravity. Operations are counted by running the step's own code on numbers that count what is done to them, as "
         "written and along the branches taken; the compiler may do fewer. Time is the processor time of one core, the "
-        "whole call with its checks, the least of several.</p>",
+        "whole call with its checks, the least of several. Both hold the unit quaternion that a row of the solution "
+        "has: from a matrix it takes the more work the more orthogonality the matrix has lost.</p>",
         figures.to_svg(figures.costs(comparison), "costs"),
         _table(heads, lines, 2),
     ]
@@ -411,5 +430,5 @@ def show(comparison: Comparison, console: Console) -> None:
             console.print(table)
     for verdict in comparison.verdicts:
         console.print(
-            f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.reason}", markup=False, highlight=False
+            f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.text}", markup=False, highlight=False
         )

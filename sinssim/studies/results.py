@@ -137,7 +137,8 @@ class Verdict:
         claim: name of the claim.
         sentence: what it says.
         verdict: "confirmed", "refuted" or "partly".
-        reason: the numbers that decide, in a sentence or two.
+        reason: what decides, in a sentence or two.
+        points: the numbers that decide, motion by motion.
         numbers: the same by name.
     """
 
@@ -145,7 +146,13 @@ class Verdict:
     sentence: str
     verdict: str
     reason: str
+    points: tuple[str, ...] = ()
     numbers: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """Reason and points in one paragraph."""
+        return f"{self.reason} {'; '.join(self.points)}.".replace("..", ".") if self.points else self.reason
 
 
 @dataclass
@@ -195,7 +202,7 @@ _ABOVE_BEST = 30.0
 """... and an error counts as the algorithm's own while it is so many times what the best algorithm has at best."""
 _FITTED = 4
 """So many of the highest rates are fitted: there the leading term rules."""
-_STRAIGHT = 0.3
+_STRAIGHT = 0.15
 """A slope with a greater standard error is no order of convergence."""
 
 
@@ -209,6 +216,7 @@ def fit_orders(rows: list[Row]) -> list[Order]:
         Orders, for algorithms with three rates or more above the floor of rounding.
     """
     orders = []
+    algorithms = list(dict.fromkeys(row.algorithm for row in rows))
     plain = [r for r in rows if r.status == "done" and r.sensors == "ideal" and not r.schedule_hz and not r.passages]
     for quantity in ERRORS:
         for motion in dict.fromkeys(row.motion for row in plain):
@@ -230,6 +238,7 @@ def fit_orders(rows: list[Row]) -> list[Order]:
                 orders.append(
                     Order(here[0].part, motion, key[0], quantity, float(slope), float(spread), len(usable), low, high)
                 )
+    orders.sort(key=lambda order: algorithms.index(order.algorithm))
     return orders
 
 

@@ -1,0 +1,133 @@
+"""Verdicts on numbers made for the purpose: each claim can be confirmed and refuted, and is undecided without data."""
+
+from __future__ import annotations
+
+import pytest
+
+from sinssim.studies.claim_names import CLAIMS
+from sinssim.studies.claims import decide
+from sinssim.studies.motions import MotionFacts
+from sinssim.studies.results import Comparison, Row, Verdict
+from sinssim.studies.schema import Study
+
+FACTS = MotionFacts(3600.0, 1.1e6, 9.9, 1100.0, 1.0, 5.0, 50.0)
+
+
+def row(algorithm: str = "quaternion", rate: float = 100.0, **more) -> Row:
+    case = {
+        "part": "p", "motion": "flight", "variant": "rate-gyros", "sensors": "ideal", "algorithm": algorithm,
+        "frame": "level", "gravity": "normal", "curvature": "exact", "rate_hz": rate, "schedule_hz": (), "slow": "",
+    }  # fmt: skip
+    return Row(**{**case, **more})
+
+
+def verdict(claim: str, *rows: Row, facts: MotionFacts = FACTS) -> Verdict:
+    part = {
+        "title": "p", "decides": (claim,), "rates_hz": (100.0,),
+        "motions": ({"name": "flight", "parked": {"latitude_deg": 0.0, "duration_s": 1.0}},),
+    }  # fmt: skip
+    study = Study.model_validate({"name": "s", "parts": (part,)})
+    comparison = Comparison(study, rows=list(rows), motions={r.motion: facts for r in rows})
+    (decided,) = decide(comparison)
+    assert decided.claim == claim
+    return decided
+
+
+@pytest.mark.parametrize("claim", CLAIMS)
+def test_undecided_without_numbers(claim):
+    assert verdict(claim).verdict == "undecided"
+
+
+@pytest.mark.parametrize(
+    ("at_10", "at_20", "expected"), [(1.0, 0.5, "confirmed"), (30.0, 5.0, "partly"), (30.0, 20.0, "refuted")]
+)
+def test_velocity_rate(at_10, at_20, expected):
+    def slow(rate, error):
+        return row(
+            rate=200.0,
+            schedule_hz=(200.0, rate, rate),
+            max_horizontal_error_m=error,
+            max_velocity_error_mps=error / 1e3,
+        )
+
+    real = row(
+        rate=200.0, schedule_hz=(200.0, 200.0, 200.0), sensors="laser-standard", max_horizontal_error_m=100.0,
+        max_velocity_error_mps=0.1,
+    )  # fmt: skip
+    found = verdict("velocity-rate", slow(10.0, at_10), slow(20.0, at_20), real)
+    assert found.verdict == expected
+    assert found.numbers["flight: 10 Hz, m"] == at_10
+
+
+@pytest.mark.parametrize(
+    ("needed_high", "needed_low", "expected"),
+    [(50.0, 200.0, "confirmed"), (80.0, 100.0, "confirmed"), (20.0, 100.0, "partly"), (20.0, 20.0, "refuted"),
+     (100.0, 200.0, "refuted")],
+)  # fmt: skip
+def test_attitude_rate(needed_high, needed_low, expected):
+    def family(algorithm, needed):
+        rates = (10.0, 20.0, 50.0, 80.0, 100.0, 200.0)
+        return [row(algorithm, r, max_attitude_error_arcsec=17.0 if r >= needed else 60.0) for r in rates]
+
+    found = verdict("attitude-rate", *family("rotation-vector-2", needed_high), *family("quaternion-1", needed_low))
+    assert found.verdict == expected
+    assert found.numbers["flight: high order, Hz"] == needed_high
+    assert found.numbers["flight: low order, Hz"] == needed_low
+
+
+def test_a_rate_that_happens_to_be_good_below_a_bad_one_is_not_enough():
+    errors = {10.0: 5.0, 20.0: 100.0, 50.0: 10.0, 80.0: 1.0}
+    rows = [row("rotation-vector-2", rate, max_attitude_error_arcsec=error) for rate, error in errors.items()]
+    assert verdict("attitude-rate", *rows).numbers["flight: high order, Hz"] == 50.0
+
+
+@pytest.mark.parametrize(("operations", "expected"), [(900.0, "confirmed"), (1500.0, "refuted")])
+def test_cheapest(operations, expected):
+    good = {"max_attitude_error_arcsec": 1.0, "ns_per_step": 100.0}
+    found = verdict(
+        "cheapest",
+        row("quaternion-3", **good, operations_per_step=operations),
+        row("poisson-3", **good, operations_per_step=1000.0),
+        row("poisson-1", 50.0, max_attitude_error_arcsec=99.0, ns_per_step=1.0, operations_per_step=1.0),
+        row("rotation-vector-4", **good, operations_per_step=1.0),
+    )
+    assert found.verdict == expected  # neither the inaccurate one nor the one beyond the chapter decides
+    assert found.numbers["flight: quaternions, 1000 operations/s"] == pytest.approx(operations / 10.0)
+
+
+@pytest.mark.parametrize(("defect", "expected"), [(1e-13, "confirmed"), (1e-6, "partly")])
+def test_orthogonality(defect, expected):
+    found = verdict("orthogonality", row("two-quaternions", max_defect=defect), row("poisson-2", max_defect=1e-3))
+    assert found.verdict == expected
+    assert found.numbers["greatest defect"] == defect
+
+
+@pytest.mark.parametrize(("damage", "expected"), [(600.0, "refuted"), (0.1, "confirmed")])
+def test_euler_limit(damage, expected):
+    rows = [row("euler", passages=1, max_damage_arcsec=damage), row(max_attitude_error_arcsec=1e-3)]
+    found = verdict("euler-limit", *rows)
+    assert found.verdict == expected
+    assert found.numbers["quaternion, arcsec"] == 1e-3
+
+
+@pytest.mark.parametrize(("metres", "equivalent", "expected"), [(10.0, 1e-4, "refuted"), (500.0, 5e-3, "confirmed")])
+def test_simplified_radii(metres, equivalent, expected):
+    found = verdict(
+        "simplified-radii",
+        row(curvature="simplified", max_horizontal_error_m=metres),
+        row(sensors="gyro-0_01-deg-h", max_horizontal_error_m=1000.0),
+    )
+    assert found.verdict == expected
+    assert found.numbers["flight: equivalent gyro bias, deg/h"] == pytest.approx(equivalent)
+
+
+@pytest.mark.parametrize(
+    ("rate", "speed", "expected"), [(9.9, 1100.0, "confirmed"), (4.95, 550.0, "confirmed"), (5.0, 1100.0, "refuted")]
+)
+def test_latitude_rate(rate, speed, expected):
+    facts = MotionFacts(3600.0, 1e6, rate, speed, 1.0, 0.0, 50.0)
+    assert verdict("latitude-rate", row(), facts=facts).verdict == expected
+
+
+def test_failed_cases_decide_nothing():
+    assert verdict("orthogonality", row("two-quaternions", status="failed")).verdict == "undecided"

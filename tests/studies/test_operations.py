@@ -1,0 +1,90 @@
+"""Counting operations: known numbers of known formulas, and the same results as the compiled kernels."""
+
+from __future__ import annotations
+
+from math import sin, sqrt
+
+import numpy as np
+import pytest
+
+from sinssim.jit import kernel
+from sinssim.rotation import cross_k, multiply_k
+from sinssim.strapdown.navigate import navigate
+from sinssim.studies import cost
+from sinssim.studies.operations import count
+
+
+@kernel
+def _mean_sine(values, result):
+    total = 0.0
+    for i in range(values.shape[0]):
+        if values[i] > 0.0:
+            total += sin(values[i]) / 4.0 + 1.0 / values[i]
+    result[0] = sqrt(total * total)
+
+
+@kernel
+def _by_parts(values, result):
+    work = np.empty((3, 2))
+    for i in range(3):
+        work[i, 0], work[i, 1] = values[i] ** 3, -values[i]
+    result[0], result[1], result[2] = cross_k(work[0, 0], work[1, 0], work[2, 0], work[0, 1], work[1, 1], work[2, 1])
+
+
+def test_branches_functions_and_divisions_by_constants():
+    values, result = np.array([1.0, -2.0, 3.0]), np.zeros(1)
+    operations, _ = count(_mean_sine, (values, result), 1)
+    # two of three values: sine, /4 (a multiplication), 1/x, two additions; then a product and a root
+    assert (operations.function, operations.multiply, operations.divide) == (2, 3, 2)
+    assert (operations.add, operations.root) == (4, 1)
+    assert operations.total == 12
+    compiled = np.zeros(1)
+    _mean_sine(values, compiled)
+    assert result[0] == pytest.approx(compiled[0], rel=1e-15)
+
+
+def test_inner_arrays_and_called_kernels():
+    values, result, compiled = np.array([1.0, -2.0, 3.0]), np.zeros(3), np.zeros(3)
+    operations, _ = count(_by_parts, (values, result), 1)
+    assert operations.multiply == 6 + 6  # three cubes, a vector product
+    assert operations.add == 3
+    _by_parts(values, compiled)
+    np.testing.assert_allclose(result, compiled, rtol=1e-15)
+
+
+def test_quaternion_product_takes_28_operations():
+    @kernel
+    def product(a, b, out):
+        out[0], out[1], out[2], out[3] = multiply_k(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3])
+
+    out = np.zeros(4)
+    operations, _ = count(product, (np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.5, -1.0, 2.0, 1.0]), out), 1)
+    assert (operations.multiply, operations.add) == (16, 12)
+    np.testing.assert_array_equal(out, [-7.5, -5.0, -2.5, 10.0])  # (1+2i+3j+4k)(½−i+2j+k) by hand
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "frame"),
+    [("quaternion", "level"), ("rotation-vector-3", "level"), ("functional-iteration", "level"), ("euler", "wander")],
+)
+def test_counted_navigation_is_the_compiled_one(algorithm, frame):
+    operations, counted = cost._counted(algorithm, frame)
+    imu, initial = cost._data(cost._COUNTED_SAMPLES)
+    compiled = navigate(imu, initial, algorithm=algorithm, frame=frame)
+    np.testing.assert_array_equal(counted.time, compiled.time)
+    np.testing.assert_allclose(counted.q_nb, compiled.q_nb, atol=1e-14)
+    np.testing.assert_allclose(counted.latitude, compiled.latitude, atol=1e-15)
+    np.testing.assert_allclose(counted.velocity_ned, compiled.velocity_ned, atol=1e-11)
+    assert 200 < operations.total < 10_000
+
+
+def test_several_samples_a_step_take_fewer_operations_a_sample():
+    totals = [cost.count_operations(f"rotation-vector-{n}", "level").total for n in (1, 2, 4)]
+    assert totals[0] > 1.5 * totals[1] > 2.0 * totals[2]
+
+
+def test_time_is_that_of_the_slower():
+    """A clock that stands still gives 0, so the measure is of the clock, divided by the samples."""
+    ticks = iter(range(1000))
+    seconds = cost.measure_time("quaternion", "level", lambda: float(next(ticks)))
+    assert seconds == pytest.approx(1e9 / cost._TIMED_SAMPLES)

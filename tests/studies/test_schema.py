@@ -1,0 +1,114 @@
+"""Study files: what may be written, and what is said of a mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sinssim import ALGORITHMS
+from sinssim.errors import InputError
+from sinssim.scenario.content import list_content
+from sinssim.studies.load import load_study
+from sinssim.studies.schema import divides
+
+PART = """\
+[[parts]]
+title = "one"
+algorithms = ["quaternion", "euler"]
+rates_hz = [10.0, 50.0, 100.0]
+
+[[parts.motions]]
+parked = { latitude_deg = 50.0, duration_s = 10.0 }
+"""
+
+
+def load(folder: Path, text: str, *overrides: str):
+    file = folder / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    return load_study(file, overrides)
+
+
+def refused(folder: Path, text: str, *overrides: str) -> str:
+    with pytest.raises(InputError) as refusal:
+        load(folder, text, *overrides)
+    message = str(refusal.value)
+    assert "\n\n" not in message
+    return message
+
+
+def test_defaults(tmp_path: Path) -> None:
+    study = load(tmp_path, PART)
+    part = study.parts[0]
+    assert study.name == "mine"
+    assert part.sensors == ("ideal",)
+    assert part.frames == ("level",)
+    assert part.highest_hz == 100.0
+    assert part.pace == ((10.0, None, ""), (50.0, None, ""), (100.0, None, ""))
+    assert part.motions[0].label == "parked"
+
+
+def test_patterns_stand_for_algorithms(tmp_path: Path) -> None:
+    everything = load(tmp_path, PART, 'parts.1.algorithms=["*"]').parts[0].algorithms
+    assert everything == tuple(ALGORITHMS)
+    family = load(tmp_path, PART, 'parts.1.algorithms=["poisson-?"]').parts[0].algorithms
+    assert family == ("poisson-1", "poisson-2", "poisson-3", "poisson-4")
+
+
+@pytest.mark.parametrize("name", sorted(list_content("studies")))
+def test_shipped_studies_load(name: str) -> None:
+    study = load_study(name)
+    assert study.name == name
+    assert study.description
+
+
+def test_studies_are_no_scenarios() -> None:
+    assert not set(list_content("studies")) & set(list_content("scenarios"))
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("parts.1.rates_hz=[30.0, 100.0]", ["30 Hz does not divide", "100 Hz", "33.3333 Hz does"]),
+        ("parts.1.rates_hz=[]", ["rates_hz"]),
+        ("parts.1.rates_hz=[100.0, 100.0]", ["rates_hz", "100.0 Hz 2 times"]),
+        ("parts.1.rates_hz=[0.0]", ["greater than 0"]),
+        ("parts.1.schedules_hz=[[100.0, 40.0, 10.0]]", ["40 Hz does not divide 100 Hz", "fast, medium"]),
+        ('parts.1.algorithms=["quaternoin"]', ["unknown algorithm 'quaternoin'", "Did you mean 'quaternion'"]),
+        ('parts.1.algorithms=["euler", "euler"]', ["'euler' 2 times"]),
+        ('parts.1.algorithms=["poisson-1", "poisson-*"]', ["'poisson-1' 2 times"]),
+        ('parts.1.sensors=["laser-standart"]', ["parts.1.sensors", "Did you mean 'laser-standard'"]),
+        ('parts.1.frames=["polar"]', ["unknown frame 'polar'"]),
+        ('parts.1.decides=["quaternions-rule"]', ["unknown claim", "attitude-rate"]),
+        ('parts.1.variants=["no-sensors"]', ["unknown sensor-set variant"]),
+        ("parts.1.motions.1.scenario=parked", ["exactly one of", "scenario and parked"]),
+        ('parts.1.motions.1.set=["imu.rate_hz=5"]', ["set changes a scenario"]),
+        ("parts.1.motions.1.parked.latitude_deg=91.0", ["at most 90"]),
+        ("parts.1.algorithm=euler", ["unknown key 'parts.1.algorithm'", "parts.1.algorithms"]),
+    ],
+)
+def test_mistakes_are_named(tmp_path: Path, setting: str, said: list[str]) -> None:
+    message = refused(tmp_path, PART, setting)
+    for words in said:
+        assert words in message
+
+
+def test_a_mistake_has_its_line(tmp_path: Path) -> None:
+    assert "line 4: parts.1" in refused(tmp_path, PART.replace("10.0, 50.0", "50.0, 50.0"))
+
+
+def test_two_parts_of_one_title(tmp_path: Path) -> None:
+    assert "2 parts have the title 'one'" in refused(tmp_path, PART + PART)
+
+
+def test_two_motions_of_one_name(tmp_path: Path) -> None:
+    again = "\n[[parts.motions]]\nparked = { latitude_deg = 10.0, duration_s = 10.0 }\n"
+    assert "2 motions are called 'parked'" in refused(tmp_path, PART + again)
+
+
+@pytest.mark.parametrize(
+    ("slow", "fast", "whole"),
+    [(10.0, 400.0, True), (100.0 / 3.0, 100.0, True), (30.0, 100.0, False), (200.0, 100.0, False)],
+)
+def test_divides(slow: float, fast: float, whole: bool) -> None:
+    assert divides(slow, fast) is whole
