@@ -1,0 +1,57 @@
+"""The worked example of the documentation runs as it is printed."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sinssim import ALGORITHMS, ImuData, NavState, jit, navigate
+from sinssim.algorithms import REGISTRY, Algorithm
+from tests.oracles.s_turn import STurn
+
+PAGE = Path(__file__).parent.parent / "docs" / "adding-an-algorithm.md"
+
+
+@pytest.fixture
+def cayley(tmp_path, monkeypatch):
+    """The file and the registry line of the page, in place for one test."""
+    file, line, _ = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    path = tmp_path / "cayley.py"
+    path.write_text(file, encoding="utf-8")
+    # kernels of this file must not stay in the cache, whose key knows of the package's files only
+    monkeypatch.setattr(jit, "_kernel_folder", lambda: str(tmp_path / "kernels"))
+    name = "sinssim.strapdown.cayley"
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, name, module)
+    spec.loader.exec_module(module)
+    ((key, entry),) = eval(f"{{{line}}}", {"Algorithm": Algorithm}).items()
+    monkeypatch.setitem(REGISTRY, key, entry)
+    monkeypatch.setitem(ALGORITHMS, key, entry.sentence)
+    return module
+
+
+def test_worked_example_of_an_algorithm(cayley):
+    q = np.array(cayley.cayley_k.py_func(0.0, 0.2, 0.0))
+    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
+    assert 2 * np.arctan2(q[2], q[0]) == pytest.approx(0.2 - 0.2**3 / 48, abs=1e-6)  # next: +φ⁵/1280
+
+    flight = STurn(duration=20, period=3.0).fly(50)
+    first = NavState(flight.latitude[0], flight.longitude[0], flight.height[0], flight.velocity_ned[0], flight.q_nb[0])
+    imu = ImuData(flight.time, flight.dtheta, flight.dvel)
+
+    def error(**options):
+        solution = navigate(imu, first, gravity="somigliana", **options)
+        assert np.max(solution.defect) < 1e-13
+        return np.max(flight.attitude_error(solution.q_nb))
+
+    cayleys = error(algorithm="cayley")
+    assert error(algorithm="cayley", frame="wander") == pytest.approx(cayleys, rel=1e-3)
+    # a quarter of what the normalised first-order step misses at a constant rate
+    assert 0 < cayleys < 1e-3
+    assert cayleys > 100 * error(algorithm="quaternion")
