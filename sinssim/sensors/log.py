@@ -1,12 +1,13 @@
-"""Reading a recorded IMU log into increments: CSV, Parquet or npz, its columns, units and axes named in a TOML file.
+"""Reading a recorded IMU log into increments: text, Parquet or npz, its columns, units and axes named in a TOML file.
 
 Without a description the columns are those of the package's own streams, `imu_measured.parquet` and its like.
 """
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -25,6 +26,13 @@ UNITS: dict[tuple[str, str], dict[str, float]] = {
 }
 """Units by triad and kind of log, in SI."""
 
+TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
+"""Suffixes of text files."""
+SUFFIXES = (*TEXT, ".parquet", ".npz")
+"""Suffixes of the files that can be a log."""
+WHITESPACE = "whitespace"
+"""The delimiter of columns that stand apart by any number of spaces and tabs."""
+
 Direction = Literal["forward", "backward", "right", "left", "down", "up"]
 _DIRECTIONS: dict[str, tuple[int, float]] = {
     "forward": (0, 1.0),
@@ -36,10 +44,16 @@ _DIRECTIONS: dict[str, tuple[int, float]] = {
 }
 
 
+Column = str | Annotated[int, Field(ge=1)]
+"""Name of a column, or its number, from 1, in a text file without a line of names."""
+
+
 class TriadColumns(Section):
     """The columns of three gyros or three accelerometers."""
 
-    columns: tuple[str, str, str] | str = Field(description="three column names, or one array of three columns (npz)")
+    columns: tuple[Column, Column, Column] | str = Field(
+        description="three column names or numbers (from 1), or one array of three columns (npz)"
+    )
     unit: str = Field(description="unit of the numbers")
 
 
@@ -49,13 +63,19 @@ class LogDescription(Section):
     kind: Literal["increments", "rates"] = Field(
         default="increments", description="integrals over an interval, or rates"
     )
-    time: str | None = Field(default="time_s", description="column with the time at the end of each interval")
+    time: Column | None = Field(default="time_s", description="column with the time at the end of each interval")
     time_unit: str = Field(default="s", description=f"one of {', '.join(TIME_UNITS)}")
     rate_hz: Positive | None = Field(default=None, description="samples per second, in place of a time column")
     axes: tuple[Direction, Direction, Direction] = Field(
         default=("forward", "right", "down"), description="where the three axes of the sensor block point"
     )
-    delimiter: str = Field(default=",", min_length=1, max_length=1, description="between the fields of a CSV file")
+    delimiter: Annotated[str, Field(min_length=1, max_length=1)] | Literal["whitespace"] = Field(
+        default=",",
+        description="one character between the fields of a text file, or whitespace for any number of blanks",
+    )
+    skip_lines: int = Field(
+        default=0, ge=0, description="lines of a text file before its line of names, or its numbers"
+    )
     gyro: TriadColumns = TriadColumns(columns=("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), unit="rad")
     accel: TriadColumns = TriadColumns(columns=("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), unit="m/s")
 
@@ -73,7 +93,25 @@ class LogDescription(Section):
             )
         if self.rate_hz is not None and "time" in self.model_fields_set and self.time is not None:
             raise ValueError("time (a column) and rate_hz are both given: keep one of them")
+        kinds = {isinstance(column, int) for column in self.used}
+        if len(kinds) > 1:
+            raise ValueError(
+                "some columns are named and others numbered: a text file has a line of names or has none (time is "
+                f"{self.time!r}; with rate_hz there need be no such column)"
+            )
         return self
+
+    @property
+    def used(self) -> tuple[Column, ...]:
+        """The columns that are read."""
+        triads = (t.columns if isinstance(t.columns, tuple) else (t.columns,) for t in (self.gyro, self.accel))
+        timed = self.time is not None and self.rate_hz is None
+        return (*((self.time,) if timed and self.time is not None else ()), *(c for triad in triads for c in triad))
+
+    @property
+    def numbered(self) -> bool:
+        """Whether columns go by their numbers, in a text file without a line of names."""
+        return isinstance(self.used[-1], int)
 
     @property
     def matrix(self) -> Array:
@@ -89,7 +127,7 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
     """Read a recorded log.
 
     Args:
-        path: a .csv, .parquet or .npz file.
+        path: a text file (`TEXT`), or a .parquet or .npz file.
         description: a TOML file that names columns, units and axes; by default the package's own columns.
 
     Returns:
@@ -115,7 +153,7 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
     else:
         ends = _column(columns, layout.time, path) * TIME_UNITS[layout.time_unit]
         if len(ends) < 2:
-            raise InputError(f"{path} has {len(ends)} samples; a log needs at least two.")
+            raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
         edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
         backwards = np.flatnonzero(np.diff(edges) <= 0.0)
         if len(backwards):
@@ -129,11 +167,18 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
     return ImuData(edges, gyro, accel)
 
 
-def _columns(path: Path, layout: LogDescription) -> dict[str, Array]:
-    """Read the file's columns by name."""
+def _columns(path: Path, layout: LogDescription) -> dict[Column, Any]:
+    """Read the file's columns by name, or by number."""
     suffix = path.suffix.lower()
-    if suffix not in (".csv", ".parquet", ".npz"):
-        raise InputError(f"{path}: a log is a .csv, .parquet or .npz file, not {suffix or 'one without a suffix'}.")
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"{path}: a log is a text file ({', '.join(TEXT)}) or a .parquet or .npz file, not "
+            f"{suffix or 'one without a suffix'}."
+        )
+    if layout.numbered and suffix not in TEXT:
+        raise InputError(
+            f"{path}: the columns of a {suffix} file have names; numbers are for text files without names."
+        )
     try:
         if suffix == ".npz":
             with np.load(path) as arrays:
@@ -143,31 +188,54 @@ def _columns(path: Path, layout: LogDescription) -> dict[str, Array]:
 
             table = parquet.read_table(path)
         else:
-            from pyarrow import csv
-
-            table = csv.read_csv(path, parse_options=csv.ParseOptions(delimiter=layout.delimiter))
+            table = _text_table(path, layout)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
     except ValueError as error:  # pyarrow's and numpy's own complaints derive from it
-        raise InputError(f"{path} cannot be read as a {suffix} file: {error}.") from error
-    return {name: table[name].to_numpy() for name in table.column_names}
+        hint = "" if suffix not in TEXT else f" Its fields are taken to be separated by {layout.delimiter!r}"
+        hint += "" if suffix not in TEXT else f" after {layout.skip_lines} skipped lines (delimiter and skip_lines)."
+        raise InputError(f"{path} cannot be read as a {suffix} file: {str(error).rstrip('.')}.{hint}") from error
+    names: list[Column] = list(range(1, table.num_columns + 1))
+    if not layout.numbered:
+        names = [name.strip().strip('"') for name in table.column_names]
+    return {name: column.to_numpy() for name, column in zip(names, table.columns, strict=True)}
 
 
-def _column(columns: dict[str, Array], name: str, path: Path) -> Array:
+def _text_table(path: Path, layout: LogDescription) -> Any:
+    """Read a text file with pyarrow, runs of blanks made single ones first if they are the delimiter."""
+    from pyarrow import csv
+
+    source: Path | io.BytesIO = path
+    delimiter = layout.delimiter
+    if delimiter == WHITESPACE:
+        source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in path.read_bytes().splitlines()))
+        delimiter = " "
+    return csv.read_csv(
+        source,
+        read_options=csv.ReadOptions(skip_rows=layout.skip_lines, autogenerate_column_names=layout.numbered),
+        parse_options=csv.ParseOptions(delimiter=delimiter),
+    )
+
+
+def _column(columns: dict[Column, Any], name: Column, path: Path) -> Array:
+    if name not in columns and isinstance(name, int):
+        raise InputError(f"{path}: there is no column {name}; it has {len(columns)} columns.")
     if name not in columns:
-        error = unknown_name("column", name, columns)
+        error = unknown_name("column", str(name), [str(known) for known in columns])
         raise InputError(f"{path}: {error}") from error
     try:
         values = np.asarray(columns[name], dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: the column {name!r} does not hold numbers.") from error
+    if not values.size:
+        raise InputError(f"{path} holds no samples: the column {name!r} is empty.")
     finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
     if not finite.all():
         raise InputError(f"{path}, sample {int(np.argmin(finite))}: the column {name!r} is empty or not finite.")
     return values
 
 
-def _triad(columns: dict[str, Array], layout: LogDescription, name: Literal["gyro", "accel"], path: Path) -> Array:
+def _triad(columns: dict[Column, Any], layout: LogDescription, name: Literal["gyro", "accel"], path: Path) -> Array:
     """Return one triad, forward-right-down, SI, (N, 3)."""
     triad: TriadColumns = getattr(layout, name)
     if isinstance(triad.columns, str):

@@ -60,6 +60,115 @@ def test_whole_arrays_and_a_sampling_rate(tmp_path):
     check(read_log(tmp_path / "log.npz", tmp_path / "log.toml"))
 
 
+def rows(*, separator, names="", before=""):
+    """The package's own columns as text, without names unless given."""
+    lines = [separator.join(repr(float(x)) for x in row) for row in np.column_stack([ENDS, GYRO, ACCEL])]
+    return before + names + "\n".join(lines) + "\n"
+
+
+NUMBERED = 'time = 1\n{}[gyro]\ncolumns = [2, 3, 4]\nunit = "rad"\n[accel]\ncolumns = [5, 6, 7]\nunit = "m/s"\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "keys"),
+    [
+        ("log.csv", rows(separator=","), ""),
+        ("log.txt", rows(separator="   ").replace("\n", "\n  "), 'delimiter = "whitespace"\n'),
+        ("log.dat", rows(separator=" \t ", before="t w f\ns rad m/s\n"), 'delimiter = "whitespace"\nskip_lines = 2\n'),
+        ("log.tsv", rows(separator="\t"), 'delimiter = "\\t"\n'),
+        ("log.csv", rows(separator=",").replace("\n", "\r\n"), ""),
+    ],
+)
+def test_text_without_names_has_numbered_columns(tmp_path, name, text, keys):
+    (tmp_path / name).write_text(text, newline="")
+    (tmp_path / "log.toml").write_text(NUMBERED.format(keys))
+    check(read_log(tmp_path / name, tmp_path / "log.toml"))
+
+
+def test_names_may_stand_below_a_comment_behind_a_mark_and_among_blanks(tmp_path):
+    names = "time_s, " + ", ".join(own_table().column_names[1:]) + "\n"
+    (tmp_path / "log.csv").write_text("\ufeff" + rows(separator=", ", names=names), encoding="utf-8")
+    check(read_log(tmp_path / "log.csv"))
+    (tmp_path / "log.csv").write_text(rows(separator=",", names=names, before="# unit 7\n"))
+    (tmp_path / "log.toml").write_text("skip_lines = 1\n")
+    check(read_log(tmp_path / "log.csv", tmp_path / "log.toml"))
+    (tmp_path / "log.txt").write_text(rows(separator="  ", names=names.replace(",", "  ")))
+    (tmp_path / "log.toml").write_text('delimiter = "whitespace"\n')
+    check(read_log(tmp_path / "log.txt", tmp_path / "log.toml"))
+
+
+def test_uneven_times_weigh_rates_by_their_own_intervals(tmp_path):
+    uneven = np.array([0.01, 0.02, 0.05])
+    np.savez(tmp_path / "log.npz", t=uneven, w=GYRO / [[0.01], [0.01], [0.03]], f=ACCEL / [[0.01], [0.01], [0.03]])
+    (tmp_path / "log.toml").write_text(
+        'kind = "rates"\ntime = "t"\n[gyro]\ncolumns = "w"\nunit = "rad/s"\n[accel]\ncolumns = "f"\nunit = "m/s^2"\n'
+    )
+    imu = read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+    np.testing.assert_allclose(imu.time, [0.0, *uneven], atol=1e-12)
+    np.testing.assert_allclose(imu.dtheta, GYRO, rtol=1e-12)
+    np.testing.assert_allclose(imu.dvel, ACCEL, rtol=1e-12)
+
+
+# Of one turn, one gravity: by hand, or from the definition of the unit.
+@pytest.mark.parametrize(
+    ("triad", "kind", "unit", "value", "si"),
+    [
+        ("gyro", "increments", "rad", 1.0, 1.0),
+        ("gyro", "increments", "mrad", 1000.0, 1.0),
+        ("gyro", "increments", "urad", 1e6, 1.0),
+        ("gyro", "increments", "deg", 360.0, 2 * np.pi),
+        ("gyro", "increments", "arcsec", 1296000.0, 2 * np.pi),
+        ("gyro", "rates", "rad/s", 1.0, 1.0),
+        ("gyro", "rates", "mrad/s", 1000.0, 1.0),
+        ("gyro", "rates", "deg/s", 360.0, 2 * np.pi),
+        ("gyro", "rates", "deg/h", 360.0 * 3600.0, 2 * np.pi),
+        ("accel", "increments", "m/s", 9.80665, 9.80665),
+        ("accel", "increments", "mm/s", 9806.65, 9.80665),
+        ("accel", "increments", "ft/s", 1.0, 0.3048),
+        ("accel", "increments", "g*s", 1.0, 9.80665),
+        ("accel", "rates", "m/s^2", 9.80665, 9.80665),
+        ("accel", "rates", "ft/s^2", 1.0, 0.3048),
+        ("accel", "rates", "g", 1.0, 9.80665),
+        ("accel", "rates", "mg", 1000.0, 9.80665),
+    ],
+)
+def test_every_unit(tmp_path, triad, kind, unit, value, si):
+    units = {"gyro": "rad", "accel": "m/s"} if kind == "increments" else {"gyro": "rad/s", "accel": "m/s^2"}
+    units[triad] = unit
+    np.savez(tmp_path / "log.npz", t=[1.0, 2.0], x=np.full((2, 3), value))
+    (tmp_path / "log.toml").write_text(
+        f'kind = "{kind}"\ntime = "t"\n'
+        + "".join(f'[{name}]\ncolumns = "x"\nunit = "{units[name]}"\n' for name in units)
+    )
+    imu = read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+    np.testing.assert_allclose(imu.dtheta if triad == "gyro" else imu.dvel, si, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("axes", "of_forward_right_down"),
+    [
+        (["right", "forward", "up"], [[0, 1, 0], [1, 0, 0], [0, 0, -1]]),
+        (["forward", "left", "up"], [[1, 0, 0], [0, -1, 0], [0, 0, -1]]),
+        (["up", "right", "backward"], None),  # left-handed
+        (["up", "left", "backward"], [[0, 0, -1], [0, -1, 0], [-1, 0, 0]]),
+        (["backward", "left", "down"], [[-1, 0, 0], [0, -1, 0], [0, 0, 1]]),
+    ],
+)
+def test_axes(tmp_path, axes, of_forward_right_down):
+    """Three samples, each along one axis of the log, in forward-right-down by hand."""
+    np.savez(tmp_path / "log.npz", t=[1.0, 2.0, 3.0], x=np.eye(3))
+    (tmp_path / "log.toml").write_text(
+        f'time = "t"\naxes = {axes}\n[gyro]\ncolumns = "x"\nunit = "rad"\n[accel]\ncolumns = "x"\nunit = "m/s"\n'
+    )
+    if of_forward_right_down is None:
+        with pytest.raises(InputError, match="right-handed"):
+            read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+        return
+    imu = read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+    np.testing.assert_array_equal(imu.dtheta, of_forward_right_down)
+    np.testing.assert_array_equal(imu.dvel, of_forward_right_down)
+
+
 TRIADS = '[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad"\n[accel]\ncolumns = ["d", "e", "f"]\nunit = "m/s"\n'
 
 
@@ -77,6 +186,9 @@ TRIADS = '[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad"\n[accel]\ncolumns = ["
         ('time = "t"\n' + TRIADS.replace('"f"', '"text"'), "does not hold numbers"),
         ('time = "t"\n' + TRIADS.replace('"f"', '"gap"'), "sample 1"),
         ('time = "back"\n' + TRIADS, "sample 2"),
+        ("time = 1\n" + TRIADS, "some columns are named and others numbered"),
+        ('time = "t"\n' + TRIADS.replace('"c"', "0"), "columns"),
+        (NUMBERED.format(""), "numbers are for text files"),
     ],
 )
 def test_mistakes_are_named(tmp_path, description, text):
@@ -94,11 +206,14 @@ def test_mistakes_are_named(tmp_path, description, text):
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [
-        ("log.txt", b"", ".csv, .parquet or .npz"),
+        ("log.bin", b"", ".parquet or .npz"),
         ("log.csv", b"", "cannot be read"),
         ("log.parquet", b"PAR1 but not really", "cannot be read"),
         ("log.npz", b"PK but not really", "cannot be read"),
         ("log.csv", b"time_s,dtheta_x_rad\n1,2\n", "unknown column"),
+        ("log.csv", (",".join(own_table().column_names) + "\n").encode(), "no samples"),
+        ("log.csv", (",".join(own_table().column_names) + "\n" + "1,0,0,0,0,0,0\n").encode(), "1 sample;"),
+        ("log.csv", b"a,b\n1,2\n3,4,5\n", "delimiter and skip_lines"),
     ],
 )
 def test_unreadable_files_are_named(tmp_path, name, content, text):
@@ -107,6 +222,13 @@ def test_unreadable_files_are_named(tmp_path, name, content, text):
         read_log(tmp_path / name)
     assert text in str(info.value)
     assert name in str(info.value)
+
+
+def test_a_number_beyond_the_last_column_is_named(tmp_path):
+    (tmp_path / "log.csv").write_text("1,2,3\n4,5,6\n")
+    (tmp_path / "log.toml").write_text(NUMBERED.format(""))
+    with pytest.raises(InputError, match="there is no column 4; it has 3 columns"):
+        read_log(tmp_path / "log.csv", tmp_path / "log.toml")
 
 
 def test_a_missing_file_is_named(tmp_path):
