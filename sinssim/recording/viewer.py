@@ -20,6 +20,7 @@ from sinssim.recording.blueprints import RunInfo, all_views
 RUN_ENTITY = "about/run"
 """Where a recording keeps its `RunInfo`."""
 
+_TIMELINE = "sim_time"
 _START_SECONDS = 60.0
 _SETTLE_SECONDS = 1.0
 """How long the picture takes to settle after the time cursor was moved, s."""
@@ -47,17 +48,18 @@ def find_recording(path: Path) -> Path:
     raise InputError(f"{path} {what}; give a run directory, such as runs/first_flight, or an .rrd file.")
 
 
-def read_run_info(recording: Path) -> RunInfo:
-    """Return what a recording says about its run.
+def find_run_info(recording: Path) -> RunInfo | None:
+    """Return what a recording says about its run, if it says anything.
 
     Args:
-        recording: an .rrd file that sinssim wrote.
+        recording: an .rrd file.
 
     Returns:
-        The information that views need.
+        The information that views need; None from a recording that opens with a layout of its own, as the ground
+        study's or another program's does.
 
     Raises:
-        InputError: the file cannot be read, or is no recording of sinssim's.
+        InputError: the file cannot be read.
     """
     from rerun.chunk import RrdReader
 
@@ -69,13 +71,29 @@ def read_run_info(recording: Path) -> RunInfo:
             for name in batch.schema.names:
                 if name.endswith("TextDocument:text"):
                     text = batch.column(name)[-1].as_py()[0]
-        if text is None:
-            raise ValueError(f"it has no {RUN_ENTITY}")
-        return RunInfo.from_json(text)
+        return None if text is None else RunInfo.from_json(text)
     except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
         raise InputError(
             f"{recording} is not a recording that sinssim wrote, or it is damaged ({error}); run its scenario again."
         ) from error
+
+
+def read_run_info(recording: Path) -> RunInfo:
+    """Return what the recording of a run says about that run.
+
+    Args:
+        recording: an .rrd file that a run wrote.
+
+    Returns:
+        The information that views need.
+
+    Raises:
+        InputError: the file cannot be read, or is no recording of a run.
+    """
+    run = find_run_info(recording)
+    if run is None:
+        raise InputError(f"{recording} does not describe a run (it has no {RUN_ENTITY}); no view can be made of it.")
+    return run
 
 
 def open_viewer(path: Path, view: str | None = None) -> None:
@@ -142,7 +160,7 @@ def screenshot(
         picture: the PNG file to write.
         view: name of the view in front, or path of a view's file; as it was recorded if not given.
         size: width and height of the picture.
-        time_s: where the time cursor stands, s; the middle of the run if not given.
+        time_s: where the time cursor stands, s; the middle of the recorded time if not given.
 
     Raises:
         InputError: there is no such recording or view, or the picture cannot be written.
@@ -152,8 +170,7 @@ def screenshot(
 
     if not picture.absolute().parent.is_dir():
         raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
-    run = read_run_info(find_recording(path))
-    moment = 0.5 * (run.start + run.end) if time_s is None else time_s
+    timed = _is_timed(find_recording(path))
     (port,) = _free_ports(1)
     arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
     with _files(path, view, menu=False) as files, _Viewer([*arguments, *files]) as viewer:
@@ -161,10 +178,12 @@ def screenshot(
         started = time.monotonic()
         try:
             client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-            while not _loaded(client):
+            while not _loaded(client, timed):
                 viewer.check(started + _START_SECONDS)
                 time.sleep(0.1)
-            client.set_time("sim_time", duration=moment, play_state="paused")
+            moment = _middle(client) if time_s is None else time_s
+            if moment is not None:
+                client.set_time(_TIMELINE, duration=moment, play_state="paused")
             time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
             png = client.take_screenshot()
         except (OSError, RuntimeError) as error:  # the viewer is gone, or does not answer
@@ -177,9 +196,32 @@ def screenshot(
         raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
 
 
-def _loaded(client: Any) -> bool:
+def _is_timed(recording: Path) -> bool:
+    """Say whether a recording holds anything that changes with time."""
+    from rerun.chunk import RrdReader
+
+    try:
+        return any(not chunk.is_static for chunk in RrdReader(recording).stream())
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{recording} is not a recording, or it is damaged ({error}).") from error
+
+
+def _loaded(client: Any, timed: bool) -> bool:
     state = client.get_state()
-    return not state.loading and any(r.timelines and r.timelines[0].end is not None for r in state.recordings)
+    if state.loading or not state.recordings:
+        return False
+    return not timed or any(r.timelines and r.timelines[0].end is not None for r in state.recordings)
+
+
+def _middle(client: Any) -> float | None:
+    """Return the middle of the recorded time, s; None where nothing was recorded over `_TIMELINE`."""
+    spans = [
+        (t.start, t.end)
+        for recording in client.get_state().recordings
+        for t in recording.timelines
+        if t.name == _TIMELINE and t.end is not None
+    ]
+    return 0.5e-9 * (min(start for start, _ in spans) + max(end for _, end in spans)) if spans else None
 
 
 @contextlib.contextmanager
@@ -189,7 +231,15 @@ def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[
     if view is None and menu:
         yield [str(recording)]
         return
-    run = read_run_info(recording)
+    run = find_run_info(recording)
+    if run is None:
+        if view is not None:
+            raise InputError(
+                f"{recording} does not describe a run (it has no {RUN_ENTITY}), so that the view {view!r} cannot be "
+                "made of it; without --view it opens with the layout that it was recorded with."
+            )
+        yield [str(recording)]
+        return
     layout = all_views(run, view, menu=menu)
     with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
         file = Path(folder) / "view.rbl"

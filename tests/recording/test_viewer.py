@@ -93,6 +93,51 @@ def test_a_picture_without_a_folder_is_refused_before_anything_is_opened(directo
         viewer.screenshot(directory, directory / "nowhere" / "picture.png")
 
 
+@pytest.fixture(params=["timed", "static", "frames"])
+def foreign(request, tmp_path) -> Path:
+    """A valid recording that describes no run: over the usual time, without any time, over a time of its own."""
+    import rerun as rr
+
+    file = tmp_path / "foreign.rrd"
+    recording = rr.RecordingStream("foreign")
+    recording.save(file)
+    recording.log("note", rr.TextDocument("hello"), static=True)
+    for k in range(5 if request.param != "static" else 0):
+        if request.param == "timed":
+            recording.set_time("sim_time", duration=float(k))
+        else:
+            recording.set_time("frame", sequence=k)
+        recording.log("value", rr.Scalars(float(k)))
+    recording.flush()
+    recording.disconnect()
+    return file
+
+
+def test_a_recording_that_describes_no_run_opens_as_it_was_recorded(foreign, tmp_path, broken_viewer):
+    assert viewer.find_run_info(foreign) is None
+    with pytest.raises(InputError, match=r"does not describe a run .* the view 'navigation' cannot be made of it"):
+        viewer.open_viewer(foreign, "navigation")
+    with pytest.raises(InputError, match="without --view"):
+        viewer.screenshot(foreign, tmp_path / "picture.png", "navigation")
+    broken_viewer("started")  # so it is opened, in a window and for a picture
+    for look in (lambda: viewer.open_viewer(foreign), lambda: viewer.screenshot(foreign, tmp_path / "picture.png")):
+        with pytest.raises(RunError, match="It said last: started"):
+            look()
+
+
+@pytest.mark.slow
+def test_a_recording_that_describes_no_run_makes_a_picture(foreign, tmp_path):
+    viewer.screenshot(foreign, tmp_path / "picture.png", size=(640, 400))
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_no_recording_makes_no_picture(tmp_path, broken_viewer):
+    broken_viewer("must not be started")
+    (tmp_path / "notes.rrd").write_text("# notes")
+    with pytest.raises(InputError, match="is not a recording"):
+        viewer.screenshot(tmp_path / "notes.rrd", tmp_path / "picture.png")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["flight", "navigation", "sensors"])
 def test_every_view_makes_a_picture(directory, tmp_path, view):
