@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim import rotation
+from sinssim import jit, rotation
 
 ULP = np.finfo(float).eps
 
@@ -296,3 +296,27 @@ def test_kernels_are_the_array_functions():
     ]
     for scalar, array in pairs:
         np.testing.assert_allclose(scalar, array, rtol=2 * ULP, atol=2 * ULP)
+
+
+# --- sine and cosine ----------------------------------------------------------------------------------------
+
+
+@jit.kernel
+def _sincos_rows(x, s, c):
+    """A caller with fastmath, which must not reorder the reduction of the argument."""
+    for i in range(len(x)):
+        s[i], c[i] = rotation.sincos_k(x[i])
+
+
+def test_sincos_is_the_librarys_to_rounding():
+    """Small and large angles, the seams between octants, and beyond the range of the reduction."""
+    seams = np.arange(-1300, 1300) * np.pi / 4
+    x = np.concatenate(
+        [np.linspace(-1000, 1000, 100_001), np.linspace(-7, 7, 10_001), seams, [1e-300, 0.0, 1234.5, -1e6]]
+    )
+    s, c = np.empty_like(x), np.empty_like(x)
+    _sincos_rows(x, s, c)
+    np.testing.assert_allclose(s, np.sin(x), rtol=0, atol=2 * ULP)
+    np.testing.assert_allclose(c, np.cos(x), rtol=0, atol=2 * ULP)
+    small = np.abs(x) < 0.7
+    np.testing.assert_allclose(s[small], np.sin(x[small]), rtol=2 * ULP, atol=0)
