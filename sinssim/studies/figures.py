@@ -221,9 +221,11 @@ def bars(rows: Sequence[Row], label: Label) -> Figure:
     Returns:
         The figure.
     """
+    from matplotlib.ticker import NullLocator
+
     done = [row for row in rows if row.status == "done"]
     motions = list(dict.fromkeys(row.motion for row in done))
-    names = list(dict.fromkeys(label(row) for row in done))
+    names = list(dict.fromkeys(label(row) for row in rows))
     figure = _figure(max(7.5, 2.4 + 3.2 * len(motions)), 0.9 + 0.24 * len(names) * 1.0 + 0.5)
     grid = figure.subplots(1, len(motions), squeeze=False, sharey=True)
     for column, motion in enumerate(motions):
@@ -235,9 +237,11 @@ def bars(rows: Sequence[Row], label: Label) -> Figure:
             axes.annotate(
                 _short(value), (value, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=7.5
             )
+        values = [max(row.max_horizontal_error_m, _FLOOR) for row in done if row.motion == motion]
+        low, high = np.floor(np.log10(min(values)) - 0.3), np.ceil(np.log10(max(values)))
         axes.set_xscale("log")
-        low, high = axes.get_xlim()
-        axes.set_xlim(low, high * (high / low) ** 0.18)
+        axes.set_xlim(10.0**low, 10.0 ** (high + 0.18 * (high - low)))
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.set_yticks(range(len(names)), names)
         axes.set_ylim(len(names) - 0.5, -0.5)
         _style_axes(axes)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
 
 from sinssim.data import Array
+from sinssim.recording import style
 from sinssim.recording.blueprints import RunInfo, all_views
 from sinssim.recording.rrd import Recording
 from sinssim.recording.viewer import RUN_ENTITY
@@ -60,6 +62,14 @@ def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str
         Entity, title, end of the motion and whether there is room for a legend, of each panel.
     """
     panels: list[tuple[str, str, float, bool]] = []
+    everything = [
+        _label(part, rows)(row)
+        for part in comparison.study.parts
+        if (rows := comparison.of_part(part.title))
+        for row in rows
+    ]
+    names = list(dict.fromkeys(everything))
+    colors = dict(zip(names, style.colors(names), strict=True))  # one name, one colour in all panels
     for number_, part in enumerate(comparison.study.parts, start=1):
         rows = comparison.of_part(part.title)
         for motion in dict.fromkeys(row.motion for row in rows):
@@ -67,7 +77,7 @@ def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str
             if not here:
                 continue
             shown = _shown(part, here)
-            label = labeller(rows, pace=not over_rates(part))
+            label = _label(part, rows)
             histories = [comparison.histories[_case(comparison, row)] for row in shown]
             end = min(history.time[-1] for history in histories)
             time = np.linspace(histories[0].time[0], end, _POINTS)
@@ -76,16 +86,21 @@ def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str
             kind = "attitude" if over_rates(part) else "horizontal"
             values = np.column_stack([_log_error(history, kind, time) for history in histories])
             values[0] = np.nan  # no error at the start, and no logarithm of it
-            recording.series(entity, time, values, names, widths=1.6)
+            recording.series(entity, time, values, names, colors=[colors[name] for name in names], widths=1.6)
             what = "attitude, log₁₀ ″" if kind == "attitude" else "horizontal, log₁₀ m"
-            rate = f", {shown[0].rate_hz:g} Hz" if over_rates(part) else ""
+            rate = f", {shown[0].rate_hz:g} Hz" if part.rates_hz else ""
             panels.append((entity, f"{motion}{rate}: {what}", float(end), len(names) <= _LEGEND))
     return panels[:_PANELS]
 
 
+def _label(part: Part, rows: list[Row]) -> Callable[[Row], str]:
+    """Return what a line is called: all lines of a panel have one rate, unless there are schedules."""
+    return labeller(rows, pace=bool(part.schedules_hz))
+
+
 def _shown(part: Part, rows: list[Row]) -> list[Row]:
     """Return the rows to be drawn: those at one rate, without corrected variants if there are many."""
-    if over_rates(part):
+    if part.rates_hz and not part.schedules_hz:
         rate = min(part.rates_hz, key=lambda hz: abs(np.log(hz / _SHOWN_HZ)))
         rows = [row for row in rows if row.rate_hz == rate] or rows
     if len(rows) > _LINES:
@@ -149,14 +164,34 @@ def _markdown(comparison: Comparison) -> str:
         lines += [*(f"- {point}" for point in verdict.points), ""]
     for part in comparison.study.parts:
         rows = [row for row in comparison.of_part(part.title) if row.status == "done"]
-        if not rows or over_rates(part):
+        if not rows:
             continue
-        label = labeller(rows, pace=True)
-        lines += [f"## {part.title}", "", "| motion | | horizontal, m | attitude, ″ |", "|---|---|---|---|"]
-        lines += [
-            f"| {row.motion} | {label(row)} | {number(row.max_horizontal_error_m)} | "
-            f"{number(row.max_attitude_error_arcsec)} |"
-            for row in rows
-        ]
+        lines += [f"## {part.title}", ""]
+        lines += _rates_table(rows) if over_rates(part) else _cases_table(rows)
         lines.append("")
     return "\n".join(lines)
+
+
+def _cases_table(rows: list[Row]) -> list[str]:
+    label = labeller(rows, pace=True)
+    cells = [
+        f"| {row.motion} | {label(row)} | {number(row.max_horizontal_error_m)} | "
+        f"{number(row.max_attitude_error_arcsec)} |"
+        for row in rows
+    ]
+    return ["| motion | | horizontal, m | attitude, ″ |", "|---|---|---|---|", *cells]
+
+
+def _rates_table(rows: list[Row]) -> list[str]:
+    """Greatest attitude errors, a table for each motion."""
+    label, rates = labeller(rows), sorted({row.rate_hz for row in rows})
+    lines: list[str] = []
+    for motion in dict.fromkeys(row.motion for row in rows):
+        found = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows if row.motion == motion}
+        lines += [f"| {motion}: attitude, ″ | " + " | ".join(f"{rate:g} Hz" for rate in rates) + " |"]
+        lines += ["|---|" + "---|" * len(rates)]
+        for name in dict.fromkeys(name for name, _ in found):
+            cells = (number(found.get((name, rate), float("nan")), 2) for rate in rates)
+            lines.append(f"| {name} | {' | '.join(cells)} |")
+        lines.append("")
+    return lines

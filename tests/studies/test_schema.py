@@ -112,3 +112,10 @@ def test_two_motions_of_one_name(tmp_path: Path) -> None:
 )
 def test_divides(slow: float, fast: float, whole: bool) -> None:
     assert divides(slow, fast) is whole
+
+
+def test_the_documented_study_loads(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "comparing.md").read_text(encoding="utf-8")
+    study = load(tmp_path, text.split("```toml\n")[1].split("```")[0])
+    assert [len(part.motions) for part in study.parts] == [2, 1]
+    assert study.block("good-gyros").gyro_bias_deg_h == (0.002, 0.002, 0.002)
