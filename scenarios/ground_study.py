@@ -390,7 +390,7 @@ def main() -> None:
 
     record_ground_study(folder / "recording.rrd", **streams, **swaying, summary=text)
     print(text)
-    print(f"Figures, summary and recording are in {folder}. Look at it: rerun {folder / 'recording.rrd'}")
+    print(f"Figures, summary and recording are in {folder}. Look at it: sinssim view {folder}")
 
 
 if __name__ == "__main__":

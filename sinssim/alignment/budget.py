@@ -288,15 +288,17 @@ def bias_takes_over(
     Raises:
         InputError: as `error_budget`.
     """
+    shape = np.broadcast_shapes(*(np.shape(value) for value in (*attitude, latitude, gravity) if value is not None))
+    count = len(Angles._fields)
+    low, high = np.full((count, *shape), _SHORTEST), np.full((count, *shape), _LONGEST)  # an angle a row
     steady = tuple(source for source in SOURCES if source not in AVERAGED)
-
-    def crossing(angle: int) -> Array:
-        low, high = np.asarray(_SHORTEST), np.asarray(_LONGEST)
-        for _ in range(80):  # bisection of the logarithm
-            middle = np.sqrt(low * high)
-            budget = error_budget(attitude, latitude, sigma, middle, method=method, gravity=gravity)
-            noisy = total(budget, AVERAGED)[angle] > total(budget, steady)[angle]
-            low, high = np.where(noisy, middle, low), np.where(noisy, high, middle)
-        return np.where(low > 0.99 * _LONGEST, np.inf, np.where(high < 1.01 * _SHORTEST, 0.0, high))
-
-    return Angles(*(crossing(angle) for angle in range(len(Angles._fields))))
+    for _ in range(80):  # bisection of the logarithm
+        middle = np.sqrt(low * high)
+        budget = error_budget(attitude, latitude, sigma, middle, method=method, gravity=gravity)
+        averaged, lasting = (
+            np.stack([np.broadcast_to(value, middle.shape)[k] for k, value in enumerate(total(budget, sources))])
+            for sources in (AVERAGED, steady)
+        )
+        noisy = averaged > lasting
+        low, high = np.where(noisy, middle, low), np.where(noisy, high, middle)
+    return Angles(*np.where(low > 0.99 * _LONGEST, np.inf, np.where(high < 1.01 * _SHORTEST, 0.0, high)))

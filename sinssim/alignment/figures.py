@@ -319,7 +319,7 @@ def session_figure(report: AlignmentReport) -> Figure:
     for panel, name in zip(panels, Angles._fields, strict=True):
         _curves(panel, name, d.attitude, d.latitude, {"all together": report.sigma}, report.method)
         panel.axvline(report.duration, color=_GREY, lw=1, ls=":", label="this session")
-        panel.legend(fontsize=7, frameon=False)
+        panel.legend(fontsize=7, framealpha=0.95, edgecolor="none")  # above the line of this session
         panel.set_title("")
     figure.suptitle(f"{report.source}: expected error of a session of {report.duration:g} s")
     return figure

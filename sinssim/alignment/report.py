@@ -104,7 +104,8 @@ class AlignmentReport:
 
         d = self.determination
         how = "eq. (1) on a quiet base" if self.method == "quiet" else "gravity's cone in inertial space"
-        table = Table(title=f"{self.source}: {self.duration:g} s, {self.samples} samples, {how}", title_justify="left")
+        console.print(f"{self.source}: {self.duration:g} s, {self.samples} samples, {how}", markup=False)
+        table = Table()
         table.add_column("")
         table.add_column("determined, °", justify="right")
         if self.budget is not None:
@@ -121,7 +122,8 @@ class AlignmentReport:
             if sigma is not None and self.crossing is not None:
                 row += [_minutes(float(getattr(sigma, name))), f"{float(getattr(self.crossing, name)):.3g}"]
             if self.truth is not None and error is not None:
-                row += [_angle(getattr(self.truth, name)), f"{float(getattr(error, name)) / ARCMIN:.3f}"]
+                off = float(getattr(error, name)) / ARCMIN
+                row += [_angle(getattr(self.truth, name)), "–" if math.isnan(off) else f"{off:.3f}"]
             if self.mean_angles is not None:
                 row.append(_angle(getattr(self.mean_angles, name)))
             table.add_row(*row)
@@ -235,12 +237,12 @@ def align_source(
     """Align a scenario's simulated session, or a recorded log.
 
     Args:
-        source: a scenario's file or name, or a .csv, .parquet or .npz log.
+        source: a scenario's file or name, or a log, told by its suffix (`sinssim.sensors.log.SUFFIXES`).
         columns: TOML file that names a log's columns, units and axes.
         grade: the grade of a log's sensors, for the expected error.
         start, end: part of the session to use, on its own time, s.
         method: "quiet" or "disturbed".
-        latitude: rad, if known.
+        latitude: rad, if known, for "disturbed".
         settings: "key=value" replacements in a scenario.
 
     Returns:
@@ -250,12 +252,21 @@ def align_source(
         InputError: something that cannot be used, named.
         RunError: a scenario that cannot be flown.
     """
-    if Path(source).suffix.lower() in (".csv", ".parquet", ".npz"):
+    from sinssim.sensors.log import SUFFIXES
+
+    if method == "quiet" and latitude is not None:
+        raise InputError(
+            "a known latitude serves the alignment on a disturbed base; eq. (1) on a quiet base finds the latitude "
+            "itself. Add --disturbed, or leave --latitude out."
+        )
+    if Path(source).suffix.lower() in SUFFIXES:
+        if settings:
+            raise InputError(f"{source} is a log, --set {settings[0]} is for scenarios; its sensors: --grade NAME.")
         return _align_log(Path(source), columns, grade, (start, end), method, latitude)
     if columns is not None or grade is not None:
         raise InputError(
-            f"{source} is a scenario, which describes its own sensors; columns and grade are for logs (.csv, "
-            ".parquet, .npz). Another grade: --set imu.grade=NAME."
+            f"{source} is a scenario, which describes its own sensors; columns and grade are for logs "
+            f"({', '.join(SUFFIXES)}). Another grade: --set imu.grade=NAME."
         )
     from sinssim import rotation
     from sinssim.scenario import load_scenario
@@ -289,7 +300,16 @@ def _align_log(
         find_grade(grade)  # its own message names the grades
         sensors = ImuSection(grade=grade)
     imu = _part(read_log(path, columns), *span, str(path))
-    return align_session(imu, path.name, sensors, method=method, latitude=latitude)
+    report = align_session(imu, path.name, sensors, method=method, latitude=latitude)
+    d = report.determination
+    if not np.abs(d.roll) > 0.5 * np.pi:
+        return report
+    doubtful = (
+        f"the sensor block lies on its back (roll {float(d.roll) / DEG:.1f} deg): right if it is mounted so; otherwise "
+        "the log's axes are not what they are said to be, or its accelerometers have the opposite sign (at rest a "
+        "specific force points up)."
+    )
+    return replace(report, determination=replace(d, warnings=(*d.warnings, doubtful)))
 
 
 def _part(imu: ImuData, start: float | None, end: float | None, source: str) -> ImuData:

@@ -7,6 +7,7 @@ import pytest
 
 from sinssim import rotation
 from sinssim.alignment import (
+    AVERAGED,
     SOURCES,
     Attitude,
     InstrumentErrors,
@@ -147,6 +148,19 @@ def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread():
     for errors, sigma in zip(found, total(budget), strict=True):
         assert abs(errors.mean()) < 4 * sigma / np.sqrt(runs)
         assert errors.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * runs))
+
+
+def test_bias_takes_over_on_a_map_as_at_each_of_its_points():
+    sigma = expected_errors(ImuSection(gyro_quantum_arcsec=1.0)).sigma
+    heading, latitude = np.array([0.1, 1.0, 2.0, 4.0]), np.radians([[10.0], [50.0], [80.0]])
+    attitude = Attitude(heading, 0.1, -0.2)
+    on_map = bias_takes_over(attitude, latitude, sigma)
+    assert on_map.latitude.shape == (3, 4)
+    alone = bias_takes_over(Attitude(2.0, 0.1, -0.2), latitude[1, 0], sigma)
+    np.testing.assert_allclose([angle[1, 2] for angle in on_map], alone, rtol=1e-12)
+    at_crossing = error_budget(Attitude(2.0, 0.1, -0.2), latitude[1, 0], sigma, alone.latitude)
+    lasting = tuple(source for source in SOURCES if source not in AVERAGED)
+    assert total(at_crossing, AVERAGED).latitude == pytest.approx(total(at_crossing, lasting).latitude, rel=1e-9)
 
 
 @pytest.mark.parametrize("duration", [0.0, -5.0, np.nan])

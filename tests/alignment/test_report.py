@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from pyarrow import csv, table
 
-from sinssim.alignment.figures import save, session_figure
+from sinssim.alignment import Attitude, error_budget, expected_errors, ideal_readings
+from sinssim.alignment.figures import budget_bars, save, session_figure
 from sinssim.alignment.report import align_source
 from sinssim.cli import main
+from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import emulate
@@ -103,6 +105,22 @@ def test_errors_that_a_scenario_fixes_are_told_beforehand(scenario, capsys):
         assert result["known_error_arcmin"][name] == pytest.approx(result["error_arcmin"][name], rel=0.1, abs=1e-6)
 
 
+@pytest.mark.parametrize("method", ["quiet", "disturbed"])
+def test_a_block_on_its_back_in_a_log_is_doubted(tmp_path, method):
+    """Forward-left-up axes taken for forward-right-down, or accelerometers of the opposite sign, look like that."""
+    gyro, accel = ideal_readings(0.3, 0.02, 0.1, 0.9)
+    count, dt = 400, 0.25
+    increments = [np.tile(reading * [1, -1, -1] * dt, (count, 1)) for reading in (gyro, accel)]
+    flipped = ImuData(np.arange(count + 1) * dt, *increments)
+    log, _ = write_log(tmp_path / "log.csv", flipped)
+    report = align_source(log, columns=tmp_path / "log.toml", method=method)
+    assert "lies on its back (roll" in report.determination.warnings[-1]
+    (tmp_path / "log.toml").write_text('axes = ["forward", "left", "up"]\n' + (tmp_path / "log.toml").read_text())
+    report = align_source(log, columns=tmp_path / "log.toml", method=method)
+    assert report.determination.warnings == ()
+    np.testing.assert_allclose(report.determination.attitude, [0.3, 0.02, 0.1], atol=1e-6)
+
+
 def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
     sways = [Sway("roll", 0.005, 0.3117), Sway("pitch", 0.005, 0.1731, 1.0), Sway("heading", 0.005, 0.2319, 2.0)]
     truth = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, sways)
@@ -127,15 +145,24 @@ def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
 
 
 def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
-    for suffix in ("svg", "png"):
-        code, _, _ = run(capsys, scenario, "--plot", str(tmp_path / f"expected.{suffix}"))
-        assert code == 0
-        assert (tmp_path / f"expected.{suffix}").stat().st_size > 10_000
-    assert "arcmin" in (tmp_path / "expected.svg").read_text()
+    code, _, _ = run(capsys, scenario, "--plot", str(tmp_path / "expected.svg"))
+    assert code == 0
+    drawing = (tmp_path / "expected.svg").read_text()
+    for label in ("σ, arcmin", "σ, arcsec", "session length T, s", "σ of the latitude, arcmin", "all together"):
+        assert label in drawing
     code, _, err = run(capsys, scenario, "--plot", str(tmp_path / "expected.gif"))
     assert code == 2
     assert ".svg" in err
     assert not list(tmp_path.glob(".*part"))
+
+
+def test_one_figure_as_svg_png_and_pdf(tmp_path):
+    figure = budget_bars(
+        error_budget(Attitude(0.4, 0.0, 0.0), 0.9, expected_errors(ImuSection()).sigma, 300.0), "title"
+    )
+    for suffix, begin in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        save(figure, tmp_path / f"budget.{suffix}")
+        assert (tmp_path / f"budget.{suffix}").read_bytes().startswith(begin)
 
 
 def test_nothing_is_plotted_where_nothing_is_expected(tmp_path, scenario):
@@ -173,6 +200,8 @@ def test_gyros_that_cannot_see_the_earth_turn(scenario, capsys):
         (["SCENARIO", "--to", "1"], "samples"),
         (["SCENARIO", "--disturbed", "--latitude", "95"], "between -90 and 90"),
         (["SCENARIO", "--disturbed", "--to", "30"], "at least 60 s"),
+        (["SCENARIO", "--latitude", "50"], "finds the latitude itself"),
+        (["LOG", "--set", "imu.grade=tactical"], "for scenarios"),
         (["LOG", "--grade", "best"], "best"),
     ],
 )
