@@ -59,7 +59,7 @@ def test_constant_rate_error_of_a_step(algorithm, coefficient, power):
     theta = 0.1
     q, _ = turned(algorithm, theta * AXIS)
     angle = 2 * atan2(float(np.linalg.norm(q[1:])), q[0])
-    assert angle / theta - 1 == pytest.approx(coefficient * theta**power, rel=0.01)
+    assert angle / theta - 1 == pytest.approx(coefficient * theta**power, rel=0.01, abs=0)
     np.testing.assert_allclose(q[1:] / np.linalg.norm(q[1:]), AXIS, atol=1e-15)  # the axis is kept
 
 
@@ -79,7 +79,7 @@ def test_defect_grows_as_the_truncated_series_stretches(kind, order):
     modulus = abs(sum((1j * x) ** k / factorial(k) for k in range(order + 1)))
     _, defect = turned(f"{kind}-{order}", theta * np.array([0.0, 0.0, 1.0]), steps)
     expected = modulus**steps - 1 if kind == "quaternion" else modulus ** (2 * steps) - 1
-    assert defect == pytest.approx(abs(expected), rel=1e-9)
+    assert defect == pytest.approx(abs(expected), rel=1e-6, abs=0)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
@@ -169,7 +169,7 @@ def test_coning_coefficients(n):
     )
     # n − s pairs lie at a distance s
     table = rotation_vector.COEFFICIENTS[n - 1]
-    assert [(n - s) * table[s - 1] for s in range(1, n)] == pytest.approx([float(t) for t in total], rel=1e-15)
+    assert [(n - s) * table[s - 1] for s in range(1, n)] == pytest.approx([float(t) for t in total], rel=1e-15, abs=0)
     assert all(value == 0 for value in table[n - 1 :])
     # and the first term that is left is the published drift, per sample
     left = coning_series(n, 2 * n + 1) - sum(t * pair_series(s + 1, 2 * n + 1) for s, t in enumerate(total))
@@ -178,7 +178,7 @@ def test_coning_coefficients(n):
 
 def test_coning_coefficient_with_the_previous_sample():
     assert Fraction(1, 12) == coning_series(1, 3) / pair_series(1, 3)
-    assert pytest.approx(1 / 12, rel=1e-16) == rotation_vector.PREVIOUS_COEFFICIENT
+    assert pytest.approx(1 / 12, rel=1e-15, abs=0) == rotation_vector.PREVIOUS_COEFFICIENT
     assert abs(coning_series(1, 5) - Fraction(1, 12) * pair_series(1, 5)) == Fraction(1, 60)
 
 
@@ -187,7 +187,7 @@ def test_edge_weights(n):
     """The polynomial with the given integrals over n unit intervals, at its start, times n."""
     integrals = [[Fraction((i + 1) ** (m + 1) - i ** (m + 1), m + 1) for i in range(n)] for m in range(n)]
     weights = solve(integrals, [Fraction(n)] + [Fraction(0)] * (n - 1))
-    assert list(rotation_vector.EDGE[n - 1][:n]) == pytest.approx([float(w) for w in weights], rel=1e-15)
+    assert list(rotation_vector.EDGE[n - 1][:n]) == pytest.approx([float(w) for w in weights], rel=1e-15, abs=0)
 
 
 # --- coning and sculling ------------------------------------------------------------------------------------
@@ -215,8 +215,10 @@ CONING = [
     ("rotation-vector-1", 1.0, 60, float(law(1)), 2),
     ("rotation-vector-1p", 1.0, 60, 1 / 60, 4),
     ("rotation-vector-2", 1.0, 60, float(law(2)), 4),
-    ("rotation-vector-3", 1.0, 60, float(law(3)), 6),
-    ("rotation-vector-4", 0.1, 36, float(law(4)), 8),
+    ("rotation-vector-3", 1.0, 36, float(law(3)), 6),
+    # of four samples' drift, triple products leave a floor that falls with α² and with (Ωh)⁴ more slowly
+    ("rotation-vector-4", 0.1, 20, float(law(4)), 8),
+    ("rotation-vector-4", 0.02, 36, float(law(4)), 8),
 ]
 
 
@@ -227,7 +229,7 @@ def test_coning_drift(algorithm, degrees, per_turn, coefficient, power):
     t = 2 * np.pi * np.arange(per_turn * turns + 1) / per_turn
     # ω = (−sin α sin t, sin α cos t, cos α − 1)
     dtheta = np.diff(
-        np.stack([np.sin(alpha) * np.cos(t), np.sin(alpha) * np.sin(t), (np.cos(alpha) - 1) * t]).T, axis=0
+        np.stack([np.sin(alpha) * np.cos(t), np.sin(alpha) * np.sin(t), -2 * np.sin(alpha / 2) ** 2 * t]).T, axis=0
     )
     q = np.array([1.0, 0, 0, 0])
     done = list(updates(algorithm, dtheta, np.zeros_like(dtheta)))
@@ -239,7 +241,7 @@ def test_coning_drift(algorithm, degrees, per_turn, coefficient, power):
     # after whole turns the true attitude is where it was; the cone's axis is tilted by α in body axes
     drift = 2 * np.linalg.norm(q[1:]) / t[-1]
     step = 2 * np.pi / per_turn
-    assert drift == pytest.approx(alpha**2 * step**power * coefficient, rel=0.03)
+    assert drift == pytest.approx(alpha**2 * step**power * coefficient, rel=0.03, abs=0)
 
 
 @pytest.mark.parametrize(("algorithm", "_", "per_turn", "coefficient", "power"), CONING)
@@ -248,7 +250,7 @@ def test_sculling_drift(algorithm, _, per_turn, coefficient, power):
 
     By the equivalence of coning and sculling the error is that of coning with α² replaced by ab/Ω.
     """
-    a, b = 1e-3, 1.0
+    a, b = 1e-5, 1.0
     t = 2 * np.pi * np.arange(2 * per_turn + 1) / per_turn
     zero = np.zeros(len(t) - 1)
     dtheta = np.stack([np.diff(a * np.sin(t)), zero, zero]).T
@@ -263,7 +265,7 @@ def test_sculling_drift(algorithm, _, per_turn, coefficient, power):
         q = multiply(q, exponential(phi))
     error = v[2] / t[-1] - b * j1(a)
     step = 2 * np.pi / per_turn
-    assert abs(error) == pytest.approx(a * b * step**power * coefficient, rel=0.03)
+    assert abs(error) == pytest.approx(a * b * step**power * coefficient, rel=0.03, abs=0)
 
 
 @pytest.mark.parametrize("algorithm", ["rotation-vector-2", "rotation-vector-3", "rotation-vector-4"])
