@@ -59,7 +59,7 @@ class EarthParameters(NamedTuple):
     gamma_e: float
     k: float
     m: float
-    beta: float  # the chapter's β = 5q/2 − e²/2, q = ω²a/g_e
+    beta: float  # the chapter's β = 5q/2 − e²/2
 
 
 @cache
@@ -85,7 +85,7 @@ def parameters(ellipsoid: Ellipsoid) -> EarthParameters:
         gamma_e=e.gamma_e,
         k=e.k,
         m=e.m,
-        beta=2.5 * e.omega**2 * e.a / e.gamma_e - 0.5 * e.e2,
+        beta=e.beta,
     )
 
 

@@ -23,6 +23,7 @@ class Ellipsoid:
         f: flattening.
         gm: gravitational parameter, m³/s².
         omega: rotation rate, rad/s.
+        q: ratio ω²a/γ_e of the chapter's gravity series; None takes it from the other constants.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Ellipsoid:
     f: float
     gm: float
     omega: float = OMEGA_IE
+    q: float | None = None
 
     @cached_property
     def b(self) -> float:
@@ -77,6 +79,12 @@ class Ellipsoid:
         """Somigliana's constant k = bγ_p/(aγ_e) − 1."""
         return self.b * self.gamma_p / (self.a * self.gamma_e) - 1.0
 
+    @cached_property
+    def beta(self) -> float:
+        """The chapter's gravity coefficient β = 5q/2 − e²/2 (spec 8.2)."""
+        q = self.omega**2 * self.a / self.gamma_e if self.q is None else self.q
+        return 2.5 * q - 0.5 * self.e2
+
 
 def _q(x: float) -> float:
     # q = ½[(1 + 3/x²) atan x − 3/x] as a series in x: the closed form loses ten digits to cancellation.
@@ -91,10 +99,12 @@ def _pizzetti(a: float, f: float) -> float:
     return float(x * (1.0 + x * x) * dq_dx / _q(x))  # q' = (1 + x²) dq/dx
 
 
-def _from_equatorial_gravity(name: str, a: float, f: float, gamma_e: float, omega: float = OMEGA_IE) -> Ellipsoid:
+def _from_equatorial_gravity(
+    name: str, a: float, f: float, gamma_e: float, omega: float = OMEGA_IE, q: float | None = None
+) -> Ellipsoid:
     """Return the ellipsoid whose GM gives the stated equatorial gravity (Heiskanen and Moritz 2-73, solved)."""
     b = a * (1.0 - f)
-    return Ellipsoid(name, a, f, a * b * (gamma_e + omega**2 * a * (1.0 + _pizzetti(a, f) / 6.0)), omega)
+    return Ellipsoid(name, a, f, a * b * (gamma_e + omega**2 * a * (1.0 + _pizzetti(a, f) / 6.0)), omega, q)
 
 
 WGS84 = Ellipsoid("wgs84", 6378137.0, 1.0 / 298.257223563, 3.986004418e14)
@@ -108,6 +118,8 @@ ELLIPSOIDS: dict[str, Ellipsoid] = {
         _from_equatorial_gravity("krasovsky-1940", 6378245.0, 1.0 / 298.3, 9.78030),
         _from_equatorial_gravity("international-1924", 6378388.0, 1.0 / 297.0, 9.78049),
         Ellipsoid("pz-90.11", 6378136.0, 1.0 / 298.25784, 3.986004418e14),
+        # The International ellipsoid with the chapter's own rounded constants: e² = 6.73e-3, ω = 7.27e-5 rad/s.
+        _from_equatorial_gravity("chapter", 6378388.0, 1.0 - math.sqrt(1.0 - 6.73e-3), 9.78049, 7.27e-5, 0.00346775),
     )
 }
 

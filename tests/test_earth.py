@@ -390,3 +390,18 @@ def test_kernels_are_the_array_functions():
         np.testing.assert_allclose(
             earth.gravitation_ecef_k(p, number, *r), earth.gravitation_ecef(r, model), rtol=2 * ulp, atol=2e-15
         )
+
+
+def test_the_chapters_constants_by_name():
+    # chapter 8: g_e = 9.78049 m/s², q = 0.00346775, ω = 7.27e-5 rad/s, e² = 6.73e-3 on a = 6378388 m
+    chapter = earth.ELLIPSOIDS["chapter"]
+    assert (chapter.a, chapter.omega) == (6378388.0, 7.27e-5)
+    assert chapter.e2 == pytest.approx(6.73e-3, rel=1e-12)
+    assert chapter.gamma_e == pytest.approx(9.78049, rel=1e-15)
+    latitude, height = np.deg2rad(55.0), 10000.0
+    beta = 2.5 * 0.00346775 - 0.5 * 6.73e-3
+    down = 9.78049 * (1 + beta * np.sin(latitude) ** 2 - 2 * height / 6378388.0)
+    gravity = earth.gravity_ned(latitude, height, "order-1e-4", chapter)
+    np.testing.assert_allclose(gravity, [0.0, 0.0, down], rtol=0, atol=4e-15)
+    north = -9.78049 * beta * height / 6378388.0 * np.sin(2 * latitude)
+    np.testing.assert_allclose(earth.gravity_ned(latitude, height, "order-1e-5", chapter)[0], north, rtol=1e-12, atol=0)
