@@ -105,9 +105,9 @@ def run(
 ) -> None:
     """Fly, sense, navigate and record one scenario.
 
-    Writes a run directory with the recording (recording.rrd), every stream as Parquet (streams/), the errors in
-    numbers (summary.json) and the scenario with all its defaults (scenario.toml). A flight that was flown before
-    is taken from the cache.
+    Writes a run directory with a report (report.html, which needs nothing else), the recording (recording.rrd),
+    every stream as Parquet (streams/), the errors in numbers (summary.json) and the scenario with all its defaults
+    (scenario.toml). A flight that was flown before is taken from the cache.
 
     Examples:
 
@@ -320,6 +320,9 @@ def align(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw the expected errors (.svg, .png or .pdf).")
     ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE", help="Record the session for `sinssim view` (.rrd).")
+    ] = None,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
@@ -330,7 +333,7 @@ def align(
 
     Examples:
 
-        sinssim align parked --to 300
+        sinssim align parked --to 300 --record parked.rrd
         sinssim align runs/parked/streams/imu_measured.parquet --grade laser-standard --to 600
         sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
         sinssim align log.npz --columns log.toml --disturbed --latitude 50
@@ -351,6 +354,10 @@ def align(
         from sinssim.alignment.figures import save, session_figure
 
         save(session_figure(report), plot)
+    if record is not None:
+        from sinssim.recording.session import record_alignment
+
+        record_alignment(record, report)
     if as_json:
         print(json.dumps(report.to_json(), indent=2, allow_nan=False))
     else:
@@ -535,6 +542,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
             console.print(f"{name}: {event.text}", markup=False)
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in result.summary["timing"].items()}
     print("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
+    print(f"Read it:    {directory / 'report.html'}    (in any browser)")
     print(f"Look at it: {_command()} view {directory}    (--web: in a browser)")
 
 

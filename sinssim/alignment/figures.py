@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,7 +52,8 @@ def save(figure: Figure, path: Path) -> None:
             figure.savefig(draft, format=path.suffix[1:].lower(), dpi=150, metadata=stamp or None)
         os.replace(draft, path)
     except OSError as error:
-        draft.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            draft.unlink()
         raise RunError(f"{path} cannot be written: {error.strerror or error}.") from error
 
 

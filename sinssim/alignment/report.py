@@ -33,22 +33,21 @@ class AlignmentReport:
     Attributes:
         source: what was aligned: a scenario's name or a log's file name.
         method: how it was aligned.
-        duration: length of the session, s.
-        samples: number of samples.
+        imu: the session.
         determination: the angles and the latitude.
         sigma: standard deviations of the sensor block's errors, if known.
         mean: known part of the determination's error (from errors that a scenario fixes), rad, if known.
         budget: standard deviations by source, if known and if the theory holds there, rad.
         crossing: session lengths at which bias takes over, s, likewise.
         truth: heading, roll, pitch and latitude of a simulated session, rad.
-        residual: what a disturbed base's cone does not explain, m/s.
+        residual: what a disturbed base's cone does not explain, root mean square, m/s.
+        residual_velocity: the same over time, in the block's axes at the first instant, (N+1, 3) m/s.
         mean_angles: what eq. (1) makes of a disturbed session, beside it, rad.
     """
 
     source: str
     method: Method
-    duration: float
-    samples: int
+    imu: ImuData
     determination: Determination
     sigma: ImuErrors | None = None
     mean: Angles | None = None
@@ -56,7 +55,18 @@ class AlignmentReport:
     crossing: Angles | None = None
     truth: Angles | None = None
     residual: float | None = None
+    residual_velocity: Array | None = None
     mean_angles: Angles | None = None
+
+    @property
+    def duration(self) -> float:
+        """Length of the session, s."""
+        return float(self.imu.time[-1] - self.imu.time[0])
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.imu)
 
     @property
     def error(self) -> Angles | None:
@@ -175,23 +185,23 @@ def align_session(
         InputError: unusable increments, or a vehicle that moved and a method that cannot bear it.
     """
     expected = None if sensors is None else expected_errors(sensors)
-    residual = mean_angles = None
+    residual = residual_velocity = mean_angles = None
     if method == "quiet":
         determination = determine_session(imu, None if expected is None else expected.instrument_sigmas)
     else:
         alignment = align_disturbed(imu, latitude)
         determination, residual = alignment.determination, alignment.residual
+        residual_velocity = alignment.residual_velocity
         mean_angles, _, _ = solve(*mean_readings(imu))
         method = "disturbed" if latitude is None else "disturbed, latitude known"
-    duration = float(imu.time[-1] - imu.time[0])
     report = AlignmentReport(
         source,
         method,
-        duration,
-        len(imu),
+        imu,
         determination,
         truth=truth,
         residual=residual,
+        residual_velocity=residual_velocity,
         mean_angles=mean_angles,
     )
     where = determination.latitude if latitude is None else np.asarray(latitude)
@@ -199,7 +209,7 @@ def align_session(
         return report
     try:
         budget = error_budget(
-            determination.attitude, where, expected.sigma, duration, method=method, gravity=determination.gravity
+            determination.attitude, where, expected.sigma, report.duration, method=method, gravity=determination.gravity
         )
         crossing = bias_takes_over(
             determination.attitude, where, expected.sigma, method=method, gravity=determination.gravity

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,8 @@ def record_ground_study(
 
     plots = []
     layout = rrb.Blueprint(collapse_panels=True)
-    with Recording(path, "sinssim_ground_study", layout) as recording:
+    beside = path.with_name(path.name + ".part")
+    with Recording(beside, "sinssim_ground_study", layout) as recording:
         for angle in Angles._fields:
             values = np.column_stack(
                 [np.broadcast_to(getattr(session_sigma[name], angle), session_time.shape) for name in names]
@@ -101,3 +103,4 @@ def record_ground_study(
                 collapse_panels=True,
             )
         )
+    os.replace(beside, path)

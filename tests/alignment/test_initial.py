@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from sinssim import earth
 from sinssim.alignment import (
     STATES,
+    align_disturbed,
     determine,
     expected_errors,
     ideal_readings,
@@ -17,7 +19,8 @@ from sinssim.alignment import (
 )
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import draw
+from sinssim.sensors import draw, emulate
+from sinssim.truth.parked import Parked
 from sinssim.units import ARCSEC
 
 ANGLES = (1.2, 0.3, -0.2)  # heading, roll, pitch
@@ -77,6 +80,26 @@ def test_covariance_is_that_of_emulated_alignments(known):
     found = np.cov(samples.T) / np.outer(scale, scale)
     # 2000 independent draws: a correlation is known to 1/√2000, four of them
     np.testing.assert_allclose(found, predicted / np.outer(scale, scale), atol=4 * np.sqrt(2 / (runs // 10)))
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_covariance_of_a_disturbed_base_is_consistent(known):
+    """Attitude and biases of alignments on gravity's cone, in units of P₀: chi-squared of nine degrees of freedom."""
+    q_nb = Rotation.from_euler("ZYX", [ANGLES[0], ANGLES[2], ANGLES[1]]).as_quat(scalar_first=True)
+    ideal = Parked(LATITUDE, 0.3, 0.0, q_nb, 300.0).increments(2.0)
+    sigma, latitude, runs, squares = expected_errors(SECTION).sigma, LATITUDE if known else None, 150, []
+    rows = slice(6, 15)
+    for seed in range(runs):
+        drawn = draw(SECTION, seed)
+        found = align_disturbed(emulate(ideal, SECTION, seed), latitude).determination
+        state = initial_state(found, 0.3, 0.0, latitude)
+        p0 = initial_covariance(found, sigma, 300.0, latitude=latitude, method="disturbed")[rows, rows]
+        turn = Rotation.from_quat(state.q_nb, scalar_first=True) * Rotation.from_quat(q_nb, scalar_first=True).inv()
+        error = np.r_[-turn.as_rotvec(), drawn.gyro.bias, drawn.accel.bias]
+        scale = np.sqrt(np.diag(p0))
+        squares.append((error / scale) @ np.linalg.solve(p0 / np.outer(scale, scale), error / scale))
+    low, high = chi2.ppf([1e-4, 1 - 1e-4], 9 * runs) / runs
+    assert low < np.mean(squares) < high
 
 
 def test_the_heading_error_knows_the_gyro_bias_that_caused_it():

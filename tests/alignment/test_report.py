@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from pyarrow import csv, table
+from rerun.chunk import RrdReader
 
 from sinssim.alignment import Attitude, error_budget, expected_errors, ideal_readings
 from sinssim.alignment.figures import budget_bars, save, session_figure
@@ -163,6 +164,42 @@ def test_one_figure_as_svg_png_and_pdf(tmp_path):
     for suffix, begin in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
         save(figure, tmp_path / f"budget.{suffix}")
         assert (tmp_path / f"budget.{suffix}").read_bytes().startswith(begin)
+
+
+def recorded(path):
+    """The last row of every series of a recording, by entity, and the number of rows."""
+    rows = {}
+    for chunk in RrdReader(path).stream():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            if name.endswith("Scalars:scalars"):
+                rows[chunk.entity_path] = (np.array(batch.column(name)[-1].as_py()), batch.num_rows)
+    return rows
+
+
+def test_a_session_is_recorded(scenario, tmp_path, capsys):
+    code, out, _ = run(capsys, scenario, "--json", "--record", str(tmp_path / "new" / "session.rrd"))
+    assert code == 0
+    assert [file.name for file in (tmp_path / "new").iterdir()] == ["session.rrd"]
+    result, rows = json.loads(out), recorded(tmp_path / "new" / "session.rrd")
+    for name, true in (("heading", 123.0), ("roll", 1.0), ("pitch", -2.0), ("latitude", 50.0)):
+        value, sigma = result[f"{name}_deg"], result["sigma_arcmin"][name] / 60
+        last, _ = rows[f"/session/angles/{name}"]
+        np.testing.assert_allclose(last, [value, value + sigma, value - sigma, true], atol=1e-9)
+    last, count = rows["/session/turn"]
+    np.testing.assert_allclose(last, 0.0, atol=1e-6)  # the steady turn begins and ends with the session
+    assert count == 3001
+    code, out, _ = run(capsys, scenario, "--json", "--disturbed", "--record", str(tmp_path / "sway.rrd"))
+    assert code == 0
+    assert set(recorded(tmp_path / "sway.rrd")) == {"/session/turn", "/session/velocity"}
+
+
+@pytest.mark.parametrize(("option", "name"), [("--record", "session.rrd"), ("--plot", "expected.svg")])
+def test_what_cannot_be_written_is_named(scenario, tmp_path, capsys, option, name):
+    (tmp_path / "file").write_text("")  # where a folder would have to be
+    code, _, err = run(capsys, scenario, option, str(tmp_path / "file" / name))
+    assert code == 1
+    assert "cannot be written" in err
 
 
 def test_nothing_is_plotted_where_nothing_is_expected(tmp_path, scenario):

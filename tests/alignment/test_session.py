@@ -88,6 +88,17 @@ def test_a_vehicle_that_moved_is_found_out(change, text):
     assert "arcsec" in str(info.value)
 
 
+def test_samples_that_are_missing_are_told():
+    imu = session()
+    keep = np.r_[0:3000, 3200:6000]  # 10 s of increments lost
+    holed = ImuData(np.r_[0.0, imu.time[1:][keep]], imu.dtheta[keep], imu.dvel[keep])
+    with pytest.raises(InputError, match=r"samples are missing: there are none for 10\.1 s from 150 s on"):
+        determine_session(holed)
+    with pytest.raises(InputError) as info:
+        determine_session(session(change=step(60 * ARCSEC, 2, 200.0)))
+    assert "missing" not in str(info.value)
+
+
 def test_the_time_of_a_jolt_is_told():
     found = stillness(emulate(session(change=step(60 * ARCSEC, 2, 200.0)), ImuSection(grade="laser-standard"), 1))
     assert found.rotation_time == pytest.approx(201.0, abs=3.0)

@@ -59,10 +59,10 @@ def study(folder, monkeypatch, **options):
     return json.loads((folder / "summary.json").read_text())
 
 
-def check_scores(summary):
+def check_scores(summary, cases):
     """Means and standard deviations lie within four standard errors wherever the theory is called linear."""
     rows = [row for row in summary["monte_carlo"] if row["linear"]]
-    assert len(rows) >= 8
+    assert len(rows) >= cases
     assert max(row["largest_score"] for row in rows) < 4.0
     assert {"laser-navigation", "laser-standard"} <= {row["grade"] for row in rows}
 
@@ -70,7 +70,7 @@ def check_scores(summary):
 def test_the_ground_study_agrees_where_it_is_linear(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(figures, "save", lambda figure, path: None)  # drawing takes most of the time
     summary = study(tmp_path, monkeypatch, draws=20_000, runs=60, swaying=2)
-    check_scores(summary)
+    check_scores(summary, 9)
     assert (tmp_path / "recording.rrd").stat().st_size > 10_000
     assert "| laser-standard | level, 50° | yes | 3.562 |" in (tmp_path / "summary.md").read_text()
 
@@ -78,7 +78,7 @@ def test_the_ground_study_agrees_where_it_is_linear(tmp_path, monkeypatch, capsy
 @pytest.mark.slow
 def test_the_whole_ground_study(tmp_path, monkeypatch, capsys):
     summary = study(tmp_path, monkeypatch)  # a million draws, 3000 sessions, 200 on a swaying base
-    check_scores(summary)
+    check_scores(summary, 7)  # fewer: a million draws show smaller departures
     assert not all(row["linear"] for row in summary["monte_carlo"])
     for row in summary["end_to_end"]:
         for name, theory in row["sigma_theory_arcmin"].items():
