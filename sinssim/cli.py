@@ -291,7 +291,7 @@ def align(
         str,
         typer.Argument(
             metavar="SCENARIO_OR_LOG",
-            help="A scenario's TOML file or name, or a recorded log (.csv, .parquet, .npz).",
+            help="A scenario's TOML file or name, or a recorded log (text, .parquet, .npz).",
             show_default=False,
         ),
     ],

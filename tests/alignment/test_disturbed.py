@@ -132,7 +132,7 @@ def test_latitude_and_its_sign_come_from_the_session(latitude):
     np.testing.assert_allclose(found(alignment), [4.0, 0.1, -0.2], atol=1e-7)
 
 
-def test_any_attitude_but_the_vertical_one(vehicle):
+def test_any_attitude_but_the_vertical_one():
     for roll, pitch in ((3.0, 0.5), (-1.6, -1.2)):
         q_nb = rotation.quaternion_from_euler(roll, pitch, 1.0)
         np.testing.assert_allclose(

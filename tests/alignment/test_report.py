@@ -98,12 +98,15 @@ def test_a_log_gives_what_the_scenario_gives(scenario, tmp_path, capsys):
 
 def test_errors_that_a_scenario_fixes_are_told_beforehand(scenario, capsys):
     code, out, _ = run(
-        capsys, scenario, "--json", "--set", "imu.gyro_bias_deg_h=[0.5, -0.3, 0.2]", "--set", "imu.grade=ideal"
-    )
+        capsys, scenario, "--json", "--set", "imu.gyro_bias_deg_h=[0.05, -0.03, 0.02]", "--set", "imu.grade=ideal",
+        "--set", "imu.gyro_misalignment_arcsec=[90.0, -50.0, 70.0, 200.0, -30.0, 120.0]",
+        "--set", "imu.accel_misalignment_arcsec=[40.0, 10.0, -20.0, 5.0, 60.0, -25.0]",
+        "--set", "imu.accel_scale_ppm=[100.0, -200.0, 50.0]",
+    )  # fmt: skip
     assert code == 0
     result = json.loads(out)
     for name in ("heading", "roll", "pitch", "latitude"):
-        assert result["known_error_arcmin"][name] == pytest.approx(result["error_arcmin"][name], rel=0.1, abs=1e-6)
+        assert result["known_error_arcmin"][name] == pytest.approx(result["error_arcmin"][name], rel=0.01, abs=1e-6)
 
 
 @pytest.mark.parametrize("method", ["quiet", "disturbed"])
@@ -224,7 +227,7 @@ def test_gyros_that_cannot_see_the_earth_turn(scenario, capsys):
     result = json.loads(out)
     assert code == 0
     assert result["heading_deg"] is None
-    assert abs(result["roll_deg"] - 1.0) < 1.0
+    assert abs(result["roll_deg"] - 1.0) < np.degrees(4 * 2e-3)  # of 2 mg
 
 
 @pytest.mark.parametrize(
