@@ -119,7 +119,14 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
         progress(f"Timing {algorithm}", 0.0)
         comparison.costs[algorithm, frame] = cost.measure(algorithm, frame)
         progress(f"Timing {algorithm}", 0.02 * number / len(engines))
-    plan = [_Block(part, m, _seconds(part, m, expected[id(m)], comparison.costs)) for part, m in _pairs(study)]
+    flown: set[tuple[str | None, tuple[str, ...]]] = set()
+    plan = []
+    for part, motion in _pairs(study):
+        seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
+        if (motion.scenario, motion.set) not in flown and not motions.is_cached(motion):
+            seconds += motions.flight_seconds(motion) / _FLIGHT_SPEED
+        flown.add((motion.scenario, motion.set))
+        plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
     cases = sum(_count(block.part) for block in plan)
     steps = sum(
@@ -176,9 +183,7 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple
     samples = sum(duration * rate for rate, *_ in part.pace)
     seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * _count(part)) / threads
     vibrating = 1 + 40 * bool(motion.vibration)
-    seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + len(part.sensors))
-    if not motions.is_cached(motion):
-        seconds += duration / _FLIGHT_SPEED
+    seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
     return seconds
 
 

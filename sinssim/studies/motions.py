@@ -78,8 +78,23 @@ def expected_seconds(motion: StudyMotion) -> float:
     Raises:
         InputError: there is no such scenario, or it has mistakes.
     """
-    whole = expected_duration(scenario_of(motion))
+    whole = flight_seconds(motion)
     return min(whole, motion.duration_s or whole)
+
+
+def flight_seconds(motion: StudyMotion) -> float:
+    """Estimate how long the whole motion lasts that this one is the beginning of.
+
+    Args:
+        motion: the motion.
+
+    Returns:
+        Duration, s.
+
+    Raises:
+        InputError: there is no such scenario, or it has mistakes.
+    """
+    return expected_duration(scenario_of(motion))
 
 
 def is_cached(motion: StudyMotion) -> bool:

@@ -13,6 +13,7 @@ from sinssim.studies.schema import Part
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 _DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
 _RATES_FOR_LINES = 3  # from so many rates on, errors are drawn over the rate
@@ -389,46 +390,63 @@ def _method(comparison: Comparison, about: dict[str, str]) -> str:
     )
 
 
+_CELL = 10
+"""Width of a number in a console table, with the space beside it."""
+
+
 def show(comparison: Comparison, console: Console) -> None:
-    """Print the verdicts, and a table of each part.
+    """Print a table for each motion of each part, and the verdicts.
 
     Args:
         comparison: what the study found out.
         console: where.
     """
+    for part in comparison.study.parts:
+        rows = comparison.of_part(part.title)
+        for motion in dict.fromkeys(row.motion for row in rows):
+            here = [row for row in rows if row.motion == motion]
+            if over_rates(part):
+                _show_rates(f"{part.title}: {motion}, greatest attitude error in arcsec", here, labeller(rows), console)
+            else:
+                _show_cases(f"{part.title}: {motion}, greatest errors", here, labeller(rows, pace=True), console)
+    for verdict in comparison.verdicts:
+        console.print(f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.reason}", markup=False)
+        for point in verdict.points:
+            console.print(f"  - {point}", markup=False)
+
+
+def _show_rates(title: str, rows: list[Row], label: Callable[[Row], str], console: Console) -> None:
+    names = list(dict.fromkeys(label(row) for row in rows))
+    rates = sorted({row.rate_hz for row in rows})
+    # As many rates as there is room for, the lowest and the highest among them; no number is cut off.
+    room = max(2, (console.width - max(map(len, names)) - 2) // _CELL)
+    if len(rates) > room:
+        rates = [rates[round(i * (len(rates) - 1) / (room - 1))] for i in range(room)]
+    console.print(title, markup=False)
+    table = _console_table()
+    table.add_column("", no_wrap=True)
+    for rate in rates:
+        table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
+    values = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows}
+    for name in names:
+        table.add_row(name, *(number(values.get((name, rate), math.nan), 2) for rate in rates))
+    console.print(table)
+
+
+def _show_cases(title: str, rows: list[Row], label: Callable[[Row], str], console: Console) -> None:
+    console.print(title, markup=False)
+    table = _console_table()
+    table.add_column("", overflow="fold")
+    for heading in ("horizontal\nm", "velocity\nm/s", "attitude\narcsec"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        errors = (row.max_horizontal_error_m, row.max_velocity_error_mps, row.max_attitude_error_arcsec)
+        table.add_row(label(row), *(map(number, errors) if row.status == "done" else ("failed", "", "")))
+    console.print(table)
+
+
+def _console_table() -> Table:
     from rich import box
     from rich.table import Table
 
-    for part in comparison.study.parts:
-        rows = comparison.of_part(part.title)
-        motions = list(dict.fromkeys(row.motion for row in rows))
-        lines = over_rates(part)
-        for motion in motions if lines else [""] if rows else []:
-            here = [row for row in rows if row.motion == motion] if lines else rows
-            title = f"{part.title}: {motion}" if lines else part.title
-            table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-            if lines:
-                label = labeller(rows)
-                rates = sorted({row.rate_hz for row in here})
-                table.caption = "greatest attitude error, arcsec"
-                table.caption_justify = "left"
-                table.add_column("", no_wrap=True)
-                for rate in rates:
-                    table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
-                for name in dict.fromkeys(label(row) for row in here):
-                    values = {r.rate_hz: r.max_attitude_error_arcsec for r in here if label(r) == name}
-                    table.add_row(name, *(number(values.get(rate, math.nan), 2) for rate in rates))
-            else:
-                label = labeller(rows, pace=True)
-                for head in ("motion", ""):
-                    table.add_column(head)
-                for _, head in (_METRICS[0], _METRICS[2], _METRICS[3]):
-                    table.add_column(head, justify="right", no_wrap=True)
-                for row in here:
-                    values_ = [number(getattr(row, m)) for m, _ in (_METRICS[0], _METRICS[2], _METRICS[3])]
-                    table.add_row(row.motion, label(row), *(values_ if row.status == "done" else ["failed", "", ""]))
-            console.print(table)
-    for verdict in comparison.verdicts:
-        console.print(
-            f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.text}", markup=False, highlight=False
-        )
+    return Table(box=box.SIMPLE_HEAD, pad_edge=False)

@@ -260,3 +260,22 @@ def test_what_the_chapter_claims():
     assert found["latitude-rate"].verdict == "confirmed"
     # M = a(1−e²) at the equator to 6384 km at 45°: 1100 km/h is 9.90 to 9.95 deg/h
     assert 9.85 < found["latitude-rate"].numbers["latitude rate, deg/h"] < 9.96
+
+
+def test_the_console_table_cuts_no_number(capsys):
+    """Many rates on 80 columns: fewer of them, and every number whole."""
+    from rich.console import Console
+
+    from sinssim.studies.report import number, show
+
+    rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)
+    found = compare(
+        study(algorithms=("quaternion", "functional-iteration"), rates_hz=rates, motions=({"parked": PARKED},))
+    )
+    show(found, Console(width=80, file=None))
+    out = capsys.readouterr().out
+    assert "…" not in out
+    assert "10 Hz" in out
+    assert "400 Hz" in out
+    assert number(found.rows[0].max_attitude_error_arcsec, 2) in out
+    assert max(map(len, out.splitlines())) <= 80
