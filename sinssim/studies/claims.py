@@ -210,7 +210,7 @@ def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     text = (
         "A matrix made of quaternions has its axes at right angles by construction, but their length is the squared "
         f"norm, which each step multiplies by 1 + e⁴/64: the norm is off by {worst.max_defect:.2g} on {worst.motion} "
-        f"at {worst.pace} Hz and {best.max_defect:.2g} on {best.motion} at {best.pace} Hz"
+        f"at {worst.pace} Hz"
     )
     matrices = [
         r for r in rows if r.algorithm == "poisson-2" and r.motion == worst.motion and r.rate_hz == worst.rate_hz
@@ -218,11 +218,13 @@ def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     if matrices:
         numbers["direction cosines of second order"] = matrices[0].max_defect
         text += f", where Poisson's equation of second order loses {matrices[0].max_defect:.2g} of orthogonality"
+    if best is not worst:
+        text += f", and by {best.max_defect:.2g} on {best.motion} at {best.pace} Hz"
     if worst.max_defect < KEPT:
         return "confirmed", text + ".", (), numbers
-    microg = 2.0 * worst.max_defect * 1e6
-    numbers["scale error of the forces, ppm"] = microg
-    return "partly", text + f". The forces are then resolved {microg:.2g} ppm too long: normalise.", (), numbers
+    ppm = 2.0 * worst.max_defect * 1e6
+    numbers["scale error of the forces, ppm"] = ppm
+    return "partly", text + f". At worst the forces are resolved {ppm:.2g} ppm too long: normalise.", (), numbers
 
 
 def _euler_limit(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
