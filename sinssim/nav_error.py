@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class NavError:
     velocity_ned: Array
     attitude: Array
 
-    @property
+    @cached_property
     def horizontal(self) -> Array:
         """Horizontal distance between solution and truth, (N,) m."""
         return np.hypot(self.position_ned[:, 0], self.position_ned[:, 1])
@@ -40,12 +41,12 @@ class NavError:
         """Height of the solution minus true height, (N,) m."""
         return -self.position_ned[:, 2]
 
-    @property
+    @cached_property
     def speed(self) -> Array:
         """Magnitude of the velocity error, (N,) m/s."""
         return _norm(self.velocity_ned)
 
-    @property
+    @cached_property
     def angle(self) -> Array:
         """Angle of the single rotation that takes the solution's attitude to the true one, (N,) rad."""
         return _norm(self.attitude)

@@ -22,6 +22,7 @@ from sinssim.earth import Ellipsoid, radii
 from sinssim.errors import SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
+from sinssim.recording.report import Material, run_report
 from sinssim.recording.summary import error_numbers, markdown_table, singularities, versions
 
 if TYPE_CHECKING:
@@ -87,22 +88,24 @@ def run(
         RunError: the navigation failed.
     """
     stages = _Stages(progress or (lambda stage, fraction: None))
+    material = Material(scenario)
     if directory is None:
-        return _compute(scenario, None, stages)
+        return _compute(material, None, stages)
     folder = RunDirectory(Path(directory), overwrite=overwrite)
     try:
         # Loading Rerun takes a while; the flight does not need it.
         threading.Thread(target=importlib.import_module, args=("sinssim.recording.writer",), daemon=True).start()
-        return _compute(scenario, folder, stages)
+        return _compute(material, folder, stages)
     except BaseException as error:
-        _leave(folder, scenario, stages, error)
+        _leave(folder, material, stages, error)
         raise
 
 
-def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -> RunResult:
+def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -> RunResult:
     from sinssim.sensors import emulate
     from sinssim.truth import fly
 
+    scenario = material.scenario
     flown: list[float] = []  # a kept flight goes to 1 at once
 
     def flying(fraction: float) -> None:
@@ -114,6 +117,7 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
     with stages("truth"):
         ideal = trajectory.increments(scenario.imu.rate_hz)
         truth = trajectory.state(ideal.time)
+    material.trajectory, material.time, material.truth = trajectory, ideal.time, truth
     with ExitStack() as stack:
         writer = None
         if folder is not None:
@@ -129,6 +133,7 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
         with stages("navigate"):
             solutions, errors = _navigate(scenario, trajectory, truth, measured)
             numbers = {name: error_numbers(error) for name, error in errors.items()}
+        material.solutions, material.errors = solutions, errors
         if writer is not None:
             with stages("record"):
                 writer.navigated(solutions, errors)
@@ -141,7 +146,7 @@ def _compute(scenario: Scenario, folder: RunDirectory | None, stages: _Stages) -
         "algorithms": numbers,
         "singularities": singularities(solutions),
     }
-    place = _keep(folder, scenario, summary) if folder is not None else None
+    place = _keep(folder, material, summary, run_report(material, summary)) if folder is not None else None
     return RunResult(scenario, trajectory, truth, ideal, measured, solutions, errors, summary, place)
 
 
@@ -218,22 +223,31 @@ def _about(scenario: Scenario, stages: _Stages, status: str, message: str = "") 
     }
 
 
-def _keep(folder: RunDirectory, scenario: Scenario, summary: dict[str, Any], *, beside: str = "") -> Path:
+def _keep(
+    folder: RunDirectory, material: Material, summary: dict[str, Any], report: str | None, *, beside: str = ""
+) -> Path:
     """Complete the run directory and put it in its place."""
     with folder.writing():
-        write_text(folder.path / "scenario.toml", scenario.to_toml())
+        write_text(folder.path / "scenario.toml", material.scenario.to_toml())
+        if report is not None:
+            write_text(folder.path / "report.html", report)
         write_text(folder.path / "summary.json", json.dumps(summary, indent=2) + "\n")
         return folder.keep(beside=beside)
 
 
-def _leave(folder: RunDirectory, scenario: Scenario, stages: _Stages, error: BaseException) -> None:
+def _leave(folder: RunDirectory, material: Material, stages: _Stages, error: BaseException) -> None:
     """Keep what a run recorded before it broke off, if the flight was done; else leave no trace."""
     if not (folder.path / "recording.rrd").exists():
         folder.discard()
         return
     status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
     message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
-    place = _keep(folder, scenario, _about(scenario, stages, status, message), beside=status)
+    summary = _about(material.scenario, stages, status, message)
+    try:
+        report = run_report(material, summary)
+    except Exception:  # the report may be what failed: its error is the one that is on its way
+        report = None
+    place = _keep(folder, material, summary, report, beside=status)
     error.add_note(f"What was recorded until then is in {place}.")
 
 

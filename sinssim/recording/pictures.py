@@ -13,6 +13,7 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.nav_error import NavError
 from sinssim.recording import style
 from sinssim.recording.rrd import Recording
+from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.recording.scene import Scene, aircraft_mesh
 from sinssim.truth.trajectory import FlightEvent
 
@@ -23,20 +24,6 @@ _PATH_POINTS = 4096
 _POSTS = 60
 _UP = -1.0
 """Down to up."""
-
-_LENGTHS = (("mm", 1e-3, 0.5), ("m", 1.0, 2.0 * units.NAUTICAL_MILE), ("nmi", units.NAUTICAL_MILE, np.inf))
-_SPEEDS = (("mm/s", 1e-3, 0.05), ("m/s", 1.0, np.inf))
-_ANGLES = (
-    ("arcsec", units.ARCSEC, units.ARCMIN),
-    ("arcmin", units.ARCMIN, 2.0 * units.DEG),
-    ("deg", units.DEG, np.inf),
-)
-"""Units of a kind: name, size in SI, and the largest value (SI) that it is used for."""
-
-
-def _unit(table: Sequence[tuple[str, float, float]], *values: Array) -> tuple[str, float]:
-    largest = max((float(np.abs(v).max()) for v in values), default=0.0)
-    return next((name, size) for name, size, most in table if largest <= most)
 
 
 def _rows(count: int, most: int) -> Rows:
@@ -148,8 +135,8 @@ def draw_sensors(recording: Recording, ideal: ImuData, measured: ImuData) -> dic
     edges = _rows(len(ideal.time), _PLOT_ROWS)
     wide = np.unique(np.searchsorted(ideal.time, np.arange(ideal.time[0], ideal.time[-1] + 1e-9, window)))
     for name, true, read, size, drift, table in (
-        ("gyro", ideal.dtheta, measured.dtheta, units.DEG, units.DEG_H, _ANGLES),
-        ("accel", ideal.dvel, measured.dvel, 1.0, units.UG, _SPEEDS),
+        ("gyro", ideal.dtheta, measured.dtheta, units.DEG, units.DEG_H, ANGLES),
+        ("accel", ideal.dvel, measured.dvel, 1.0, units.UG, SPEEDS),
     ):
         for kind, values in (("ideal", true), ("measured", read)):
             paint = style.colors(axes)
@@ -163,7 +150,7 @@ def draw_sensors(recording: Recording, ideal: ImuData, measured: ImuData) -> dic
             )
         error = read - true
         total = np.concatenate((np.zeros((1, 3)), np.cumsum(error, axis=0)))[edges]
-        unit, one = _unit(table, total)
+        unit, one = suiting(table, total)
         labels[f"{name}_sum"] = unit
         recording.series(f"sensors/{name}/sum", ideal.time[edges], total / one, axes)
         if len(wide) > 1:
@@ -210,30 +197,30 @@ def draw_navigation(
     }
     labels: dict[str, str] = {}
 
-    def lines(key: str, columns: list[Array], table: Sequence[tuple[str, float, float]], label: str) -> None:
+    def lines(key: str, columns: list[Array], table: Scale, label: str) -> None:
         if label not in labels:
-            labels[label], size[label] = _unit(table, *columns)
+            labels[label], size[label] = suiting(table, *columns)
         recording.series(f"navigation/{key}", time, np.column_stack(columns) / size[label], names, widths=widths)
 
     size: dict[str, float] = {}
     found = thin.values()
-    lines("horizontal", [e.horizontal for e in found], _LENGTHS, "position")
+    lines("horizontal", [e.horizontal for e in found], LENGTHS, "position")
     for i, axis in enumerate(("north", "east")):
-        lines(f"position_{axis}", [e.position_ned[:, i] for e in found], _LENGTHS, "position")
-    lines("height", [e.height for e in found], _LENGTHS, "height")
-    lines("speed", [e.speed for e in found], _SPEEDS, "velocity")
+        lines(f"position_{axis}", [e.position_ned[:, i] for e in found], LENGTHS, "position")
+    lines("height", [e.height for e in found], LENGTHS, "height")
+    lines("speed", [e.speed for e in found], SPEEDS, "velocity")
     for i, axis in enumerate(("north", "east", "down")):
-        lines(f"velocity_{axis}", [e.velocity_ned[:, i] for e in found], _SPEEDS, "velocity")
+        lines(f"velocity_{axis}", [e.velocity_ned[:, i] for e in found], SPEEDS, "velocity")
     tilts = [e.attitude[:, :2] for e in found]
-    labels["tilt"], size["tilt"] = _unit(_ANGLES, *tilts)
+    labels["tilt"], size["tilt"] = suiting(ANGLES, *tilts)
     for i, axis in enumerate(("north", "east")):
-        lines(f"tilt_{axis}", [e.attitude[:, i] for e in found], _ANGLES, "tilt")
-    lines("azimuth", [e.attitude[:, 2] for e in found], _ANGLES, "azimuth")
+        lines(f"tilt_{axis}", [e.attitude[:, i] for e in found], ANGLES, "tilt")
+    lines("azimuth", [e.attitude[:, 2] for e in found], ANGLES, "azimuth")
     lines("defect", [solutions[n].defect[rows[n]] for n in names], (("", 1.0, np.inf),), "defect")
     if len(names) > 1:
         first = thin[names[0]]
         apart = [np.linalg.norm(thin[n].position_ned - first.position_ned, axis=1) for n in names[1:]]
-        labels["apart"], one = _unit(_LENGTHS, *apart)
+        labels["apart"], one = suiting(LENGTHS, *apart)
         recording.series("navigation/apart", time, np.column_stack(apart) / one, names[1:], widths=widths[1:])
     if labels["position"] != "mm":
         ends = time[[0, -1]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
@@ -74,6 +75,20 @@ def versions() -> dict[str, str]:
     """
     names = ("jsbsim", "numpy", "scipy", "numba", "rerun-sdk", "pyarrow")
     return {"sinssim": sinssim.__version__, **{name: version(name) for name in names}}
+
+
+def processor() -> str:
+    """Return the name of the machine's processor.
+
+    Returns:
+        As the machine says it.
+    """
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
+    except OSError:
+        names = []
+    return (names or [platform.processor() or platform.machine()])[0]
 
 
 def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:

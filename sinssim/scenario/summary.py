@@ -33,27 +33,35 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"flight      {flight.aircraft}, starts {where} at {place}, heading {start.heading_deg:g}°"
         for number, (leg, seconds) in enumerate(zip(flight.legs, leg_durations(flight), strict=True), start=1):
             about = f"about {_clock(seconds)}" if seconds else ""
-            yield f"  leg {number:<3} {leg.type:<12} {about:<16} {_given(leg, {'type', 'timeout_s'})}".rstrip()
-        yield f"wind        {_given(flight.wind, set()) or 'none'}"
+            yield f"  leg {number:<3} {leg.type:<12} {about:<16} {given(leg, 'type', 'timeout_s')}".rstrip()
+        yield f"wind        {given(flight.wind) or 'none'}"
         yield f"turbulence  {_values(flight.turbulence.model_dump()) if flight.turbulence else 'none'}"
     elif scenario.parked is not None:
-        yield f"parked      {_given(scenario.parked, set())}"
+        yield f"parked      {given(scenario.parked)}"
     elif scenario.great_circle is not None:
-        yield f"great circle  {_given(scenario.great_circle, set())}"
+        yield f"great circle  {given(scenario.great_circle)}"
     elif scenario.motion is not None:
-        yield f"motion      {scenario.motion.type}, {_given(scenario.motion, {'type'})}"
+        yield f"motion      {scenario.motion.type}, {given(scenario.motion, 'type')}"
     for vibration in scenario.vibration:
-        yield f"vibration   {vibration.coordinate}, {_given(vibration, {'coordinate'})}"
+        yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
-    yield f"imu         {scenario.imu.grade}, {_given(scenario.imu, {'grade'}) or 'as the grade has it'}"
-    yield f"navigation  {', '.join(navigation.algorithms)}; {_given(navigation, {'algorithms'}) or 'all by default'}"
+    yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade') or 'as the grade has it'}"
+    yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
     yield f"seed        {scenario.seed}"
 
 
-def _given(section: BaseModel, without: set[str]) -> str:
-    """Return the values that are not the defaults, as "key = value"."""
-    return _values(section.model_dump(exclude_defaults=True, exclude=without))
+def given(section: BaseModel, *without: str) -> str:
+    """Return the values of a table that are not the defaults.
+
+    Args:
+        section: the table.
+        without: keys to leave out.
+
+    Returns:
+        "key = value, …", "" if all are the defaults.
+    """
+    return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
 
 
 def _values(values: Mapping[str, object]) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.recording.directory import write_text
-from sinssim.recording.summary import versions
+from sinssim.recording.summary import processor, versions
 from sinssim.studies.report import html_report
 from sinssim.studies.results import Comparison, Row
 
@@ -64,7 +64,7 @@ def write_study(comparison: Comparison, folder: Path) -> None:
 
     from sinssim.studies.record import record
 
-    about = {**versions(), "Python": platform.python_version(), "processor": _processor()}
+    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
     write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
     write_text(folder / "results.json", json.dumps(results(comparison), indent=2, ensure_ascii=False) + "\n")
     _write_parquet(comparison, folder / "results.parquet")
@@ -89,13 +89,3 @@ def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_none(item) for key, item in value.items() if item is not None}
     return [_without_none(item) for item in value] if isinstance(value, list | tuple) else value
-
-
-def _processor() -> str:
-    """Return the processor's name."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
-    except OSError:
-        names = []
-    return (names or [platform.processor() or platform.machine()])[0]

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
 from sinssim.recording import pictures, style
+from sinssim.recording.scales import LENGTHS, suiting
 from sinssim.recording.scene import Scene, aircraft_mesh, map_zoom
 
 
@@ -60,7 +61,7 @@ def test_mean_rates_lose_no_increment():
     ("value", "unit"), [(0.0, "mm"), (0.5, "mm"), (0.51, "m"), (3000.0, "m"), (18520.0, "nmi"), (1e9, "nmi")]
 )
 def test_lengths_come_in_the_unit_that_suits_them(value, unit):
-    assert pictures._unit(pictures._LENGTHS, np.array([0.0, -value]))[0] == unit
+    assert suiting(LENGTHS, np.array([0.0, -value]))[0] == unit
 
 
 def test_a_jump_of_a_whole_turn_is_a_gap_and_nothing_else_is():

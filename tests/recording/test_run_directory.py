@@ -187,7 +187,8 @@ def test_progress_goes_through_the_stages_and_ends_each_at_one(recorded):
 def test_directory_holds_what_it_should_and_nothing_else(recorded):
     _, result, _ = recorded
     directory = result.directory
-    assert {p.name for p in directory.iterdir()} == {"recording.rrd", "scenario.toml", "streams", "summary.json"}
+    files = {"recording.rrd", "report.html", "scenario.toml", "streams", "summary.json"}
+    assert {p.name for p in directory.iterdir()} == files
     assert [p.name for p in directory.parent.iterdir()] == ["fake"]
     assert not list(directory.rglob("*.part"))
     assert (directory / "scenario.toml").read_text() == result.scenario.to_toml()
@@ -207,6 +208,10 @@ def check_what_is_left(directory: Path, status: str) -> None:
     """A run that broke off while navigating: valid, complete up to there, and saying so."""
     assert verify(directory / "recording.rrd").returncode == 0
     assert json.loads((directory / "summary.json").read_text())["status"] == status
+    report = (directory / "report.html").read_text()
+    assert f"The run {'was interrupted' if status == 'interrupted' else 'failed'}" in report
+    assert "<h2>Flight</h2>" in report
+    assert "<h2>Navigation errors</h2>" not in report
     entities = read_recording(directory / "recording.rrd")
     streams = {entity.split("/")[2] for entity in entities}
     assert streams == {"truth", "imu_ideal", "imu_measured", "flight", "flight_2"}
