@@ -16,15 +16,15 @@ from sinssim.alignment import (
     total,
 )
 from sinssim.alignment.determination import solve
-from sinssim.alignment.disturbed import inertial_curve
+from sinssim.alignment.disturbed import RANDOM_WALK_FACTOR, inertial_curve
 from sinssim.data import ImuData
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.sensors import emulate
 from sinssim.truth.parked import Parked
 from sinssim.truth.swaying import Sway, Swaying
-from sinssim.units import ARCSEC, DEG_SQRT_H
+from sinssim.units import ARCSEC
 
 LATITUDE, HEADING = np.radians(50.0), np.radians(40.0)
 LASER = ImuSection(grade="laser-standard")
@@ -108,19 +108,20 @@ def test_laser_gyros_align_on_the_swaying_base_as_theory_says_and_eq_1_does_not(
     assert np.abs(means).mean() > 20 * quiet.heading
 
 
-def test_random_walk_weighs_ten_sevenths_of_a_quiet_base():
-    q_nb = rotation.quaternion_from_euler(0.0, 0.0, HEADING)
-    ideal = Parked(LATITUDE, 0.3, 0.0, q_nb, 300.0).increments(4.0)
-    noise = ImuErrors(gyro=TriadErrors(random_walk=0.003 * DEG_SQRT_H))
-    runs = 400
-    errors = [
-        align_disturbed(emulate(ideal, noise, seed), LATITUDE).determination.heading - HEADING for seed in range(runs)
-    ]
-    quiet = 0.003 * DEG_SQRT_H / np.sqrt(300.0) / (OMEGA_IE * np.cos(LATITUDE))
-    # at the session's end the heading has walked on about the vertical: half of that is new to the fit's middle
-    walked = 0.003 * DEG_SQRT_H * np.sqrt(300.0)
-    assert walked < 0.02 * quiet
-    assert np.std(errors) / quiet == pytest.approx(np.sqrt(10 / 7), rel=4 / np.sqrt(2 * runs))
+def test_the_fit_weighs_a_rate_by_30_x2_1_x2_and_random_walk_by_ten_sevenths():
+    """One pulse of the east gyro's angle after another, and what it moves the heading by."""
+    ideal = Parked(LATITUDE, 0.3, 0.0, rotation.quaternion_from_euler(0.0, 0.0, 0.0), 300.0).increments(4.0)
+    undisturbed = align_disturbed(ideal, LATITUDE).determination.heading
+    pulse, weights, x = 1e-6, [], (np.arange(40) + 0.5) / 40
+    for at in x:
+        dtheta = ideal.dtheta.copy()
+        dtheta[int(at * len(ideal)), 1] += pulse
+        heading = align_disturbed(ImuData(ideal.time, dtheta, ideal.dvel), LATITUDE).determination.heading
+        moved = (heading - undisturbed + np.pi) % (2 * np.pi) - np.pi
+        weights.append(-moved * OMEGA_IE * np.cos(LATITUDE) / (pulse / 300.0))  # of eq. (1) all are 1
+    np.testing.assert_allclose(weights, 30 * x**2 * (1 - x) ** 2, atol=0.02)
+    # independent increments of angle add up by the squares of their weights
+    assert np.mean(np.square(weights)) == pytest.approx(RANDOM_WALK_FACTOR, rel=0.01)
 
 
 @pytest.mark.parametrize("latitude", [-80.0, -50.0, -10.0, 10.0, 35.0, 80.0])
