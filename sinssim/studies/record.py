@@ -12,10 +12,11 @@ import rerun as rr
 from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.blueprints import RunInfo, all_views
+from sinssim.recording.page import capital, number
 from sinssim.recording.rrd import Recording
 from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.studies import figures
-from sinssim.studies.report import capital, labeller, number, over_rates
+from sinssim.studies.report import labeller, over_rates
 from sinssim.studies.results import Comparison, History, Row
 from sinssim.studies.schema import Part
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import html
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from sinssim.recording.page import capital, number, page, swatch, table, words
 from sinssim.studies import figures
 from sinssim.studies.results import ERRORS, Comparison, Row, Verdict
 from sinssim.studies.schema import Part
@@ -27,58 +27,12 @@ _METRICS = (
     ("max_defect", "defect max"),
 )
 
-_CSS = """
-body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif; color: #1c1c1c;
-  background: #fff; max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
-h1 { font-size: 1.7rem; margin-bottom: .2rem; } h2 { margin-top: 3rem; border-bottom: 1px solid #ccc; }
-summary { margin: 1rem 0 .2rem; font-weight: 600; cursor: pointer; }
-h3 { margin: 1.8rem 0 .4rem; font-size: 1.02rem; }
-p { max-width: 52rem; } .lead { font-size: 1.08rem; color: #333; } .note { color: #555; font-size: .9rem; }
-table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0 1.2rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .18rem .6rem; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap; }
-th { background: #f4f4f4; font-weight: 600; } td.name, th.name { text-align: left; }
-td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
-td.text { text-align: left; white-space: normal; min-width: 16rem; }
-.wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
-svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
+_STYLE = """
 .verdict { display: inline-block; min-width: 5.6rem; text-align: center; border-radius: 3px; padding: 0 .5rem;
-  font-weight: 600; color: #fff; }
+  font-weight: 600; color: #fff; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 .confirmed { background: #00735a; } .refuted { background: #b03a00; } .partly { background: #8a6100; }
 .undecided { background: #666; }
-.swatch { display: inline-block; width: .7rem; height: .7rem; border-radius: 2px; margin-right: .4rem; }
 """
-
-
-def number(value: float, digits: int = 3) -> str:
-    """Write a number with a few significant digits.
-
-    Args:
-        value: the number.
-        digits: how many.
-
-    Returns:
-        "0.0123", "1.2e-09", or "–" for what is not known.
-    """
-    if not math.isfinite(value):
-        return "–"
-    if value == 0.0:
-        return "0"
-    if 1e-4 <= abs(value) < 1e6:
-        places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-        return f"{value:.{places}f}"
-    return f"{value:.{digits - 1}e}"
-
-
-def capital(sentence: str) -> str:
-    """Return a sentence that begins with a capital.
-
-    Args:
-        sentence: any words.
-
-    Returns:
-        The same words.
-    """
-    return sentence[:1].upper() + sentence[1:]
 
 
 def varying(rows: Sequence[Row]) -> tuple[str, ...]:
@@ -107,8 +61,8 @@ def labeller(rows: Sequence[Row], pace: bool = False) -> Callable[[Row], str]:
     several = pace and len({row.pace for row in rows}) > 1
 
     def label(row: Row) -> str:
-        words = [str(getattr(row, d)) for d in dimensions] + ([f"{row.pace} Hz"] if several else [])
-        return " · ".join(words) or row.algorithm
+        parts = [str(getattr(row, d)) for d in dimensions] + ([f"{row.pace} Hz"] if several else [])
+        return " · ".join(parts) or row.algorithm
 
     return label
 
@@ -136,7 +90,7 @@ def html_report(comparison: Comparison, about: dict[str, str]) -> str:
         An HTML page, with its figures in it as SVG.
     """
     study = comparison.study
-    body = [f"<h1>{_text(study.name)}</h1>", f'<p class="lead">{_text(study.description)}</p>']
+    body = [f"<h1>{words(study.name)}</h1>", f'<p class="lead">{words(study.description)}</p>']
     count = len(comparison.rows)
     status = (
         ""
@@ -148,59 +102,34 @@ def html_report(comparison: Comparison, about: dict[str, str]) -> str:
         body += ["<h2>Claims and verdicts</h2>", _verdicts(comparison)]
     for number_, part in enumerate(study.parts, start=1):
         rows = comparison.of_part(part.title)
-        body.append(f"<h2>{number_}. {_text(part.title)}</h2>")
+        body.append(f"<h2>{number_}. {words(part.title)}</h2>")
         if part.text:
-            body.append(f"<p>{_text(part.text)}</p>")
+            body.append(f"<p>{words(part.text)}</p>")
         body += _part(comparison, part, rows, f"part{number_}") if rows else ["<p>Not reached.</p>"]
     body += ["<h2>Cost of a step</h2>", *_costs(comparison)]
     body += ["<h2>Motions</h2>", _motions(comparison), "<h2>How it was measured</h2>", _method(comparison, about)]
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_text(study.name)}: comparison</title><style>{_CSS}</style></head>\n<body>\n"
-        + "\n".join(body)
-        + "\n</body></html>\n"
-    )
-
-
-def _text(words: str) -> str:
-    return html.escape(" ".join(words.split()))
-
-
-def _table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1) -> str:
-    """Return a table; cells are HTML, the first `names` columns are words."""
-
-    def cells(tag: str, values: Sequence[str]) -> str:
-        return "".join(
-            value if value.startswith(f"<{tag}") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
-            for i, value in enumerate(values)
-        )
-
-    rows = "\n".join(f"<tr>{cells('td', line)}</tr>" for line in lines)
-    return (
-        f'<div class="wide"><table><thead><tr>{cells("th", heads)}</tr></thead><tbody>\n{rows}\n</tbody></table></div>'
-    )
+    return page(f"{study.name}: comparison", body, _STYLE)
 
 
 def _swatch(name: str, position: int = 0) -> str:
-    return f'<span class="swatch" style="background:{figures.color_of(name, position)}"></span>'
+    return swatch(figures.color_of(name, position))
 
 
 def _verdicts(comparison: Comparison) -> str:
     lines = [
         (
-            _text(capital(v.sentence)),
+            words(capital(v.sentence)),
             f'<td class="name"><span class="verdict {v.verdict}">{v.verdict}</span></td>',
-            f'<td class="text">{_text(v.reason)}{_points(v)}</td>',
+            f'<td class="text">{words(v.reason)}{_points(v)}</td>',
         )
         for v in comparison.verdicts
     ]
-    table = _table(("claim", "verdict", "the numbers that decide"), lines, 3)
-    return table.replace("<td class=name>", '<td class="text">')
+    verdicts = table(("claim", "verdict", "the numbers that decide"), lines, 3)
+    return verdicts.replace("<td class=name>", '<td class="text">')
 
 
 def _points(verdict: Verdict) -> str:
-    points = "".join(f"<li>{_text(point)}</li>" for point in verdict.points)
+    points = "".join(f"<li>{words(point)}</li>" for point in verdict.points)
     return f"<ul>{points}</ul>" if points else ""
 
 
@@ -215,7 +144,7 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> lis
             for motion in dict.fromkeys(row.motion for row in rows):
                 here = [row for row in rows if row.motion == motion]
                 unfold = " open" if quantity == ERRORS[0] else ""
-                body.append(f"<details{unfold}><summary>{title}: {_text(motion)}</summary>")
+                body.append(f"<details{unfold}><summary>{title}: {words(motion)}</summary>")
                 body.append(_pivot(here, quantity, label) + "</details>")
         body += _orders(comparison, part, name)
         if any(row.max_defect > 0.0 for row in rows):
@@ -238,7 +167,7 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> lis
         label = labeller(rows, pace=True)
         for row in failed:
             reasons.setdefault(row.message, []).append(f"{row.motion} · {label(row)}")
-        body += [f"<li><strong>{_text('; '.join(names))}</strong>: {_text(why)}</li>" for why, names in reasons.items()]
+        body += [f"<li><strong>{words('; '.join(names))}</strong>: {words(why)}</li>" for why, names in reasons.items()]
         body.append("</ul>")
     return body
 
@@ -258,8 +187,8 @@ def _pivot(rows: list[Row], quantity: str, label: Callable[[Row], str]) -> str:
     lines = []
     for position, name in enumerate(dict.fromkeys(label(row) for row in rows)):
         cells = [cell(values.get((name, rate), math.nan)) for rate in rates]
-        lines.append((_swatch(name, position) + _text(name), *cells))
-    return _table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
+        lines.append((_swatch(name, position) + words(name), *cells))
+    return table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
 
 
 def _orders(comparison: Comparison, part: Part, name: str) -> list[str]:
@@ -284,8 +213,8 @@ def _orders(comparison: Comparison, part: Part, name: str) -> list[str]:
             for quantity in ERRORS:
                 one = [o for o in found if (o.algorithm, o.motion, o.quantity) == (algorithm, motion, quantity)]
                 cells.append(f"{one[0].order:.2f} ± {one[0].uncertainty:.2f}" if one else "–")
-        lines.append((_swatch(algorithm) + _text(algorithm), *cells))
-    return [*body, _table(heads, lines)]
+        lines.append((_swatch(algorithm) + words(algorithm), *cells))
+    return [*body, table(heads, lines)]
 
 
 def _long_table(rows: list[Row]) -> str:
@@ -295,21 +224,21 @@ def _long_table(rows: list[Row]) -> str:
     heads = [*("rate, Hz" if d == "pace" else d for d in dimensions), *(title for _, title in _METRICS)]
     lines = [
         (
-            *(_text(str(getattr(row, d))) for d in dimensions),
+            *(words(str(getattr(row, d))) for d in dimensions),
             *(number(getattr(row, m)) if row.status == "done" else "failed" for m, _ in _METRICS),
         )
         for row in rows
     ]
-    return _table(heads, lines, len(dimensions))
+    return table(heads, lines, len(dimensions))
 
 
 def _passages(rows: list[Row]) -> str:
     lines = [
-        (_text(r.algorithm), _text(r.motion), r.pace, str(r.passages), number(r.max_damage_arcsec / 60.0),
-         number(r.max_horizontal_error_m), f'<td class="text">{_text(r.message)}</td>')
+        (words(r.algorithm), words(r.motion), r.pace, str(r.passages), number(r.max_damage_arcsec / 60.0),
+         number(r.max_horizontal_error_m), f'<td class="text">{words(r.message)}</td>')
         for r in rows
     ]  # fmt: skip
-    return _table(
+    return table(
         (
             "",
             "motion",
@@ -330,8 +259,8 @@ def _costs(comparison: Comparison) -> list[str]:
         o = cost.operations
         lines.append(
             (
-                _swatch(cost.algorithm) + _text(cost.algorithm),
-                _text(cost.frame),
+                _swatch(cost.algorithm) + words(cost.algorithm),
+                words(cost.frame),
                 *(f"{value:.0f}" for value in (o.add, o.multiply)),
                 *(f"{value:.1f}" for value in (o.divide, o.root, o.function)),
                 f"{o.total:.0f}",
@@ -347,7 +276,7 @@ def _costs(comparison: Comparison) -> list[str]:
         "whole call with its checks, the least of several. Both hold the unit quaternion that a row of the solution "
         "has: from a matrix it takes the more work the more orthogonality the matrix has lost.</p>",
         figures.to_svg(figures.costs(comparison), "costs"),
-        _table(heads, lines, 2),
+        table(heads, lines, 2),
     ]
 
 
@@ -364,7 +293,7 @@ def _motions(comparison: Comparison) -> str:
     )
     lines = [
         (
-            _text(name),
+            words(name),
             f"{f.duration_s:.0f}",
             f"{f.distance_m / 1e3:.1f}",
             f"{f.ground_speed_kmh:.1f}",
@@ -375,7 +304,7 @@ def _motions(comparison: Comparison) -> str:
         )
         for name, f in comparison.motions.items()
     ]
-    return _table(heads, lines)
+    return table(heads, lines)
 
 
 def _method(comparison: Comparison, about: dict[str, str]) -> str:
@@ -386,7 +315,7 @@ def _method(comparison: Comparison, about: dict[str, str]) -> str:
         "Truth is a continuous motion; the increments are its exact integrals. Navigation starts from the true state. "
         "Errors are taken against the truth at about 4000 instants spread evenly over the motion; attitude errors are "
         "the angle of the single rotation between true and computed attitude in the local level. "
-        f"Every number is in results.json and results.parquet beside this page.</p><p class=note>{_text(versions)}.</p>"
+        f"Every number is in results.json and results.parquet beside this page.</p><p class=note>{words(versions)}.</p>"
     )
 
 
@@ -423,26 +352,26 @@ def _show_rates(title: str, rows: list[Row], label: Callable[[Row], str], consol
     if len(rates) > room:
         rates = [rates[round(i * (len(rates) - 1) / (room - 1))] for i in range(room)]
     console.print(title, markup=False)
-    table = _console_table()
-    table.add_column("", no_wrap=True)
+    console_table = _console_table()
+    console_table.add_column("", no_wrap=True)
     for rate in rates:
-        table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
+        console_table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
     values = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows}
     for name in names:
-        table.add_row(name, *(number(values.get((name, rate), math.nan), 2) for rate in rates))
-    console.print(table)
+        console_table.add_row(name, *(number(values.get((name, rate), math.nan), 2) for rate in rates))
+    console.print(console_table)
 
 
 def _show_cases(title: str, rows: list[Row], label: Callable[[Row], str], console: Console) -> None:
     console.print(title, markup=False)
-    table = _console_table()
-    table.add_column("", overflow="fold")
+    console_table = _console_table()
+    console_table.add_column("", overflow="fold")
     for heading in ("horizontal\nm", "velocity\nm/s", "attitude\narcsec"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        console_table.add_column(heading, justify="right", no_wrap=True)
     for row in rows:
         errors = (row.max_horizontal_error_m, row.max_velocity_error_mps, row.max_attitude_error_arcsec)
-        table.add_row(label(row), *(map(number, errors) if row.status == "done" else ("failed", "", "")))
-    console.print(table)
+        console_table.add_row(label(row), *(map(number, errors) if row.status == "done" else ("failed", "", "")))
+    console.print(console_table)
 
 
 def _console_table() -> Table:

@@ -266,7 +266,8 @@ def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console
 
-    from sinssim.studies.report import number, show
+    from sinssim.recording.page import number
+    from sinssim.studies.report import show
 
     rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)
     found = compare(
