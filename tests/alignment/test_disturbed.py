@@ -74,6 +74,30 @@ def test_attitude_in_the_inertial_frame_follows_the_truth(vehicle, ideal):
     assert np.linalg.norm(velocity[-1]) == pytest.approx(9.81 * 300.0, rel=1e-2)
 
 
+def test_coning_and_sculling_are_integrated_to_fourth_order():
+    """Rotations and displacements at one frequency: without the sculling or the coning term the order is 2."""
+    moving = Swaying(
+        LATITUDE,
+        0.3,
+        0.0,
+        0.02,
+        0.03,
+        1.0,
+        20.0,
+        [
+            Sway(name, 0.05, 1.0, phase)
+            for name, phase in (("roll", 0.3), ("pitch", 1.8), ("east", 0.2), ("north", 1.1))
+        ],
+    )
+    q_end, v_end = (x[-1] for x in inertial_curve(moving.increments(800.0)))
+    ends = [inertial_curve(moving.increments(rate)) for rate in (20.0, 40.0)]
+    turns = [np.linalg.norm(q[-1] - q_end) for q, _ in ends]
+    velocities = [np.linalg.norm(v[-1] - v_end) for _, v in ends]
+    for coarse, fine in (turns, velocities):
+        assert 3.7 < np.log2(coarse / fine) < 4.3
+    assert velocities[0] < 3e-4  # m/s after 20 s; a missing sculling term makes it 3e-3
+
+
 def test_perfect_instruments_leave_only_what_the_sway_adds(vehicle, ideal):
     alignment = align_disturbed(ideal)
     assert np.abs(found(alignment) - angles_at(vehicle, 300.0)).max() < 0.01 * ARCSEC
