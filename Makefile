@@ -1,7 +1,7 @@
 # make demo   set up, fly the demonstration scenario, say what to open
 # make test   set up, run every test
 # make lint   set up, check style, formatting and types
-# make bench  set up, measure the speed of what has to be fast
+# make bench  set up, measure every bar of docs/performance.md
 # make docs   set up, write the reference of the scenario file from the schema
 #
 # Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and

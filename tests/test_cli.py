@@ -226,7 +226,8 @@ def test_run_prints_the_errors_and_what_to_open(folder: Path, capsys: pytest.Cap
     assert "standing: errors against the truth" in captured.out
     assert "quaternion" in captured.out
     assert "sinssim view runs/standing    (--web: in a browser)" in captured.out
-    for name in ("scenario.toml", "summary.json", "recording.rrd", "streams/truth.parquet"):
+    assert "runs/standing/report.html    (in any browser)" in captured.out
+    for name in ("report.html", "scenario.toml", "summary.json", "recording.rrd", "streams/truth.parquet"):
         assert (folder / "runs" / "standing" / name).is_file()
 
 
