@@ -24,9 +24,13 @@ _FIXED_OR_DRAWN = (
     ("gyro_bias_deg_h", "gyro_bias_sigma_deg_h"),
     ("gyro_scale_ppm", "gyro_scale_sigma_ppm"),
     ("gyro_misalignment_arcsec", "gyro_misalignment_sigma_arcsec"),
+    ("gyro_quadratic_ppm_per_deg_s", "gyro_quadratic_sigma_ppm_per_deg_s"),
+    ("gyro_cubic_ppm_per_deg2_s2", "gyro_cubic_sigma_ppm_per_deg2_s2"),
     ("accel_bias_ug", "accel_bias_sigma_ug"),
     ("accel_scale_ppm", "accel_scale_sigma_ppm"),
     ("accel_misalignment_arcsec", "accel_misalignment_sigma_arcsec"),
+    ("accel_quadratic_ug_per_g2", "accel_quadratic_sigma_ug_per_g2"),
+    ("accel_cubic_ug_per_g3", "accel_cubic_sigma_ug_per_g3"),
 )
 
 
@@ -42,6 +46,10 @@ class ImuSection(Section):
         gyro_scale_ppm, accel_scale_ppm: relative scale-factor errors (k and h of equation (2)).
         gyro_misalignment_arcsec, accel_misalignment_arcsec: the six angles xy, xz, yx, yz, zx, zy; ij is the tilt
             of sensitive axis i towards the block's axis j.
+        gyro_quadratic_ppm_per_deg_s, gyro_cubic_ppm_per_deg2_s2: non-linearity of the scale factor, its change with
+            the rate and with the rate squared; no grade has any.
+        accel_quadratic_ug_per_g2, accel_cubic_ug_per_g3: non-linearity K₂ and K₃ of IEEE Std 1293, the reading's
+            error with the specific force squared and cubed; no grade has any.
         gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz: angle and velocity random walk.
         gyro_quantum_arcsec, accel_quantum_mm_s: weight of one pulse of the accumulated angle or velocity.
         gyro_instability_deg_h, accel_instability_ug: 1σ of the bias instability, first-order Gauss-Markov.
@@ -60,6 +68,10 @@ class ImuSection(Section):
     gyro_scale_sigma_ppm: NotNegative | None = None
     gyro_misalignment_arcsec: SixAngles | None = None
     gyro_misalignment_sigma_arcsec: NotNegative | None = None
+    gyro_quadratic_ppm_per_deg_s: Vector3 | None = None
+    gyro_quadratic_sigma_ppm_per_deg_s: NotNegative | None = None
+    gyro_cubic_ppm_per_deg2_s2: Vector3 | None = None
+    gyro_cubic_sigma_ppm_per_deg2_s2: NotNegative | None = None
     gyro_arw_deg_sqrt_h: NotNegative | None = None
     gyro_quantum_arcsec: NotNegative = 0.0
     gyro_instability_deg_h: NotNegative | None = None
@@ -71,6 +83,10 @@ class ImuSection(Section):
     accel_scale_sigma_ppm: NotNegative | None = None
     accel_misalignment_arcsec: SixAngles | None = None
     accel_misalignment_sigma_arcsec: NotNegative | None = None
+    accel_quadratic_ug_per_g2: Vector3 | None = None
+    accel_quadratic_sigma_ug_per_g2: NotNegative | None = None
+    accel_cubic_ug_per_g3: Vector3 | None = None
+    accel_cubic_sigma_ug_per_g3: NotNegative | None = None
     accel_vrw_ug_sqrt_hz: NotNegative | None = None
     accel_quantum_mm_s: NotNegative = 0.0
     accel_instability_ug: NotNegative | None = None

@@ -19,8 +19,9 @@ _APART = 1 << 32
 def emulate_accelerometers(time: Array, ideal: Array, section: ImuSection, seed: int = 0) -> Array:
     """Return what accelerometers of a grade give in place of the ideal increments.
 
-    Bias, scale factor, random walk, instability and quantisation are those of the section's accelerometers, drawn anew
-    for each. Misalignment is not: it needs the force across the sensitive axis, which one channel does not tell.
+    Bias, scale factor, non-linearity, random walk, instability and quantisation are those of the section's
+    accelerometers, drawn anew for each. Misalignment is not: it needs the force across the sensitive axis, which one
+    channel does not tell.
 
     Args:
         time: edges of the intervals, (N+1,) s.

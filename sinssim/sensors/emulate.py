@@ -2,10 +2,12 @@
 
 Per triad, over an interval of length T, in this order (equation (2) on increments, with what stands on top of it):
 
-    Δβ̃ = (1 + k)(I + M) Δβ + (ω₀ + b(t)) T + N √T ν,   then Δβ̃ ← differences of round(Σ Δβ̃ / Q) Q
+    Δβ̃ = (1 + k)(x + K₂x² + K₃x³) T + (ω₀ + b(t)) T + N √T ν,   x = (I + M) Δβ / T,
+    then Δβ̃ ← differences of round(Σ Δβ̃ / Q) Q
 
-with the scale-factor errors k, the misalignment M of the sensitive axes, the turn-on bias ω₀, the bias instability
-b(t), the random walk N, white noise ν of unit variance, and the pulse weight Q.
+with the scale-factor errors k, the non-linearity K₂, K₃, the misalignment M of the sensitive axes, the turn-on bias ω₀,
+the bias instability b(t), the random walk N, white noise ν of unit variance, and the pulse weight Q. The non-linearity
+acts on the interval's mean rate x: what it rectifies of vibration faster than the samples is not in it.
 """
 
 from __future__ import annotations
@@ -48,6 +50,8 @@ def _measure(ideal: Array, interval: Array, errors: TriadErrors, triad: str, see
         np.any(errors.bias)
         or np.any(errors.scale)
         or np.any(errors.misalignment)
+        or np.any(errors.quadratic)
+        or np.any(errors.cubic)
         or errors.random_walk
         or errors.quantum
         or errors.instability
@@ -60,6 +64,9 @@ def _measure(ideal: Array, interval: Array, errors: TriadErrors, triad: str, see
         for j in range(3):
             if errors.misalignment[i, j]:
                 axis += errors.misalignment[i, j] * ideal[:, j]
+        if errors.quadratic[i] or errors.cubic[i]:
+            mean = axis / interval
+            axis += mean * (errors.quadratic[i] + errors.cubic[i] * mean) * axis
         axis *= 1.0 + errors.scale[i]
         axis += errors.bias[i] * interval  # (2)
         if errors.instability:

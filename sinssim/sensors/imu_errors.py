@@ -11,7 +11,17 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.scenario.grades import CORRELATION_TIME, find_grade
 from sinssim.scenario.imu import ImuSection
-from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, PPM, UG
+from sinssim.units import (
+    ARCSEC,
+    DEG_H,
+    DEG_SQRT_H,
+    PPM,
+    PPM_PER_DEG2_S2,
+    PPM_PER_DEG_S,
+    UG,
+    UG_PER_G2,
+    UG_PER_G3,
+)
 
 _OFF_DIAGONAL = np.array([[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]])  # xy, xz, yx, yz, zx, zy
 
@@ -25,6 +35,9 @@ class TriadErrors:
         scale: relative scale-factor error, k or h of equation (2), (3,).
         misalignment: M, zero on its diagonal; M[i, j] is the small angle by which sensitive axis i is tilted
             towards the block's axis j, (3, 3) rad.
+        quadratic: K₂ of the non-linearity x + K₂x² + K₃x³, x being the rate or specific force along the sensitive
+            axis, (3,) s/rad or s²/m.
+        cubic: its K₃, (3,) s²/rad² or s⁴/m².
         random_walk: angle or velocity random walk N, rad/√s or m/s/√s.
         quantum: weight of one pulse of the accumulated angle or velocity, 0 for none, rad or m/s.
         instability: 1σ of the bias instability, rad/s or m/s².
@@ -34,6 +47,8 @@ class TriadErrors:
     bias: Array = field(default_factory=lambda: np.zeros(3))
     scale: Array = field(default_factory=lambda: np.zeros(3))
     misalignment: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    quadratic: Array = field(default_factory=lambda: np.zeros(3))
+    cubic: Array = field(default_factory=lambda: np.zeros(3))
     random_walk: float = 0.0
     quantum: float = 0.0
     instability: float = 0.0
@@ -112,6 +127,17 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
                 grade.gyro.misalignment,
             )
         ),
+        quadratic=turn_on(
+            "gyro quadratic",
+            3,
+            s.gyro_quadratic_ppm_per_deg_s,
+            s.gyro_quadratic_sigma_ppm_per_deg_s,
+            PPM_PER_DEG_S,
+            0.0,
+        ),
+        cubic=turn_on(
+            "gyro cubic", 3, s.gyro_cubic_ppm_per_deg2_s2, s.gyro_cubic_sigma_ppm_per_deg2_s2, PPM_PER_DEG2_S2, 0.0
+        ),
         random_walk=noise(s.gyro_arw_deg_sqrt_h, DEG_SQRT_H, grade.gyro.random_walk),
         quantum=s.gyro_quantum_arcsec * ARCSEC,
         instability=noise(s.gyro_instability_deg_h, DEG_H, grade.gyro.instability),
@@ -130,6 +156,10 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
                 grade.accel.misalignment,
             )
         ),
+        quadratic=turn_on(
+            "accel quadratic", 3, s.accel_quadratic_ug_per_g2, s.accel_quadratic_sigma_ug_per_g2, UG_PER_G2, 0.0
+        ),
+        cubic=turn_on("accel cubic", 3, s.accel_cubic_ug_per_g3, s.accel_cubic_sigma_ug_per_g3, UG_PER_G3, 0.0),
         random_walk=noise(s.accel_vrw_ug_sqrt_hz, UG, grade.accel.random_walk),
         quantum=s.accel_quantum_mm_s * 1e-3,
         instability=noise(s.accel_instability_ug, UG, grade.accel.instability),

@@ -68,6 +68,34 @@ def test_bias_is_not_scaled_and_misalignment_is():
     assert measured.dtheta[0, 0] == pytest.approx(1.5 * (2.0 + 0.01 * 100.0) + 1.0, rel=1e-15)
 
 
+def test_non_linearity_acts_on_the_mean_rate_along_the_tilted_axis():
+    # 10 µg/g² and 2 µg/g³ at 3 g: 90 µg and 54 µg, whatever the length of the interval; a scale error takes them along
+    k2, k3 = 10e-6 / 9.80665, 2e-6 / 9.80665**2
+    misalignment = np.zeros((3, 3))
+    misalignment[0, 2] = 0.1
+    e = both(quadratic=np.full(3, k2), cubic=np.full(3, k3), misalignment=misalignment, scale=np.array([0.0, 0.5, 0.0]))
+    g = 9.80665
+    for rate in (1.0, 100.0):
+        measured = emulate(uniform(2, rate, dvel=(3 * g / rate, -3 * g / rate, 0.0)), e).dvel[1] * rate / g
+        assert measured == pytest.approx([3 + 144e-6, -1.5 * (3 - 36e-6), 0.0], rel=1e-14)
+        measured = emulate(uniform(2, rate, dvel=(0.0, 0.0, 2 * g / rate)), e).dvel[1] * rate / g
+        assert measured == pytest.approx([0.2 + 0.4e-6 + 0.016e-6, 0.0, 2 + 56e-6], rel=1e-14)
+
+
+def test_non_linearity_leaves_all_other_draws_alone():
+    plain = draw(ImuSection(grade="tactical"), 5)
+    bent = draw(
+        ImuSection(grade="tactical", gyro_quadratic_sigma_ppm_per_deg_s=1.0, accel_cubic_sigma_ug_per_g3=3.0), 5
+    )
+    assert not np.any(plain.gyro.quadratic)
+    assert not np.any(plain.accel.cubic)
+    assert np.all(bent.gyro.quadratic != 0.0)
+    assert np.all(bent.accel.cubic != 0.0)
+    for name in ("bias", "scale", "misalignment"):
+        assert np.array_equal(getattr(plain.gyro, name), getattr(bent.gyro, name))
+        assert np.array_equal(getattr(plain.accel, name), getattr(bent.accel, name))
+
+
 @pytest.mark.parametrize(
     ("tilted", "towards"), [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)], ids=["xy", "xz", "yx", "yz", "zx", "zy"]
 )

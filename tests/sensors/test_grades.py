@@ -59,6 +59,8 @@ def test_units_worked_out_by_hand():
         gyro_bias_deg_h=(0.01, -1.0, 15.0),
         gyro_scale_ppm=(10.0, -5.0, 0.5),
         gyro_misalignment_arcsec=(1.0, 2.0, 3.0, 4.0, 5.0, 3600.0),
+        gyro_quadratic_ppm_per_deg_s=(1.0, 0.0, -10.0),
+        gyro_cubic_ppm_per_deg2_s2=(0.0, 0.1, 0.0),
         gyro_arw_deg_sqrt_h=0.003,
         gyro_quantum_arcsec=1.0,
         gyro_instability_deg_h=2.0,
@@ -66,6 +68,8 @@ def test_units_worked_out_by_hand():
         accel_bias_ug=(50.0, -1000.0, 1e6),
         accel_scale_ppm=(50.0, 0.0, -300.0),
         accel_misalignment_arcsec=(0.0, 0.0, 0.0, 0.0, 0.0, -1.0),
+        accel_quadratic_ug_per_g2=(10.0, 0.0, -1.0),
+        accel_cubic_ug_per_g3=(0.0, 2.0, 0.0),
         accel_vrw_ug_sqrt_hz=10.0,
         accel_quantum_mm_s=2.5,
         accel_instability_ug=3.6,
@@ -79,6 +83,8 @@ def test_units_worked_out_by_hand():
         [4.848136811e-6, 9.696273622e-6, 1.454441043e-5, 1.939254724e-5, 2.424068406e-5, 1.745329252e-2], rel=1e-9
     )
     assert m.diagonal() == pytest.approx([0, 0, 0], abs=0)
+    assert errors.gyro.quadratic == pytest.approx([5.729577951e-5, 0.0, -5.729577951e-4], rel=1e-9)
+    assert errors.gyro.cubic == pytest.approx([0.0, 3.282806350e-4, 0.0], rel=1e-9)
     assert errors.gyro.random_walk == pytest.approx(8.726646260e-7, rel=1e-9)
     assert errors.gyro.quantum == pytest.approx(4.848136811e-6, rel=1e-9)
     assert errors.gyro.instability == pytest.approx(9.696273622e-6, rel=1e-9)
@@ -86,6 +92,8 @@ def test_units_worked_out_by_hand():
     assert errors.accel.bias == pytest.approx([4.903325e-4, -9.80665e-3, 9.80665], rel=1e-14)
     assert errors.accel.scale == pytest.approx([5e-5, 0.0, -3e-4], rel=1e-14)
     assert errors.accel.misalignment[2, 1] == pytest.approx(-4.848136811e-6, rel=1e-9)
+    assert errors.accel.quadratic == pytest.approx([1.019716213e-6, 0.0, -1.019716213e-7], rel=1e-9)
+    assert errors.accel.cubic == pytest.approx([0.0, 2.0796432e-8, 0.0], rel=1e-7)
     assert errors.accel.random_walk == pytest.approx(9.80665e-5, rel=1e-14)
     assert errors.accel.quantum == pytest.approx(2.5e-3, rel=1e-14)
     assert errors.accel.instability == pytest.approx(3.530394e-5, rel=1e-14)
