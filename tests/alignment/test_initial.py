@@ -17,11 +17,13 @@ from sinssim.alignment import (
     initial_covariance,
     initial_state,
 )
+from sinssim.data import ImuData
+from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import draw, emulate
+from sinssim.sensors import ImuErrors, TriadErrors, draw, emulate
 from sinssim.truth.parked import Parked
-from sinssim.units import ARCSEC
+from sinssim.units import ARCSEC, DEG_H
 
 ANGLES = (1.2, 0.3, -0.2)  # heading, roll, pitch
 LATITUDE = np.radians(50.0)
@@ -84,22 +86,39 @@ def test_covariance_is_that_of_emulated_alignments(known):
 
 @pytest.mark.parametrize("known", [True, False])
 def test_covariance_of_a_disturbed_base_is_consistent(known):
-    """Attitude and biases of alignments on gravity's cone, in units of P₀: chi-squared of nine degrees of freedom."""
+    """Position north, attitude and biases of alignments on gravity's cone, in units of P₀: chi-squared."""
     q_nb = Rotation.from_euler("ZYX", [ANGLES[0], ANGLES[2], ANGLES[1]]).as_quat(scalar_first=True)
     ideal = Parked(LATITUDE, 0.3, 0.0, q_nb, 300.0).increments(2.0)
     sigma, latitude, runs, squares = expected_errors(SECTION).sigma, LATITUDE if known else None, 150, []
-    rows = slice(6, 15)
+    rows = np.r_[6:15] if known else np.r_[0, 6:15]
     for seed in range(runs):
         drawn = draw(SECTION, seed)
         found = align_disturbed(emulate(ideal, SECTION, seed), latitude).determination
         state = initial_state(found, 0.3, 0.0, latitude)
-        p0 = initial_covariance(found, sigma, 300.0, latitude=latitude, method="disturbed")[rows, rows]
+        p0 = initial_covariance(found, sigma, 300.0, latitude=latitude, method="disturbed")[np.ix_(rows, rows)]
         turn = Rotation.from_quat(state.q_nb, scalar_first=True) * Rotation.from_quat(q_nb, scalar_first=True).inv()
-        error = np.r_[-turn.as_rotvec(), drawn.gyro.bias, drawn.accel.bias]
+        north = (state.latitude - LATITUDE) * earth.radii(LATITUDE)[0]
+        error = np.r_[north, -turn.as_rotvec(), drawn.gyro.bias, drawn.accel.bias][-len(rows) :]
         scale = np.sqrt(np.diag(p0))
         squares.append((error / scale) @ np.linalg.solve(p0 / np.outer(scale, scale), error / scale))
-    low, high = chi2.ppf([1e-4, 1 - 1e-4], 9 * runs) / runs
+    low, high = chi2.ppf([1e-4, 1 - 1e-4], len(rows) * runs) / runs
     assert low < np.mean(squares) < high
+
+
+def test_a_gyro_bias_to_the_north_opens_the_cone_and_the_latitude_falls():
+    """cosφ = (horizontal rate)/U: δφ = −δω/(U sinφ), on either side of the equator; its share of P₀ has that sign."""
+    sigma = ImuErrors(gyro=TriadErrors(bias=np.array([0.01 * DEG_H, 0.0, 0.0])))  # on the forward axis, which is north
+    for latitude in (LATITUDE, -LATITUDE):
+        exact = determine(*ideal_readings(0.0, 0.0, 0.0, latitude))
+        covariance = initial_covariance(exact, sigma, 300.0, method="disturbed")
+        slope = covariance[0, STATES.index("gyro bias forward")] / (0.01 * DEG_H) ** 2  # m per rad/s
+        assert slope == pytest.approx(-earth.radii(latitude)[0] / (OMEGA_IE * np.sin(latitude)), rel=1e-9)
+        # and the fit itself does so
+        q_nb = np.array([1.0, 0.0, 0.0, 0.0])
+        ideal = Parked(latitude, 0.3, 0.0, q_nb, 300.0).increments(4.0)
+        biased = ImuData(ideal.time, ideal.dtheta + 0.01 * DEG_H / 4.0 * np.eye(3)[0], ideal.dvel)
+        moved = align_disturbed(biased).determination.latitude - align_disturbed(ideal).determination.latitude
+        assert moved * earth.radii(latitude)[0] / (0.01 * DEG_H) == pytest.approx(slope, rel=0.01)
 
 
 def test_the_heading_error_knows_the_gyro_bias_that_caused_it():

@@ -45,6 +45,14 @@ def test_opposite_headings_cancel_the_horizontal_biases_of_a_level_vehicle():
     assert result.latitude == pytest.approx(0.01 * DEG_H * np.cos(LATITUDE) / OMEGA_IE, rel=1e-12)
 
 
+def test_slow_bias_instability_cancels_like_a_bias():
+    slow = TriadErrors(instability=0.01 * DEG_H, correlation_time=1e6)
+    two = Attitude(np.array([0.7, 0.7 + np.pi]), 0.0, 0.0)
+    alone = set_sigma(Attitude(np.array([0.7]), 0.0, 0.0), LATITUDE, ImuErrors(gyro=slow), 300.0)
+    assert alone.heading == pytest.approx(0.01 * DEG_H / (OMEGA_IE * np.cos(LATITUDE)), rel=1e-3)
+    assert set_sigma(two, LATITUDE, ImuErrors(gyro=slow), 300.0).heading < 1e-15
+
+
 def test_four_headings_cancel_the_scale_factors_too():
     sigma = ImuErrors(gyro=TriadErrors(scale=np.full(3, 100 * PPM)))
     two = set_sigma(Attitude(0.7 + np.array([0.0, np.pi]), 0.0, 0.0), LATITUDE, sigma, 300.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 
 import numpy as np
@@ -146,6 +147,14 @@ def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
     )
     assert code == 0
     assert "eq. (1)" in out
+
+
+def test_a_swaying_scenario_is_compared_with_its_last_instant(scenario, monkeypatch):
+    turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, [Sway("heading", 0.01, 1 / 400)])
+    monkeypatch.setattr(importlib.import_module("sinssim.truth.fly"), "fly", lambda plan: turning)
+    report = align_source(scenario, method="disturbed", latitude=np.radians(50.0), settings=("imu.grade=ideal",))
+    assert report.truth.heading == pytest.approx(1.0 + 0.01 * np.sin(1.5 * np.pi), abs=1e-9)
+    assert abs(report.error.heading) < 1e-6
 
 
 def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
