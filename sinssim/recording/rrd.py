@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import os
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -64,6 +66,63 @@ class _Scalars:
         return self._array
 
 
+class _File:
+    """The file of a recording, written by us from a pipe that Rerun writes to.
+
+    On a full disk Rerun's own writer may stop in a way that lets `flush` and `disconnect` wait for ever. This one
+    remembers what went wrong, and goes on emptying the pipe.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Open the file and the pipe.
+
+        Args:
+            path: the file to write.
+
+        Raises:
+            OSError: it cannot be opened.
+        """
+        self._file = path.open("wb", buffering=0)
+        self._read, self._write = os.pipe()
+        self.entry = f"/dev/fd/{self._write}"
+        self._error: OSError | None = None
+        self._thread = threading.Thread(target=self._copy, name="recording", daemon=True)
+        self._thread.start()
+
+    def _copy(self) -> None:
+        room = memoryview(bytearray(1 << 20))
+        with self._file as file, open(self._read, "rb", buffering=0) as pipe:
+            while count := pipe.readinto(room):
+                left = room[:count]
+                while left and self._error is None:
+                    try:
+                        left = left[file.write(left) :]
+                    except OSError as error:
+                        self._error = error
+
+    def opened(self) -> None:
+        """Give up our own end for writing: Rerun has opened one of its own."""
+        os.close(self._write)
+
+    def check(self) -> None:
+        """Raise if something could not be written.
+
+        Raises:
+            OSError: what went wrong.
+        """
+        if self._error is not None:
+            raise OSError(self._error.errno, self._error.strerror) from self._error
+
+    def close(self) -> None:
+        """Wait until everything is written; Rerun has closed its end.
+
+        Raises:
+            OSError: something could not be written.
+        """
+        self._thread.join()
+        self.check()
+
+
 class Recording:
     """A recording being written; as a context manager it is closed, and valid, however the block ends."""
 
@@ -74,11 +133,18 @@ class Recording:
             path: the file, by convention `recording.rrd`.
             application: application identifier; the viewer keeps one layout for each.
             blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
+
+        Raises:
+            OSError: the file cannot be opened.
         """
         self.ranges: dict[str, tuple[float, float]] = {}
         """Smallest and largest number of every entity that `series` recorded, for the axes of plots."""
         self._stream = rr.RecordingStream(application)
-        self._stream.save(path, blueprint)
+        self._file = _File(path)
+        try:
+            self._stream.save(self._file.entry, blueprint)
+        finally:
+            self._file.opened()
 
     def __enter__(self) -> Self:
         return self
@@ -92,18 +158,20 @@ class Recording:
         """Write what is still in memory and the file's footer; without the footer a recording is not valid.
 
         Raises:
-            OSError: the file could not be written; Rerun learns of that only now.
+            OSError: the file could not be written.
         """
         try:
             self._flush()
         finally:
             self._stream.disconnect()
+            self._file.close()
 
     def _flush(self) -> None:
         try:
             self._stream.flush()
         except RuntimeError as error:
-            raise OSError(errno.EIO, f"Rerun could not write the recording, the disk may be full ({error})") from error
+            raise OSError(errno.EIO, f"Rerun could not write the recording ({error})") from error
+        self._file.check()
 
     def blueprint(self, blueprint: Any) -> None:
         """Replace the layout that the viewer opens with.
