@@ -18,16 +18,23 @@ class Algorithm:
         sentence: what it is, for a person.
         module: file under `sinssim/strapdown/` that holds it.
         variant: values for the file's constants; those not named keep the value written in the file.
+        windowed: whether the file brings a whole engine, which works on windows of samples.
     """
 
     sentence: str
     module: str
     variant: Mapping[str, int | bool] = field(default_factory=dict)
+    windowed: bool = False
 
     @property
     def samples(self) -> int:
         """Number of samples that one update takes."""
         return self.variant.get("SAMPLES", 1)
+
+    @property
+    def sample_by_sample(self) -> bool:
+        """Whether it advances by one sample at a time, as the three-rate schedule needs."""
+        return self.samples == 1 and not self.windowed
 
     @property
     def needs_equal_intervals(self) -> bool:
@@ -105,6 +112,7 @@ REGISTRY: dict[str, Algorithm] = {
     "functional-iteration": Algorithm(
         "quaternion, velocity and position iterated to rounding on windows of eight samples (iNavFIter)",
         "functional_iteration",
+        windowed=True,
     ),
 }
 """Every algorithm by name. The first three share high-order compensated increments."""

@@ -13,6 +13,7 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
 from sinssim.errors import InputError, RunError, unknown_name
 from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTICALS
+from sinssim.rates import check_parts, schedule
 from sinssim.strapdown import azimuth, inertial, level, three_rate
 from sinssim.strapdown.fit import is_uniform, weight_table
 from sinssim.strapdown.level import BARO_LOOP, FREE, HELD
@@ -178,8 +179,10 @@ def navigate(
         )
     per_row, per_medium, per_slow = entry.samples, 1, 1
     if rates_hz is not None:
-        _check_three_rate(algorithm, frame, uniform)
-        ratio, per_medium, per_slow = three_rate.schedule(rates_hz, len(dtheta) / float(time[-1] - time[0]))
+        check_parts(algorithm, frame)
+        if not uniform:
+            raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
+        ratio, per_medium, per_slow = schedule(rates_hz, len(dtheta) / float(time[-1] - time[0]))
         dtheta, dvel = three_rate.summed(dtheta, ratio), three_rate.summed(dvel, ratio)
         edges = slice(0, len(dtheta) * ratio + 1, ratio)
         time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
@@ -233,19 +236,6 @@ def navigate(
         )
 
     return replace(solution, events=singularity_events(solution, without_singularity))
-
-
-def _check_three_rate(algorithm: str, frame: str, uniform: bool) -> None:
-    """Raise for what the three-rate schedule cannot do."""
-    if frame != "level":
-        raise InputError(f"rates_hz: the three-rate schedule works in the frame level, not in {frame}.")
-    if not uniform:
-        raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
-    if REGISTRY[algorithm].samples > 1 or own_engine(algorithm, frame) is not None:
-        raise InputError(
-            f"rates_hz: the fast part advances the attitude sample by sample, {algorithm} by several at once; "
-            "quaternion, poisson, euler and their like, or rotation-vector-1p, would do."
-        )
 
 
 def _normal(latitude: float, longitude: float) -> Array:

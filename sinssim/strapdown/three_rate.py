@@ -18,7 +18,6 @@ A template over the attitude algorithm, like `level`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cache
 from math import cos, pi, sin
@@ -28,15 +27,12 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.earth import EarthParameters, gravity_ned_k
-from sinssim.errors import InputError
 from sinssim.jit import bind, inline
 from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.interval import fitted_turn_k as turn_k
 from sinssim.strapdown.level import BARO_LOOP, HELD, curvatures_k
 from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
-
-_WHOLE = 1e-6  # a ratio of rates this near to a whole number is one
 
 
 class Slow(NamedTuple):
@@ -198,40 +194,6 @@ def engine(algorithm: str) -> Callable[..., None]:
         The kernel; it fills the solution's arrays, whose first rows hold the initial state.
     """
     return bind(_navigate, f"three_rate_{algorithm.replace('-', '_')}", **parts(algorithm))
-
-
-def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
-    """Return the whole ratios of the data's rate to the fast, the fast to the medium, the medium to the slow one.
-
-    Args:
-        rates_hz: fast, medium and slow rate.
-        data_hz: rate of the data.
-
-    Returns:
-        Three whole numbers, at least 1.
-
-    Raises:
-        InputError: rates that do not divide, with the nearest that would.
-    """
-    if len(rates_hz) != 3:
-        raise InputError(f"rates_hz = {rates_hz} must be three rates: fast, medium and slow, Hz.")
-    ratios = []
-    above, above_name = data_hz, "the data's rate"
-    for name, rate in zip(("fast", "medium", "slow"), rates_hz, strict=True):
-        if not (math.isfinite(rate) and rate > 0.0):
-            raise InputError(f"rates_hz: the {name} rate, {rate} Hz, must be positive.")
-        ratio = above / rate
-        whole = max(round(ratio), 1)
-        if abs(ratio - whole) > _WHOLE * whole:
-            low = max(math.floor(ratio), 1)
-            near = " or ".join(f"{above / n:.6g}" for n in dict.fromkeys((low, low + 1 if ratio > 1.0 else 1)))
-            raise InputError(
-                f"rates_hz: the {name} rate, {rate:g} Hz, does not divide {above_name}, {above:.6g} Hz, a whole number "
-                f"of times; {near} Hz would."
-            )
-        ratios.append(whole)
-        above, above_name = above / whole, f"the {name} rate"
-    return ratios[0], ratios[1], ratios[2]
 
 
 def summed(increments: Array, ratio: int) -> Array:
