@@ -50,6 +50,8 @@ EXAMPLES: dict[str, Any] = {
     "motion.steps.axis": [0.0, 0.0, 1.0],
     "motion.steps.angle_deg": 90.0,
     "motion.steps.rate_deg_s": 10.0,
+    "navigation.rates_hz": [100.0, 50.0, 10.0],
+    "navigation.route_deg": [51.47, -0.45, 40.64, -73.78],
     "coordinate": "pitch",
     "rms_arcsec": 20.0,
     "rms_mm": 0.05,
@@ -214,6 +216,7 @@ def reference() -> str:
         "vibration": "Vibration on top of any motion",
         "truth": "The Earth of the truth",
         "imu": "The sensor block",
+        "compensation": "Compensation of the sensors' errors",
         "navigation": "Navigation",
     }
     page = [INTRODUCTION]

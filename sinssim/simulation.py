@@ -44,6 +44,7 @@ class RunResult:
         truth: true states at the IMU's interval edges, `ideal.time`.
         ideal: ideal increments.
         measured: measured increments.
+        compensated: measured increments freed of what the calibration knows, the measured ones without a calibration.
         solutions: navigation solutions by algorithm.
         errors: their errors by algorithm.
         summary: what `summary.json` holds.
@@ -55,6 +56,7 @@ class RunResult:
     truth: NavState
     ideal: ImuData
     measured: ImuData
+    compensated: ImuData
     solutions: dict[str, NavSolution]
     errors: dict[str, NavError]
     summary: dict[str, Any]
@@ -103,6 +105,7 @@ def run(
 
 def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -> RunResult:
     from sinssim.sensors import emulate
+    from sinssim.sensors.compensation import compensate, draw_calibration
     from sinssim.truth import fly
 
     scenario = material.scenario
@@ -128,10 +131,13 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
                 writer = stack.enter_context(RunWriter(folder.path, scenario, trajectory, ideal.time, truth, ideal))
         with stages("imu"):
             measured = emulate(ideal, scenario.imu, scenario.seed)
+            compensated = measured
+            if scenario.compensation is not None:
+                compensated = compensate(measured, draw_calibration(scenario.imu, scenario.compensation, scenario.seed))
             if writer is not None:
-                writer.sensed(measured)
+                writer.sensed(measured, None if compensated is measured else compensated)
         with stages("navigate"):
-            solutions, errors = _navigate(scenario, trajectory, truth, measured)
+            solutions, errors = _navigate(scenario, trajectory, truth, compensated)
             numbers = {name: error_numbers(error) for name, error in errors.items()}
         material.solutions, material.errors = solutions, errors
         if writer is not None:
@@ -147,21 +153,22 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
         "singularities": singularities(solutions),
     }
     place = _keep(folder, material, summary, run_report(material, summary)) if folder is not None else None
-    return RunResult(scenario, trajectory, truth, ideal, measured, solutions, errors, summary, place)
+    return RunResult(scenario, trajectory, truth, ideal, measured, compensated, solutions, errors, summary, place)
 
 
 def _navigate(
-    scenario: Scenario, trajectory: Trajectory, truth: NavState, measured: ImuData
+    scenario: Scenario, trajectory: Trajectory, truth: NavState, imu: ImuData
 ) -> tuple[dict[str, NavSolution], dict[str, NavError]]:
     """Navigate by every algorithm, side by side: the kernels release the interpreter's lock."""
     from sinssim.strapdown import navigate
 
     section = scenario.navigation
-    initial = initial_state(trajectory.state(measured.time[0]), section.initial_error, trajectory.ellipsoid)
+    initial = initial_state(trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid)
+    route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
 
     def one(algorithm: str) -> tuple[NavSolution, NavError]:
         solution = navigate(
-            measured,
+            imu,
             initial,
             algorithm=algorithm,
             frame=section.frame,
@@ -171,9 +178,12 @@ def _navigate(
             vertical=section.vertical,
             height=None if section.vertical == "free" else truth.height,
             baro_time_constant=section.baro_time_constant_s,
+            rates_hz=section.rates_hz,
+            slow_quantities=section.slow_quantities,
+            route=route,
         )
         # an algorithm that takes several samples at once has fewer rows
-        there = truth if len(solution.time) == len(measured.time) else trajectory.state(solution.time)
+        there = truth if len(solution.time) == len(imu.time) else trajectory.state(solution.time)
         return solution, navigation_error(there, solution, trajectory.ellipsoid)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -69,7 +69,7 @@ def imu_stream(kind: str, imu: ImuData) -> Stream:
     """Return the stream `imu_<kind>`; the time of a row is the end of its interval.
 
     Args:
-        kind: "ideal" or "measured".
+        kind: "ideal", "measured" or "compensated".
         imu: the increments.
 
     Returns:

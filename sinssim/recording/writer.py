@@ -92,14 +92,17 @@ class RunWriter:
         self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
         self._submit(self._to_rerun, self._recording.stream, stream)
 
-    def sensed(self, measured: ImuData) -> None:
+    def sensed(self, measured: ImuData, compensated: ImuData | None = None) -> None:
         """Write what the sensors gave.
 
         Args:
             measured: measured increments.
+            compensated: the same freed of what a calibration knows, if there is one.
         """
         self._submit(self._to_rerun, self._draw_sensors, measured)
         self._stream(imu_stream("measured", measured))
+        if compensated is not None:
+            self._stream(imu_stream("compensated", compensated))
 
     def navigated(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         """Write what the algorithms made of it.

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from sinssim.earth_models import ELLIPSOIDS, GRAVITY_MODELS
-from sinssim.errors import unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, VERTICALS
+from sinssim.errors import InputError, unknown_name
+from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTICALS
+from sinssim.rates import check_parts, schedule
+from sinssim.scenario.compensation import CompensationSection
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.legs import FlightSection
 from sinssim.scenario.motion import MotionSection, VibrationSection
@@ -33,6 +36,7 @@ Algorithm = Annotated[str, AfterValidator(_known("algorithm", ALGORITHMS))]
 Frame = Annotated[str, AfterValidator(_known("frame", FRAMES))]
 Curvature = Annotated[str, AfterValidator(_known("curvature", CURVATURES))]
 Vertical = Annotated[str, AfterValidator(_known("vertical channel", VERTICALS))]
+SlowQuantities = Annotated[str, AfterValidator(_known("treatment of slow quantities", SLOW_QUANTITIES))]
 
 
 class ParkedSection(Section):
@@ -92,6 +96,19 @@ class NavigationSection(Section):
     curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
     vertical: Vertical = Field(default="free", description=f"height channel: {', '.join(VERTICALS)}")
     baro_time_constant_s: Positive = Field(default=50.0, description='time constant of vertical = "baro-loop"')
+    rates_hz: tuple[Positive, Positive, Positive] | None = Field(
+        default=None,
+        description="rates of the fast, medium and slow part, each dividing the one before and the fast one the IMU's",
+    )
+    slow_quantities: SlowQuantities = Field(
+        default="hold",
+        description=f"with rates_hz, what becomes of them between slow instants: {' or '.join(SLOW_QUANTITIES)}",
+    )
+    route_deg: tuple[Latitude, Longitude, Latitude, Longitude] | None = Field(
+        default=None,
+        description='latitude and longitude of A and of B, whose great circle is the equator of frame = "transverse"; '
+        "without it the one along the initial velocity",
+    )
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
 
     @model_validator(mode="after")
@@ -99,6 +116,35 @@ class NavigationSection(Section):
         if len(set(self.algorithms)) < len(self.algorithms):
             raise ValueError("algorithms names one algorithm twice; once is enough")
         return self
+
+    @field_validator("rates_hz")
+    @classmethod
+    def _rates_can_be_had(
+        cls, rates: tuple[float, float, float] | None, info: ValidationInfo
+    ) -> tuple[float, float, float] | None:
+        if rates is not None:
+            try:
+                schedule(rates, rates[0])
+                for algorithm in info.data.get("algorithms", ()):
+                    check_parts(algorithm, info.data.get("frame", "level"))
+            except InputError as error:
+                raise ValueError(str(error).removeprefix("rates_hz: ")) from error  # the key is named already
+        return rates
+
+    @field_validator("route_deg")
+    @classmethod
+    def _route_is_one(
+        cls, route: tuple[float, float, float, float] | None, info: ValidationInfo
+    ) -> tuple[float, float, float, float] | None:
+        if route is None:
+            return route
+        if info.data.get("frame", "transverse") != "transverse":
+            raise ValueError(f'a route is for frame = "transverse" only; here frame = "{info.data["frame"]}"')
+        lat_a, lon_a, lat_b, lon_b = map(math.radians, route)
+        cosine = math.sin(lat_a) * math.sin(lat_b) + math.cos(lat_a) * math.cos(lat_b) * math.cos(lon_b - lon_a)
+        if 1.0 - abs(cosine) < 1e-12:
+            raise ValueError("A and B of the route coincide or lie opposite, and fix no great circle")
+        return route
 
 
 class Scenario(Section):
@@ -117,6 +163,7 @@ class Scenario(Section):
     vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
     truth: TruthSection = Field(default=TruthSection())
     imu: ImuSection = Field(default_factory=ImuSection)
+    compensation: CompensationSection | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
 
     @model_validator(mode="after")
@@ -128,6 +175,15 @@ class Scenario(Section):
                 "exactly one of [flight], [parked], [great_circle] and [motion] says what the true motion is; here "
                 + (f"there are {' and '.join(given)}" if given else "there is none of them")
             )
+        return self
+
+    @model_validator(mode="after")
+    def _rates_divide_the_samples(self) -> Self:
+        if self.navigation.rates_hz is not None:
+            try:
+                schedule(self.navigation.rates_hz, self.imu.rate_hz)
+            except InputError as error:
+                raise ValueError(f"navigation.{error}") from error
         return self
 
     def to_toml(self) -> str:

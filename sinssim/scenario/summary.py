@@ -47,6 +47,8 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade') or 'as the grade has it'}"
+    if scenario.compensation is not None:
+        yield f"calibrated  {given(scenario.compensation) or 'perfect'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
     yield f"seed        {scenario.seed}"
 

@@ -17,8 +17,11 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.scenario.compensation import CompensationSection
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
 
+_APART = 1 << 40  # far from the seeds of scenarios, and of single accelerometers
 _NEWTON_STEPS = 50
 _CONVERGED = 1e-9  # relative; the step after one this small only moves the last digits
 
@@ -104,3 +107,22 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
         )
 
     return ImuErrors(triad(errors.gyro, uncertainty.gyro), triad(errors.accel, uncertainty.accel))
+
+
+def draw_calibration(imu: ImuSection, section: CompensationSection, seed: int = 0) -> ImuErrors:
+    """Return the calibration values of one run: this run's errors of the block, but for what the calibration misses.
+
+    Args:
+        imu: the [imu] section of a scenario.
+        section: its [compensation] section, the 1σ of what the calibration is wrong by.
+        seed: the run's seed, with which the block's errors are drawn too.
+
+    Returns:
+        Calibration values.
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    # A calibration's errors are drawn as those of a block are, without noise, and with a seed of their own.
+    wrong = draw(ImuSection(grade="ideal", **section.model_dump()), seed + _APART)
+    return imperfect_calibration(draw(imu, seed), wrong)

@@ -1,0 +1,24 @@
+"""The [compensation] section of a scenario: how well the calibration knows the errors of the sensor block."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from sinssim.scenario.section import NotNegative, Section
+
+_KNOWN = "1σ of what the calibration is wrong by in"
+
+
+class CompensationSection(Section):
+    """Analytic compensation of the sensors' constant errors, in front of navigation: 0 everywhere is a perfect one."""
+
+    gyro_bias_sigma_deg_h: NotNegative = Field(default=0.0, description=f"{_KNOWN} the gyros' turn-on biases")
+    gyro_scale_sigma_ppm: NotNegative = Field(default=0.0, description=f"{_KNOWN} their scale-factor errors")
+    gyro_misalignment_sigma_arcsec: NotNegative = Field(default=0.0, description=f"{_KNOWN} each of their six angles")
+    gyro_quadratic_sigma_ppm_per_deg_s: NotNegative = Field(default=0.0, description=f"{_KNOWN} their quadratic terms")
+    gyro_cubic_sigma_ppm_per_deg2_s2: NotNegative = Field(default=0.0, description=f"{_KNOWN} their cubic terms")
+    accel_bias_sigma_ug: NotNegative = Field(default=0.0, description=f"{_KNOWN} the accelerometers' biases")
+    accel_scale_sigma_ppm: NotNegative = Field(default=0.0, description=f"{_KNOWN} their scale-factor errors")
+    accel_misalignment_sigma_arcsec: NotNegative = Field(default=0.0, description=f"{_KNOWN} each of their six angles")
+    accel_quadratic_sigma_ug_per_g2: NotNegative = Field(default=0.0, description=f"{_KNOWN} their quadratic terms, K₂")
+    accel_cubic_sigma_ug_per_g3: NotNegative = Field(default=0.0, description=f"{_KNOWN} their cubic terms, K₃")
