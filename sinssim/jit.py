@@ -7,9 +7,12 @@ of the package: any edit means a new folder, and the second process finds everyt
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import logging
 import os
 import shutil
+import tempfile
 import threading
 import types
 from collections.abc import Callable
@@ -18,6 +21,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+
+logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -50,19 +55,57 @@ def _kernel_folder() -> str:
         # Keep a few older versions (several checkouts may be in use), drop the rest.
         for old in sorted(root.iterdir(), key=lambda path: path.stat().st_mtime)[:-6]:
             shutil.rmtree(old, ignore_errors=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
     except OSError:
-        return ""  # nowhere to write: numba then uses its own fallback, or compiles in every process
+        # numba's own places would do, but there it looks only at the kernel's own file, and serves it stale.
+        _warn_once()
+        return ""
     return str(folder)
 
 
+@cache
+def _warn_once() -> None:
+    logger.warning(
+        "the compiled kernels cannot be kept in %s: every start compiles them anew, which takes many seconds. Set "
+        "SINSSIM_CACHE to a folder that can be written.",
+        cache_root() / "kernels",
+    )
+
+
 def _jit(function: F, **options: Any) -> F:
+    folder = _kernel_folder()
     with _CACHE_DIR_LOCK:
         previous = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = _kernel_folder()
+        numba.config.CACHE_DIR = folder
         try:
-            return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)  # type: ignore[no-any-return]
+            compiled = numba.njit(cache=bool(folder), nogil=True, error_model="numpy", **options)(function)
         finally:
             numba.config.CACHE_DIR = previous
+    if folder:
+        _forgive(compiled._cache)
+    return compiled  # type: ignore[no-any-return]
+
+
+def _forgive(kept: Any) -> None:
+    """Let a damaged file of numba's cache count as none, and a full disk cost no more than the next compilation."""
+    load, save = kept.load_overload, kept.save_overload
+
+    def load_or_none(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:  # whatever unpickling makes of damaged bytes
+            with contextlib.suppress(OSError):
+                kept.flush()
+            return None
+
+    def save_if_possible(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError:
+            _warn_once()
+
+    kept.load_overload, kept.save_overload = load_or_none, save_if_possible
 
 
 def kernel(function: F) -> F:
