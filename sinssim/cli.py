@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import typer
 
 from sinssim import __version__
 from sinssim.errors import SinssimError
+from sinssim.interrupt import interruptible
 
 if TYPE_CHECKING:
     from sinssim.scenario.content import Kind as ContentKind
@@ -537,9 +539,9 @@ def _show_result(result: RunResult, directory: Path) -> None:
     # Digits are never cut off: on a terminal that is too narrow, lines wrap.
     console = Console(highlight=False, width=max(120, shutil.get_terminal_size().columns))
     console.print(table)
-    for name, solution in result.solutions.items():
+    for solution in result.solutions.values():
         for event in solution.events:
-            console.print(f"{name}: {event.text}", markup=False)
+            console.print(event.text, markup=False)
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in result.summary["timing"].items()}
     print("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
     print(f"Read it:    {directory / 'report.html'}    (in any browser)")
@@ -558,7 +560,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     global _debug
     _debug = False
     try:
-        app(args=None if arguments is None else list(arguments), prog_name="sinssim")
+        with interruptible(signal.SIGTERM):
+            app(args=None if arguments is None else list(arguments), prog_name="sinssim")
     except SinssimError as error:
         if _debug:
             raise
@@ -567,6 +570,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if _debug:
             raise
         _fail(f"not enough memory: {error}. A shorter scenario or a lower imu.rate_hz needs less.", 1)
+    except OSError as error:  # standard output on a full disk, no room for temporary files
+        if _debug:
+            raise
+        _fail(f"the operating system refused: {error}.", 1)
 
 
 def _fail(message: str, code: int) -> NoReturn:

@@ -297,8 +297,19 @@ def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None
         assert word in shown.decode()
 
 
-def test_interrupt(folder: Path) -> None:
-    """Ctrl-C ends a run with code 130, one line, and no broken files."""
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_output_onto_a_full_disk(folder: Path) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "sinssim", "list", "grades"], stdout=full, stderr=subprocess.PIPE, check=False
+        )
+    assert done.returncode == 1
+    assert done.stderr.decode() == "sinssim: the operating system refused: [Errno 28] No space left on device.\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt(folder: Path, number: signal.Signals) -> None:
+    """Ctrl-C, or being told to terminate, ends a run with code 130, one line, and no broken files."""
     (folder / "plan.toml").write_text(PARKED.replace("20.0", "4000.0", 1).replace("rate_hz = 20.0", "rate_hz = 100.0"))
     child = subprocess.Popen(
         [sys.executable, "-m", "sinssim", "run", "plan.toml", "-o", "out"],
@@ -311,7 +322,7 @@ def test_interrupt(folder: Path) -> None:
     deadline = time.monotonic() + 60.0
     while len(list(folder.iterdir())) < 2 and time.monotonic() < deadline and child.poll() is None:
         time.sleep(0.02)  # until the run has begun to write
-    child.send_signal(signal.SIGINT)
+    child.send_signal(number)
     out, err = child.communicate(timeout=60.0)
     assert child.returncode == 130, err
     assert out == ""

@@ -35,10 +35,10 @@ class RunDirectory:
         """
         self.target = target.resolve()
         self._overwrite = overwrite
-        _check_place(self.target, overwrite)
         self._made: list[Path] = []
         parent = self.target.parent
         try:
+            _check_place(self.target, overwrite)
             missing = [p for p in (parent, *parent.parents) if not p.exists()]
             for folder in reversed(missing):
                 folder.mkdir()

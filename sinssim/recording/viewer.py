@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from sinssim.errors import InputError, RunError
+from sinssim.interrupt import interruptible
 from sinssim.recording.blueprints import RunInfo, all_views
 
 RUN_ENTITY = "about/run"
@@ -130,7 +131,8 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
     arguments += ["--server-memory-limit", "75%"]
     with (
         contextlib.suppress(KeyboardInterrupt),
-        _terminable(),
+        # so that the server does not outlive the program; a shell's `&` makes SIGINT ignored
+        interruptible(signal.SIGTERM, signal.SIGINT),
         _files(path, view) as files,
         _Viewer([*arguments, *files]) as viewer,
     ):
@@ -245,18 +247,6 @@ def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[
         file = Path(folder) / "view.rbl"
         layout.save(run.application, file)
         yield [str(recording), str(file)]
-
-
-@contextlib.contextmanager
-def _terminable() -> Iterator[None]:
-    """Treat a request to terminate like Ctrl-C, so that the server does not outlive the program."""
-    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    interrupted = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's `&` makes it ignored
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, previous)
-        signal.signal(signal.SIGINT, interrupted)
 
 
 def _free_ports(count: int) -> list[int]:

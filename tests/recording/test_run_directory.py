@@ -286,6 +286,8 @@ def test_places_that_cannot_be_written_are_refused_before_the_flight(tmp_path, m
         run(fake_run.scenario(), tmp_path / "file" / "below")
     with pytest.raises(InputError, match="cannot be made"):
         run(fake_run.scenario(), Path("/proc/nowhere/run"))
+    with pytest.raises(InputError, match="cannot be made: File name too long"):
+        run(fake_run.scenario(), tmp_path / ("x" * 300))
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
