@@ -135,7 +135,7 @@ def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
     for name, channel in channels.items():
         values = channel.values.reshape(len(channel.time), -1)
         unit = _UNIT_NAMES.get(channel.unit, channel.unit.replace("/", "_p_"))
-        column = f"{name}_{unit}" if unit and not name.endswith(f"_{unit}") else name
+        column = f"{name}_{unit}" if unit and not name.endswith(f"_{unit.lower()}") else name
         columns = (column,) if values.shape[1] == 1 else tuple(f"{column}_{i}" for i in range(values.shape[1]))
         group = next((g for g in groups if g[0] is channel.time or np.array_equal(g[0], channel.time)), None)
         if group is None:

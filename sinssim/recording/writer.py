@@ -111,8 +111,8 @@ class RunWriter:
             solutions: by algorithm.
             errors: by algorithm.
         """
-        for name, solution in solutions.items():
-            self._events += [FlightEvent(event.start, f"{name}: {event.text}") for event in solution.events]
+        for solution in solutions.values():
+            self._events += [FlightEvent(event.start, event.text) for event in solution.events]
         self._submit(self._to_rerun, self._draw_navigation, solutions, errors)
         for name, solution in solutions.items():
             self._stream(nav_stream(name, solution))

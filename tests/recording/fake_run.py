@@ -53,7 +53,7 @@ class FakeTrajectory:
 
     def _solution(self, name: str, size: float) -> NavSolution:
         t, drift = self.truth, size * self.time / self.end
-        events = (SingularityEvent(3.0, 3.5, 1e-4, "pitch went through 90°"),) if name == "euler" else ()
+        events = (SingularityEvent(3.0, 3.5, 1e-4, "euler: pitch went through 90°"),) if name == "euler" else ()
         return NavSolution(
             self.time, t.latitude + drift, t.longitude - drift, t.height + 1e6 * drift, t.velocity_ned + drift[:, None],
             _unit(t.q_nb + drift[:, None]), 1e-16 * np.arange(len(drift)), name, events,
