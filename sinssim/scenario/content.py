@@ -89,6 +89,8 @@ def find_content(kind: Kind, name: str) -> Path:
     plain = given.name if kind == "aircraft" else given.name.removesuffix(suffix)
     if plain in known and str(given.parent) in (".", _FOLDERS[kind]):
         return known[plain]
+    if given.is_file() and suffix:
+        raise InputError(f"{name} is no {_SINGULAR[kind]}: the name of a {_SINGULAR[kind]} file ends in {suffix}.")
     if given.parent != Path(".") or (suffix and name.endswith(suffix)):
         raise InputError(f"no {_SINGULAR[kind]} file {name!r} in {Path.cwd()}; by name there are: {', '.join(known)}.")
     raise unknown_name(_SINGULAR[kind], name, known)

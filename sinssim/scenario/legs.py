@@ -6,9 +6,9 @@ from north. A leg begins with the heading, height and airspeed that the leg befo
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sinssim.scenario.aircraft import aircraft_exists
 from sinssim.scenario.section import Heading, Latitude, Longitude, NotNegative, Positive, Section, Vector3
@@ -23,6 +23,11 @@ Airspeed = Annotated[float, Field(ge=40.0, le=800.0)]
 """Calibrated airspeed, kt."""
 
 Direction = Literal["left", "right"]
+
+
+def _name(value: Any) -> Any:
+    """Take a whole number for a name: the 737 is one, and a shell takes its quotes away."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 class LegBase(Section):
@@ -366,7 +371,9 @@ class FlightSection(Section):
         turbulence: turbulence; None: calm air.
     """
 
-    aircraft: Annotated[str, AfterValidator(aircraft_exists)] = Field(description="see `sinssim list aircraft`")
+    aircraft: Annotated[str, BeforeValidator(_name), AfterValidator(aircraft_exists)] = Field(
+        description="see `sinssim list aircraft`"
+    )
     start: Start
     legs: tuple[Leg, ...] = Field(description="the legs, in order")
     wind: Wind = Field(default=Wind())

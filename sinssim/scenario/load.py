@@ -14,7 +14,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.toml_file import read_toml, validate
 
 
-def load_scenario(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scenario:
     """Load and check a scenario.
 
     Args:
@@ -33,6 +33,7 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     file = find_content("scenarios", str(path))
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
+    overrides = (overrides,) if isinstance(overrides, str) else overrides  # a str is a sequence of strings, too
     overridden = {override(data, setting) for setting in overrides}
     return validate(Scenario, data, text, str(path), overridden)
 

@@ -38,6 +38,7 @@ STEP = 1.0 / 120.0
 
 _POUND_FORCE = 4.4482216152605  # [N]
 _NEAR_GROUND = 500.0  # below this height the gear may touch before the next look [m]
+_LEAST_DURATION = 1.0  # from which a smooth curve can be told [s]
 _SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
 
 # Logged ten times a second: name, JSBSim property, factor to the unit, unit.
@@ -148,7 +149,10 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
     root = Path(jsbsim.get_default_root_dir())
     shutil.copytree(model, Path(folder) / model.name)
     definition = Path(folder) / model.name / f"{model.name}.xml"
-    tree = ElementTree.parse(definition)
+    try:
+        tree = ElementTree.parse(definition)
+    except ElementTree.ParseError as error:
+        raise InputError(f"{model / definition.name} is not XML: {error}.") from error
     for tag in ("input", "output"):
         for element in tree.getroot().findall(tag):
             tree.getroot().remove(element)
@@ -382,6 +386,8 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
     """
     import jsbsim
 
+    if progress is not None:
+        progress(0.0)
     aircraft = load_aircraft(flight.aircraft)
     folder = model_folder(flight.aircraft, aircraft.jsbsim_model)
     with _quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
@@ -392,7 +398,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
             said = " ".join(" ".join(messages[1:]).split())
             raise InputError(
                 f"JSBSim cannot bring the {flight.aircraft} to the flight's start"
-                f" ({flight.start.model_dump(exclude={'on'})}): {error}"
+                f" ({flight.start.model_dump(exclude={'on'})}): {' '.join(str(error).split())}"
                 f"{'; it said: ' + said if said else ''}. An airspeed and a height at which it flies would be right."
             ) from error
         return _fly(executive, flight, aircraft, progress)
@@ -482,6 +488,11 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
             in_air = True
             _best_attitude_integrators(executive)
         events.append(FlightEvent(motion.time, f"{name} ends"))
+    if motion.time < _LEAST_DURATION:
+        raise InputError(
+            f"the flight is over after {motion.time:.2f} s, at the end of {name}: a true motion needs at least "
+            f"{_LEAST_DURATION:g} s. Longer legs, or more of them, would be right."
+        )
     if progress is not None:
         progress(1.0)
     return _log(link, tuple(events))

@@ -262,3 +262,17 @@ def test_loading_needs_no_compiler(tmp_path: Path) -> None:
         [sys.executable, "-c", code, str(write(tmp_path, FLIGHT))], capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_an_aircrafts_name_may_be_a_number(tmp_path: Path) -> None:
+    """On a command line there is no other way to write it: the shell takes the quotes away."""
+    file = write(tmp_path, FLIGHT.replace("737", "f16"))
+    scenario = load_scenario(file, ["flight.aircraft=737"])
+    assert scenario.flight is not None
+    assert scenario.flight.aircraft == "737"
+    assert "unknown aircraft '747'. Did you mean '737'?" in mistake(tmp_path, FLIGHT, "flight.aircraft=747")
+    assert "must be text" in mistake(tmp_path, FLIGHT, "flight.aircraft=true")
+
+
+def test_one_setting_needs_no_list(tmp_path: Path) -> None:
+    assert load_scenario(write(tmp_path, PARKED), "seed=3").seed == 3

@@ -434,7 +434,7 @@ def test_progress_rises_to_one() -> None:
     seen: list[float] = []
     fly_plan(plan("737", {"type": "hold", "duration_s": 20.0}, {"type": "hold", "until_s": 40.0}), 0, seen.append)
     assert seen == sorted(seen)
-    assert seen[0] > 0.0
+    assert seen[0] == 0.0  # which tells a flight from one that was kept
     assert seen[-1] == 1.0
     assert len(seen) >= 4
 
@@ -496,3 +496,16 @@ def test_start_that_cannot_be_trimmed_is_refused() -> None:
     slow = flight.model_copy(update={"start": flight.start.model_copy(update={"airspeed_kt": 60.0})})
     with pytest.raises(InputError, match=r"cannot bring the 737 to the flight's start .*'airspeed_kt': 60.0"):
         fly_plan(slow)
+
+
+def test_model_that_is_not_xml_is_named(tmp_path: Path) -> None:
+    name = wild_aircraft(tmp_path, 'jsbsim_model = "737"', 'jsbsim_model = "broken"')
+    (tmp_path / "wild" / "broken").mkdir()
+    (tmp_path / "wild" / "broken" / "broken.xml").write_text('<fdm_config name="broken">\n')
+    with pytest.raises(InputError, match=r"broken\.xml is not XML: no element found: line 2"):
+        fly_plan(plan(name, {"type": "hold", "duration_s": 1.0}))
+
+
+def test_flight_that_is_over_at_once_is_refused() -> None:
+    with pytest.raises(InputError, match=r"over after 0\.20 s, at the end of leg 1 \(hold\)"):
+        fly_plan(plan("737", {"type": "hold", "duration_s": 0.2}))
