@@ -1,0 +1,73 @@
+"""Imports point one way, and the heavy libraries stay where they belong."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import sinssim
+
+PACKAGE = Path(sinssim.__file__).parent
+
+LAYERS = [
+    # what stands under everything
+    "errors", "units", "interrupt", "algorithms", "names", "rates", "data", "jit", "earth_models", "rotation", "earth",
+    # data flows right, imports point left
+    "scenario", "truth", "sensors", "strapdown", "nav_error", "alignment", "estimation", "recording", "studies",
+    "simulation", "precompile", "cli", "__main__",
+]  # fmt: skip
+"""Modules and subpackages, each of which may import those before it and nothing else of the package."""
+
+HOMES = {
+    "rerun": {"recording", "studies"},
+    "rerun_cli": {"recording"},
+    "jsbsim": {"truth"},
+    "filterpy": {"estimation"},
+    "typer": {"cli"},
+    "tomllib": {"scenario"},
+}
+"""Libraries that only these parts may import."""
+
+FILES = sorted(file for file in PACKAGE.rglob("*.py") if "_content" not in file.parts)
+
+
+def layer(module: str) -> str:
+    """Return the part of the package that a module belongs to: "sinssim.truth.curve" → "truth"."""
+    return module.split(".")[1] if "." in module else ""
+
+
+def imports(file: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and full name of every import, wherever it stands in the file."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, name.name) for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}, line {node.lineno}: relative imports hide what is imported"
+            module = node.module or ""
+            # `from sinssim import rotation` imports a module, `from sinssim.data import ImuData` a name of one
+            yield from ((node.lineno, f"{module}.{n.name}" if module == "sinssim" else module) for n in node.names)
+
+
+def test_every_part_has_its_place() -> None:
+    parts = {path.stem for path in PACKAGE.glob("*.py")} | {path.name for path in PACKAGE.iterdir() if path.is_dir()}
+    assert parts - {"__init__", "__pycache__", "_content", "py.typed"} <= set(LAYERS)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(PACKAGE).as_posix())
+def test_imports_point_left(file: Path) -> None:
+    place = file.relative_to(PACKAGE)
+    if place.name == "__init__.py" and len(place.parts) == 1:
+        return  # the package's top level offers names of every part, loaded on first use
+    own = place.parts[0].removesuffix(".py")
+    for line, name in imports(file):
+        library = name.split(".")[0]
+        if library == "sinssim":
+            other = layer(name)
+            if other in ("", "__version__", own):
+                continue
+            assert LAYERS.index(other) < LAYERS.index(own), f"{place}, line {line}: {own} must not import {name}"
+        elif library in HOMES:
+            assert own in HOMES[library], f"{place}, line {line}: {own} must not import {library}"
