@@ -14,7 +14,8 @@ PACKAGE = Path(sinssim.__file__).parent
 
 LAYERS = [
     # what stands under everything
-    "errors", "units", "interrupt", "algorithms", "names", "rates", "data", "jit", "earth_models", "rotation", "earth",
+    "errors", "units", "interrupt", "algorithms", "names", "rates", "data", "checks", "jit", "earth_models",
+    "rotation", "earth",
     # data flows right, imports point left
     "scenario", "truth", "sensors", "strapdown", "nav_error", "alignment", "estimation", "recording", "studies",
     "simulation", "precompile", "cli", "__main__",

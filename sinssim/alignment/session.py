@@ -14,6 +14,7 @@ import numpy as np
 from sinssim.alignment.axes import Array
 from sinssim.alignment.determination import Determination, determine
 from sinssim.alignment.theory import InstrumentErrors
+from sinssim.checks import checked_increments
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.units import ARCSEC
@@ -123,24 +124,11 @@ def check_session(imu: ImuData) -> None:
         InputError: arrays that do not fit together, too few samples, a sample that is not finite, times that do not
             increase.
     """
-    count = len(imu.dtheta)
-    if imu.time.shape != (count + 1,) or imu.dtheta.shape != (count, 3) or imu.dvel.shape != (count, 3):
+    checked_increments(imu)
+    if len(imu) < FEWEST_SAMPLES:
         raise InputError(
-            f"the increments do not fit together: time {imu.time.shape}, dtheta {imu.dtheta.shape}, dvel "
-            f"{imu.dvel.shape}; right are (N+1,), (N, 3) and (N, 3)."
+            f"the session has {len(imu)} samples; at least {FEWEST_SAMPLES} show whether the vehicle stood still."
         )
-    if count < FEWEST_SAMPLES:
-        raise InputError(
-            f"the session has {count} samples; at least {FEWEST_SAMPLES} show whether the vehicle stood still."
-        )
-    for name, array in (("time", imu.time), ("dtheta", imu.dtheta), ("dvel", imu.dvel)):
-        finite = np.isfinite(array).reshape(len(array), -1).all(axis=1)
-        if not finite.all():
-            raise InputError(f"{name} is not a finite number at sample {int(np.argmin(finite))}.")
-    backwards = np.flatnonzero(np.diff(imu.time) <= 0.0)
-    if len(backwards):
-        k = int(backwards[0])
-        raise InputError(f"time does not increase at sample {k + 1}: {imu.time[k]} s, then {imu.time[k + 1]} s.")
 
 
 def stillness(imu: ImuData, sigmas: InstrumentErrors | None = None) -> Stillness:

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from sinssim.checks import checked_increments
 from sinssim.data import Array, ImuData
-from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw, term_generator
 
@@ -35,7 +35,7 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
     Raises:
         InputError: an array has the wrong shape, a sample is not finite, or the times are not in order.
     """
-    _check(ideal)
+    checked_increments(ideal)
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
     interval = np.diff(ideal.time)
     return ImuData(
@@ -92,30 +92,3 @@ def _instability(interval: Array, errors: TriadErrors, generator: np.random.Gene
     )
     # Trapezoid: the expected integral between two known values of the process, to (T/τ)²/12 of itself.
     return 0.5 * (bias[:-1] + bias[1:]) * interval
-
-
-def _check(imu: ImuData) -> None:
-    count = len(imu.dtheta)
-    for name, array, shape in (
-        ("time", imu.time, (count + 1,)),
-        ("dtheta", imu.dtheta, (count, 3)),
-        ("dvel", imu.dvel, (count, 3)),
-    ):
-        if array.shape != shape:
-            raise InputError(
-                f"the increments do not fit together: {name} has shape {array.shape}, with {count} rows of dtheta it "
-                f"must be {shape} (time holds the edges of the intervals)."
-            )
-        finite = np.isfinite(array)
-        if not finite.all():
-            row = int(np.argwhere(~finite)[0, 0])
-            raise InputError(
-                f"{name} is not a finite number at sample {row}: {array[row]}; every sample must be finite."
-            )
-    backwards = np.flatnonzero(np.diff(imu.time) <= 0.0)
-    if len(backwards):
-        k = int(backwards[0])
-        raise InputError(
-            f"time does not increase at sample {k + 1}: {imu.time[k]} s is followed by {imu.time[k + 1]} s; the edges "
-            "of the intervals must be in strictly increasing order."
-        )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.algorithms import REGISTRY
+from sinssim.checks import checked_increments, first_not_finite
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
 from sinssim.errors import InputError, RunError, unknown_name
@@ -29,47 +30,6 @@ _AZIMUTH_RULES = {
 
 POLAR_LIMIT = math.radians(89.9)
 """Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
-
-_BLOCK = 65536  # rows looked at together when checking, so that no temporary is as long as the data
-
-
-def _not_finite(array: Array) -> int | None:
-    """Return the first row that holds a NaN or an infinity."""
-    for start in range(0, len(array), _BLOCK):
-        block = array[start : start + _BLOCK]
-        with np.errstate(invalid="ignore", over="ignore"):  # +∞ and −∞ in one block, or sums beyond the range
-            total = float(np.sum(block))
-        if not math.isfinite(total) and not np.all(np.isfinite(block)):
-            finite = np.isfinite(block).reshape(len(block), -1).all(axis=1)
-            return start + int(np.argmin(finite))
-    return None
-
-
-def _check_imu(imu: ImuData) -> tuple[Array, Array, Array]:
-    time, dtheta, dvel = (np.ascontiguousarray(a, dtype=np.float64) for a in (imu.time, imu.dtheta, imu.dvel))
-    n = len(dtheta)
-    if n < 1 or dtheta.shape != (n, 3) or dvel.shape != (n, 3) or time.shape != (n + 1,):
-        raise InputError(
-            f"IMU data of shapes time {time.shape}, dtheta {dtheta.shape}, dvel {dvel.shape} do not belong together: "
-            "N intervals (N ≥ 1) have N+1 edges in time and (N, 3) values in dtheta and dvel."
-        )
-    for name, array, unit in (("time", time, "s"), ("dtheta", dtheta, "rad"), ("dvel", dvel, "m/s")):
-        row = _not_finite(array)
-        if row is not None:
-            raise InputError(
-                f"imu.{name}[{row}] = {array[row]} {unit} is not a finite number"
-                + ("." if name == "time" else f" (interval ending at t = {time[row + 1]:.6f} s).")
-                + " Gaps in a log must be closed before navigating: every increment is needed."
-            )
-    for start in range(0, n, _BLOCK):
-        steps = np.diff(time[start : start + _BLOCK + 1])
-        if not np.min(steps) > 0.0:
-            row = start + int(np.argmin(steps > 0.0))
-            raise InputError(
-                f"imu.time must increase: time[{row}] = {time[row]:.9g} s is followed by time[{row + 1}] = "
-                f"{time[row + 1]:.9g} s."
-            )
-    return time, dtheta, dvel
 
 
 def _check_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
@@ -98,7 +58,7 @@ def _check_height(height: ArrayLike | None, vertical: str, time: Array) -> tuple
     reference = np.ascontiguousarray(height, dtype=np.float64)
     if reference.shape != time.shape:
         raise InputError(f"height has shape {reference.shape}; one value at every imu.time, {time.shape}, is needed.")
-    row = _not_finite(reference)
+    row = first_not_finite(reference)
     if row is not None:
         raise InputError(f"height[{row}] = {reference[row]} m at t = {time[row]:.6f} s is not a finite number.")
     if vertical == "truth":
@@ -166,7 +126,7 @@ def navigate(
         raise InputError(f"baro_time_constant = {baro_time_constant} s must be positive.")
     earth = parameters(ellipsoid_by_name(ellipsoid))
     gravity_model = gravity_number(gravity)
-    time, dtheta, dvel = _check_imu(imu)
+    time, dtheta, dvel = checked_increments(imu)
     lat0, lon0, h0, v0, q0 = _check_initial(initial)
     reference, climb = _check_height(height, vertical, time)
 
@@ -273,7 +233,7 @@ def _check_solution(frame: str, time: Array, latitude: Array, height: Array, vel
             f"t = {time[row]:.2f} s. The frames wander, free-azimuth, transverse and inertial pass the poles."
         )
     for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
-        row_or_none = _not_finite(array)
+        row_or_none = first_not_finite(array)
         if row_or_none is not None:
             raise RunError(
                 f"the navigation's {name} overflowed at t = {time[row_or_none]:.2f} s: the increments before it are "

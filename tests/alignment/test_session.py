@@ -124,11 +124,11 @@ def test_a_sway_does_not_hide_itself_by_raising_the_noise_level():
 @pytest.mark.parametrize(
     ("spoil", "text"),
     [
-        (lambda d: replace(d, time=d.time[:-1]), "do not fit"),
-        (lambda d: replace(d, dtheta=d.dtheta[:, :2]), "do not fit"),
+        (lambda d: replace(d, time=d.time[:-1]), "do not belong together"),
+        (lambda d: replace(d, dtheta=d.dtheta[:, :2]), "do not belong together"),
         (lambda d: ImuData(d.time[:11], d.dtheta[:10], d.dvel[:10]), "10 samples"),
-        (lambda d: replace(d, dvel=np.where(np.arange(len(d))[:, None] == 17, np.nan, d.dvel)), "sample 17"),
-        (lambda d: replace(d, time=np.where(np.arange(len(d) + 1) == 5, 0.0, d.time)), "sample 5"),
+        (lambda d: replace(d, dvel=np.where(np.arange(len(d))[:, None] == 17, np.nan, d.dvel)), "dvel[17]"),
+        (lambda d: replace(d, time=np.where(np.arange(len(d) + 1) == 5, 0.0, d.time)), "time[4] = "),
         (lambda d: replace(d, dtheta=0.0 * d.dtheta), "gyros read zero"),
         (lambda d: replace(d, dvel=0.0 * d.dvel), "accelerometers read zero"),
         (lambda d: replace(d, dvel=d.dvel * 20.0), "m/s per increment"),

@@ -400,17 +400,17 @@ def test_another_seed_gives_other_numbers():
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "message"),
+    ("field", "value", "shape"),
     [
-        ("time", np.arange(10.0), "time has shape"),
-        ("dtheta", np.zeros((10, 2)), "dtheta has shape"),
-        ("dvel", np.zeros((9, 3)), "dvel has shape"),
-        ("dvel", np.zeros((10, 3, 1)), "dvel has shape"),
+        ("time", np.arange(10.0), r"time \(10,\)"),
+        ("dtheta", np.zeros((10, 2)), r"dtheta \(10, 2\)"),
+        ("dvel", np.zeros((9, 3)), r"dvel \(9, 3\)"),
+        ("dvel", np.zeros((10, 3, 1)), r"dvel \(10, 3, 1\)"),
     ],
 )
-def test_arrays_that_do_not_fit(field, value, message):
+def test_arrays_that_do_not_fit(field, value, shape):
     good = {"time": np.arange(11.0), "dtheta": np.zeros((10, 3)), "dvel": np.zeros((10, 3))}
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(InputError, match=shape + r".* do not belong together"):
         emulate(ImuData(**{**good, field: value}), ImuSection())
 
 
@@ -419,14 +419,14 @@ def test_arrays_that_do_not_fit(field, value, message):
 def test_samples_that_are_not_finite(field, bad):
     ideal = uneven(20)
     getattr(ideal, field)[7] = bad
-    with pytest.raises(InputError, match=f"{field} is not a finite number at sample 7"):
+    with pytest.raises(InputError, match=rf"imu\.{field}\[7\] = .* is not a finite number"):
         emulate(ideal, ImuSection(grade="ideal"))
 
 
 @pytest.mark.parametrize("later", [5.0, 3.0])
 def test_times_out_of_order(later):
     time = np.array([0.0, 1.0, 5.0, later, 6.0])
-    with pytest.raises(InputError, match=r"sample 3: 5\.0 s is followed by"):
+    with pytest.raises(InputError, match=r"time\[2\] = 5 s is followed by time\[3\]"):
         emulate(ImuData(time, np.zeros((4, 3)), np.zeros((4, 3))), ImuSection())
 
 
