@@ -45,7 +45,7 @@ def test_north_and_east_are_arcs_over_the_radii_of_curvature(latitude_deg, longi
     shifted = (shifted + np.pi) % (2.0 * np.pi) - np.pi
     error = error_of(state(lat, lon, h), state(lat + north / (r1 + h), shifted, h + 7.0))
     # Second order in the displacement: 50 m squared over the Earth's radius times tan(latitude), below 3 mm.
-    np.testing.assert_allclose(error.position_ned[0], [north, east, -7.0], atol=3e-3)
+    np.testing.assert_allclose(error.position_ned[0], [north, east, -7.0], rtol=0, atol=3e-3)
     assert error.horizontal[0] == pytest.approx(50.0, abs=3e-3)
     assert error.height[0] == pytest.approx(7.0, abs=1e-9)
 
@@ -70,7 +70,7 @@ def test_attitude_is_the_rotation_from_the_solution_to_the_truth():
         q_true, q_other = (np.roll(r.as_quat(), 1) for r in (true, other))
         error = error_of(state(0.5, 0.5, q=q_true), state(0.5, 0.5, q=q_other))
         expected = (true * other.inv()).as_rotvec()
-        np.testing.assert_allclose(error.attitude[0], expected, atol=1e-14)
+        np.testing.assert_allclose(error.attitude[0], expected, rtol=0, atol=1e-14)
         assert error.angle[0] == pytest.approx(np.linalg.norm(expected), abs=1e-14)
 
 
@@ -79,7 +79,7 @@ def test_a_level_body_with_too_large_a_heading_has_a_negative_phi_down(sign):
     heading, excess = 1.2, 1e-5
     q_true, q_other = (np.roll(Rotation.from_euler("Z", h).as_quat(), 1) for h in (heading, heading + excess))
     error = error_of(state(0.5, 0.5, q=q_true), state(0.5, 0.5, q=sign * q_other))  # q and -q are one attitude
-    np.testing.assert_allclose(error.attitude[0], [0.0, 0.0, -excess], atol=1e-16)
+    np.testing.assert_allclose(error.attitude[0], [0.0, 0.0, -excess], rtol=0, atol=1e-16)
 
 
 def test_velocity_is_solution_minus_truth():

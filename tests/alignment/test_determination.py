@@ -67,7 +67,7 @@ def test_axes_conversion_is_a_rotation_with_the_stated_axes():
 )
 def test_ideal_rate_in_attitudes_that_need_no_formula(heading, roll, pitch, forward_right_down):
     gyro, accel = ideal_readings(*np.radians([heading, roll, pitch]), np.radians(45.0), gravity=G)
-    np.testing.assert_allclose(gyro, OMEGA_IE / math.sqrt(2.0) * np.array(forward_right_down), atol=1e-19)
+    np.testing.assert_allclose(gyro, OMEGA_IE / math.sqrt(2.0) * np.array(forward_right_down), rtol=0, atol=1e-19)
     assert np.linalg.norm(accel) == pytest.approx(G)
 
 
@@ -114,7 +114,7 @@ def test_arctangent_forms_agree_with_the_printed_arcsines_on_any_readings():
     for i in range(500):
         printed = printed_determination(paper_axes(gyro[i]), paper_axes(accel[i]))
         mine = (result.heading[i], result.roll[i], result.pitch[i], result.latitude[i])
-        np.testing.assert_allclose(wrapped(np.subtract(mine, printed)), 0.0, atol=2e-13)
+        np.testing.assert_allclose(wrapped(np.subtract(mine, printed)), 0.0, rtol=0, atol=2e-13)
 
 
 def test_no_printed_range_is_left_at_tiny_negative_headings():
@@ -129,8 +129,10 @@ def test_one_vehicle_gives_numbers_and_many_give_arrays():
 def test_heading_is_marked_at_the_pole_and_the_rest_stays():
     result = determine(*ideal_readings([0.3, 0.3], 0.1, 0.2, np.radians([90.0, 50.0])))
     assert np.isnan(result.heading[0])
-    np.testing.assert_allclose([result.heading[1], *result.roll, *result.pitch], [0.3, 0.1, 0.1, 0.2, 0.2], atol=1e-12)
-    np.testing.assert_allclose(result.latitude, np.radians([90.0, 50.0]), atol=1e-12)
+    np.testing.assert_allclose(
+        [result.heading[1], *result.roll, *result.pitch], [0.3, 0.1, 0.1, 0.2, 0.2], rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose(result.latitude, np.radians([90.0, 50.0]), rtol=0, atol=1e-12)
     np.testing.assert_array_equal(result.undetermined.heading, [True, False])
     (text,) = result.warnings
     assert "element [0]" in text

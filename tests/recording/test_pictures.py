@@ -35,10 +35,12 @@ def test_sensor_errors_come_in_the_units_that_people_know():
     drawn = Drawn()
     labels = pictures.draw_sensors(drawn, ideal, measured)
     assert labels == {"sensor_window": "5 s", "gyro_sum": "arcsec", "accel_sum": "m/s"}
-    np.testing.assert_allclose(drawn.lines["sensors/gyro/error"][1], np.tile(bias, (120, 1)), atol=1e-10)
-    np.testing.assert_allclose(drawn.lines["sensors/accel/error"][1], np.tile(accel, (120, 1)), atol=1e-6)
-    np.testing.assert_allclose(drawn.lines["sensors/gyro/sum"][1][-1], bias * 600.0, atol=1e-8)  # arcsec in 600 s
-    np.testing.assert_allclose(drawn.lines["sensors/accel/sum"][1][-1], accel * 9.80665e-6 * 600.0, atol=1e-9)
+    np.testing.assert_allclose(drawn.lines["sensors/gyro/error"][1], np.tile(bias, (120, 1)), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(drawn.lines["sensors/accel/error"][1], np.tile(accel, (120, 1)), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        drawn.lines["sensors/gyro/sum"][1][-1], bias * 600.0, rtol=0, atol=1e-8
+    )  # arcsec in 600 s
+    np.testing.assert_allclose(drawn.lines["sensors/accel/sum"][1][-1], accel * 9.80665e-6 * 600.0, rtol=0, atol=1e-9)
     np.testing.assert_allclose(
         drawn.lines["sensors/gyro/ideal"][1], np.degrees(1e-2), rtol=1e-11
     )  # edges of 600 s round
@@ -90,7 +92,7 @@ def test_the_aircraft_points_along_its_drawn_path(lat, lon, course):
     truth = flight(lat, lon, course)
     scene = Scene.around(truth)
     points = scene.points(truth.latitude, truth.longitude, truth.height)
-    np.testing.assert_allclose(points[0], 0.0, atol=1e-6)
+    np.testing.assert_allclose(points[0], 0.0, rtol=0, atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(points[-1]), 2e5, rtol=5e-3)
     q = scene.attitudes(truth.latitude, truth.longitude, truth.q_nb)
     nose = Rotation.from_quat(np.roll(q, -1, axis=1)).apply([1.0, 0.0, 0.0])
@@ -106,9 +108,9 @@ def test_scene_axes_are_east_north_up():
     level_north = np.array([[1.0, 0.0, 0.0, 0.0]])
     q = scene.attitudes(truth.latitude[:1], truth.longitude[:1], level_north)[0]
     rotation = Rotation.from_quat(np.roll(q, -1))
-    np.testing.assert_allclose(rotation.apply([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0], atol=1e-12)  # nose: north
-    np.testing.assert_allclose(rotation.apply([0.0, 1.0, 0.0]), [1.0, 0.0, 0.0], atol=1e-12)  # right wing: east
-    np.testing.assert_allclose(rotation.apply([0.0, 0.0, 1.0]), [0.0, 0.0, -1.0], atol=1e-12)  # belly: down
+    np.testing.assert_allclose(rotation.apply([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0], rtol=0, atol=1e-12)  # nose: north
+    np.testing.assert_allclose(rotation.apply([0.0, 1.0, 0.0]), [1.0, 0.0, 0.0], rtol=0, atol=1e-12)  # right wing: east
+    np.testing.assert_allclose(rotation.apply([0.0, 0.0, 1.0]), [0.0, 0.0, -1.0], rtol=0, atol=1e-12)  # belly: down
 
 
 def test_heights_are_exaggerated_only_where_a_flight_is_long_and_flat():

@@ -87,7 +87,7 @@ def test_round_times_are_where_the_vehicle_was():
     truth = state(np.zeros(3601), np.linspace(0.0, 3.6, 3601))
     svg = draw_map(time, truth, {}, ["#009e73"], WGS84)
     dots = [float(e.get("cx")) for e in ET.fromstring(svg).iter(f"{SVG}circle")]
-    np.testing.assert_allclose(np.diff(dots), (dots[-1] - dots[0]) / 6.0, atol=0.2)  # 10, 20 … 50 min
+    np.testing.assert_allclose(np.diff(dots), (dots[-1] - dots[0]) / 6.0, rtol=0, atol=0.2)  # 10, 20 … 50 min
     assert {"10 min", "20", "50"} <= set(names(svg))
 
 

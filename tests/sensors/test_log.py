@@ -21,7 +21,7 @@ def own_table():
 
 
 def check(imu, dtheta=GYRO, dvel=ACCEL):
-    np.testing.assert_allclose(imu.time, [0.0, *ENDS], atol=1e-12)
+    np.testing.assert_allclose(imu.time, [0.0, *ENDS], rtol=0, atol=1e-12)
     np.testing.assert_allclose(imu.dtheta, dtheta, rtol=1e-12)
     np.testing.assert_allclose(imu.dvel, dvel, rtol=1e-12)
 
@@ -104,7 +104,7 @@ def test_uneven_times_weigh_rates_by_their_own_intervals(tmp_path):
         'kind = "rates"\ntime = "t"\n[gyro]\ncolumns = "w"\nunit = "rad/s"\n[accel]\ncolumns = "f"\nunit = "m/s^2"\n'
     )
     imu = read_log(tmp_path / "log.npz", tmp_path / "log.toml")
-    np.testing.assert_allclose(imu.time, [0.0, *uneven], atol=1e-12)
+    np.testing.assert_allclose(imu.time, [0.0, *uneven], rtol=0, atol=1e-12)
     np.testing.assert_allclose(imu.dtheta, GYRO, rtol=1e-12)
     np.testing.assert_allclose(imu.dvel, ACCEL, rtol=1e-12)
 

@@ -44,9 +44,9 @@ def test_state_is_the_sum_of_sinusoids(vehicle):
     found = Rotation.from_quat(state.q_nb, scalar_first=True)
     # the local level itself turns by a displacement over the Earth's radius
     assert np.max((expected.inv() * found).magnitude()) < 0.03 / 6.3e6
-    np.testing.assert_allclose(state.height - 120.0, -0.02 * np.sin(2 * np.pi * 0.9 * t + 4.0), atol=1e-8)
+    np.testing.assert_allclose(state.height - 120.0, -0.02 * np.sin(2 * np.pi * 0.9 * t + 4.0), rtol=0, atol=1e-8)
     np.testing.assert_allclose(
-        state.velocity_ned[:, 2], 0.02 * 2 * np.pi * 0.9 * np.cos(2 * np.pi * 0.9 * t + 4.0), atol=1e-8
+        state.velocity_ned[:, 2], 0.02 * 2 * np.pi * 0.9 * np.cos(2 * np.pi * 0.9 * t + 4.0), rtol=0, atol=1e-8
     )
 
 
@@ -62,10 +62,10 @@ def test_rates_and_forces_are_derivatives_of_the_states(vehicle):
         return r, c_ie * c_en * Rotation.from_quat(s.q_nb, scalar_first=True)
 
     (before, c0), (at, c), (after, c1) = (inertial(t + k * h) for k in (-1, 0, 1))
-    np.testing.assert_allclose(omega, (c0.inv() * c1).as_rotvec() / (2 * h), atol=2e-7)  # O(h²)
+    np.testing.assert_allclose(omega, (c0.inv() * c1).as_rotvec() / (2 * h), rtol=0, atol=2e-7)  # O(h²)
     gravitation = earth.ecef_to_eci(earth.gravitation_ecef(earth.eci_to_ecef(at, t)), t)
     acceleration = (before - 2 * at + after) / h**2  # rounding: 1e-9 m / h²
-    np.testing.assert_allclose(force, c.inv().apply(acceleration - gravitation), atol=8e-3)
+    np.testing.assert_allclose(force, c.inv().apply(acceleration - gravitation), rtol=0, atol=8e-3)
 
 
 def test_increments_integrate_to_the_states(vehicle):
@@ -84,8 +84,8 @@ def test_increments_integrate_to_the_states(vehicle):
     )
     to_ned = oracle.ned_axes(end.latitude, end.longitude)
     there = oracle.geodetic_to_ecef(end.latitude, end.longitude, end.height)
-    np.testing.assert_allclose(to_ned @ (position[-1] - there), 0.0, atol=2e-7)
-    np.testing.assert_allclose(to_ned @ velocity[-1], end.velocity_ned, atol=2e-8)
+    np.testing.assert_allclose(to_ned @ (position[-1] - there), 0.0, rtol=0, atol=2e-7)
+    np.testing.assert_allclose(to_ned @ velocity[-1], end.velocity_ned, rtol=0, atol=2e-8)
     turned = Rotation.from_matrix(to_ned @ c_eb[-1]).inv() * Rotation.from_quat(end.q_nb, scalar_first=True)
     assert turned.magnitude() < 1e-10
 
@@ -95,7 +95,7 @@ def test_without_sways_it_is_a_parked_vehicle():
     q_nb = Rotation.from_euler("ZYX", MEAN[::-1]).as_quat(scalar_first=True)
     parked = Parked(*PLACE, q_nb, 10.0)
     for mine, theirs in zip(still.rates(5.0), parked.rates(5.0), strict=True):
-        np.testing.assert_allclose(mine, theirs, atol=1e-8)
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize(
