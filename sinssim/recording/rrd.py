@@ -23,6 +23,7 @@ TIMELINE = "sim_time"
 STREAMS = "streams"
 """Parent of the exact streams' entities, `streams/<stream>/<vector>`."""
 CHUNK_ROWS = 65536
+_PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writes the file itself
 
 
 def nanoseconds(time: Array) -> Array:
@@ -82,10 +83,14 @@ class _File:
         Raises:
             OSError: it cannot be opened.
         """
+        self._error: OSError | None = None
+        self._thread: threading.Thread | None = None
+        self.entry = str(path)
+        if not _PIPES_HAVE_NAMES:
+            return
         self._file = path.open("wb", buffering=0)
         self._read, self._write = os.pipe()
         self.entry = f"/dev/fd/{self._write}"
-        self._error: OSError | None = None
         self._thread = threading.Thread(target=self._copy, name="recording", daemon=True)
         self._thread.start()
 
@@ -102,7 +107,8 @@ class _File:
 
     def opened(self) -> None:
         """Give up our own end for writing: Rerun has opened one of its own."""
-        os.close(self._write)
+        if self._thread is not None:
+            os.close(self._write)
 
     def check(self) -> None:
         """Raise if something could not be written.
@@ -119,7 +125,8 @@ class _File:
         Raises:
             OSError: something could not be written.
         """
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join()
         self.check()
 
 

@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 import errno
+import subprocess
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun_cli
+from rerun.chunk import RrdReader
 
+from sinssim.recording import rrd
 from sinssim.recording.rrd import Recording
 from sinssim.recording.streams import Stream, Vector
 
 FULL = Path("/dev/full")  # every write to it fails as on a full disk
+
+
+@pytest.mark.parametrize("pipes", [True, False])
+def test_the_file_is_whole_however_it_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pipes: bool) -> None:
+    monkeypatch.setattr(rrd, "_PIPES_HAVE_NAMES", pipes)
+    with Recording(tmp_path / "run.rrd", "whole") as recording:
+        record_much(recording)
+    binary = Path(rerun_cli.__file__).parent / "rerun"
+    done = subprocess.run([binary, "rrd", "verify", tmp_path / "run.rrd"], capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    rows = sum(
+        chunk.num_rows for chunk in RrdReader(tmp_path / "run.rrd").stream().filter(content="/streams/noise/xyz")
+    )
+    assert rows == 20 * 65536 + 20
 
 
 def record_much(recording: Recording) -> None:
