@@ -63,6 +63,7 @@ class STurn:
         latitude, longitude, height: at the start.
         gravity: model under which the specific force is made.
         a, flattening: ellipsoid.
+        earth_rate: rad/s.
     """
 
     duration: float = 3600.0
@@ -77,6 +78,7 @@ class STurn:
     gravity: Gravity = somigliana_free_air
     a: float = A_AXIS
     flattening: float = FLATTENING
+    earth_rate: float = OMEGA_IE
 
     @property
     def e2(self) -> float:
@@ -171,7 +173,7 @@ class STurn:
         r2 = self.a / root + self.height
         vn, ve = self.speed * np.cos(heading), self.speed * np.sin(heading)
         en_n, en_e, en_d = ve / r2, -vn / r1, -ve * sb / (cb * r2)  # transport rate
-        ie_n, ie_d = OMEGA_IE * cb, -OMEGA_IE * sb
+        ie_n, ie_d = self.earth_rate * cb, -self.earth_rate * sb
         gravity_n, gravity_d = self.gravity(latitude, self.height)
         # f = v̇ + (2ω_ie + ω_en) × v − g, v_d = 0
         cor_n, cor_e, cor_d = 2 * ie_n + en_n, en_e, 2 * ie_d + en_d

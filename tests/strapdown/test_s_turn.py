@@ -239,7 +239,9 @@ def test_ellipsoids(name):
         surface = ellipsoid.gamma_e * (1 + ellipsoid.k * s2) / np.sqrt(1 - ellipsoid.e2 * s2)
         return 0 * latitude, surface * (1 - 2 * height / ellipsoid.a)
 
-    flight = STurn(duration=120, a=ellipsoid.a, flattening=ellipsoid.f, gravity=somigliana).fly(20)
+    flight = STurn(
+        duration=120, a=ellipsoid.a, flattening=ellipsoid.f, gravity=somigliana, earth_rate=ellipsoid.omega
+    ).fly(20)
     horizontal, _, velocity = errors(flight, run(flight, ellipsoid=name))
     assert horizontal < 3e-6
     assert velocity < 1e-7
