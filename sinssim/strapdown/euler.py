@@ -83,9 +83,10 @@ def _turned_k(angle: float, change: float, s: float, c: float) -> tuple[float, f
     if x > _SMALL * _SMALL:
         return sincos_k(angle + change)
     y = x * x
-    sine = change * (1.0 - x / 6 + y * (1 / 120 - x / 5040))
-    versine = x * (1 / 2 - x / 24 + y * (1 / 720 - x / 40320))
-    return s + (c * sine - s * versine), c - (s * sine + c * versine)
+    sine = 1.0 - x / 6 + y * (1 / 120 - x / 5040)  # of the change, over the change
+    versine = 1 / 2 - x / 24 + y * (1 / 720 - x / 40320)  # over its square
+    # the products with s and c do not wait for the series: the stages are one chain
+    return s + ((c * change) * sine - (s * x) * versine), c - ((s * change) * sine + (c * x) * versine)
 
 
 @inline
