@@ -178,14 +178,16 @@ def _navigate(
         ey = c21 * b.fe_x + c22 * b.fe_y + c23 * b.fe_z
         ez = c31 * b.fe_x + c32 * b.fe_y + c33 * b.fe_z
 
-        # --- velocity at the end, predicted
+        # --- velocity at the end, predicted, with Coriolis as at mid-interval
         ax0, ay0, az0 = sx + dt * gx0, sy + dt * gy0, sz + dt * gz0
         hx, hy, hz = 0.5 * dx + (sx - ex) / 12, 0.5 * dy + (sy - ey) / 12, 0.5 * dz + (sz - ez) / 12  # ∫∫a/dt
         rx, ry, rz = cross_k(ux0, uy0, uz0, dx - hx, dy - hy, dz - hz)
-        mx, my, mz = coriolis_k(omega, kx, ky, kz, tx0, ty0, tz0, 0.5 * ax0, 0.5 * ay0, 0.5 * az0)
-        vx1 = vx + dx - rx + dt * (gx0 + mx)
-        vy1 = vy + dy - ry + dt * (gy0 + my)
-        vz1 = vz + dz - rz + dt * (gz0 + mz)
+        vxm, vym, vzm = vx + 0.5 * ax0, vy + 0.5 * ay0, vz + 0.5 * az0
+        mx, my, mz = transport_k(rule, omega, kx, ky, kz, px, pz, k2, kappa, vxm, vym)
+        mx, my, mz = coriolis_k(omega, kx, ky, kz, mx, my, mz, vxm, vym, vzm)
+        vx1 = vx + dx - rx + dt * (mx + along * kx)
+        vy1 = vy + dy - ry + dt * (my + along * ky)
+        vz1 = vz + dz - rz + dt * (mz + down)
         rx, ry, rz = cross_k(ux0, uy0, uz0, ex, ey, ez)
         tx1, ty1, tz1 = transport_k(rule, omega, kx1, ky1, kz1, px1, pz1, k2_1, kappa_1, vx1, vy1)
         gx1, gy1, gz1 = coriolis_k(omega, kx1, ky1, kz1, tx1, ty1, tz1, vx1, vy1, vz1)

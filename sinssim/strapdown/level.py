@@ -139,13 +139,13 @@ def _navigate(
         an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
 
         # --- velocity at the end, predicted: the frame's rotation during the interval turns the increment by −∫ζ × a,
-        # and the acceleration's own change acts through Coriolis
+        # and Coriolis acts as at mid-interval
         hn, he, hd = 0.5 * dn + (sn - en) / 12, 0.5 * de + (se - ee) / 12, 0.5 * dd + (sd - ed) / 12  # ∫∫a/dt
         rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
-        wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, 0.5 * an0, 0.5 * ae0, 0.5 * ad0)
-        vn1 = vn + dn - rn + dt * (gn0 + gn + wn)
-        ve1 = ve + de - re + dt * (ge0 + we)
-        vd1 = vd + dd - rd + dt * (gd0 + gd + wd)
+        wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, vn + 0.5 * an0, ve + 0.5 * ae0, vd + 0.5 * ad0)
+        vn1 = vn + dn - rn + dt * (wn + gn)
+        ve1 = ve + de - re + dt * we
+        vd1 = vd + dd - rd + dt * (wd + gd)
         # the end's specific force in the navigation axes of the end
         ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
         bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
