@@ -25,9 +25,9 @@ from sinssim.jit import bind, inline
 from sinssim.rotation import Vector, cross_k, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.interval import fitted_turn_k as turn_k
-from sinssim.strapdown.level import BARO_LOOP, HELD
 from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 """Rules for the azimuth by number."""
@@ -140,10 +140,7 @@ def _navigate(
     if rule == TRANSVERSE:
         px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
     k2, kappa, along, down = earth_k(p, gravity, simplified, kx, ky, kz, h)
-    # third-order baro loop (spec 06)
-    loop1 = 3.0 / time_constant
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * down * k2
-    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, down, k2)
     loop_sum = 0.0
     ax, ay, az = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
 
@@ -231,13 +228,9 @@ def _navigate(
 
         # --- vertical channel
         if vertical == BARO_LOOP:
-            before = h - height_reference[k]
-            after = h1 - dt * loop1 * before - height_reference[k + 1]
-            mean = 0.5 * (before + after)
-            pull = dt * (loop2 * mean + loop_sum + 0.5 * dt * loop3 * mean)
-            h1 -= dt * (loop1 * mean + 0.5 * pull)
-            vz1 += pull
-            loop_sum += dt * loop3 * mean
+            h1, vz1, loop_sum = baro_loop_k(
+                dt, loop1, loop2, loop3, loop_sum, h, h1, vz1, height_reference[k], height_reference[k + 1]
+            )
         elif vertical == HELD:
             h1 = height_reference[k + 1]
             vz1 = climb_reference[k + 1]

@@ -34,7 +34,7 @@ from sinssim.strapdown.functional_iteration import (
     interpolate_k,
     windows,
 )
-from sinssim.strapdown.level import HELD
+from sinssim.strapdown.vertical import HELD, loop_gains_k
 
 
 @inline
@@ -81,13 +81,10 @@ def _navigate(
     vx, vy, vz, x, yy, z = state[4], state[5], state[6], state[7], state[8], state[9]
     loop_sum = state[10]
     q0, q1, q2, q3 = state[11], state[12], state[13], state[14]
-    # third-order baro loop (spec 06)
-    loop1 = 3.0 / time_constant
     s, c = sin(latitude[0]), cos(latitude[0])
     _, r2 = radii_k(p, s)
     _, gravity_down = gravity_ned_k(p, gravity, s, c, r2, height[0])
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gravity_down / (r2 + height[0])
-    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, gravity_down, 1.0 / (r2 + height[0]))
 
     for n in range(first.shape[0]):
         start, m, t = first[n], size[n], table[n]

@@ -49,7 +49,7 @@ from sinssim.strapdown.azimuth import (
     transport_k,
     turned_k,
 )
-from sinssim.strapdown.level import BARO_LOOP, HELD
+from sinssim.strapdown.vertical import BARO_LOOP, HELD, loop_gains_k
 
 Long = NDArray[np.longdouble]
 
@@ -277,12 +277,9 @@ def _navigate(
     vx, vy, vz, h = state[8], state[9], state[10], state[11]
     loop_sum = state[12]
     q0, q1, q2, q3 = state[13], state[14], state[15], state[16]
-    # third-order baro loop (spec 06)
     kx0, ky0, kz0 = third_row_k(e0, e1, e2, e3)
     k2, kappa, along, down = earth_k(p, gravity, simplified, kx0, ky0, kz0, h)
-    loop1 = 3.0 / time_constant
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * down * k2
-    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, down, k2)
 
     for n in range(first.shape[0]):
         start, m, t = first[n], size[n], table[n]

@@ -27,9 +27,9 @@ from sinssim.jit import bind, inline
 from sinssim.rotation import Vector, multiply_k, rotate_k
 from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.interval import fitted_turn_k as turn_k
-from sinssim.strapdown.level import BARO_LOOP, HELD
 from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 
 @inline
@@ -80,13 +80,10 @@ def _navigate(
     attitude = start_k(r0, r1, r2, r3)
     _, _, _, _, defect[0] = quaternion_k(attitude)
     gx, gy, gz = gravitation_k(p, gravity, 1.0, 0.0, x, y, z)
-    # third-order baro loop (spec 06)
-    loop1 = 3.0 / time_constant
     s, c = sin(latitude[0]), cos(latitude[0])
     _, r2 = radii_k(p, s)
     _, gravity_down = gravity_ned_k(p, gravity, s, c, r2, height[0])
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gravity_down / (r2 + height[0])
-    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, gravity_down, 1.0 / (r2 + height[0]))
     loop_sum = 0.0
     h = height[0]
 
@@ -141,12 +138,10 @@ def _navigate(
         if vertical != 0:
             lift, rise = 0.0, 0.0
             if vertical == BARO_LOOP:
-                before = h - height_reference[k]
-                after = h1 - dt * loop1 * before - height_reference[k + 1]
-                mean = 0.5 * (before + after)
-                rise = -dt * (loop2 * mean + loop_sum + 0.5 * dt * loop3 * mean)
-                lift = 0.5 * dt * rise - dt * loop1 * mean
-                loop_sum += dt * loop3 * mean
+                held, v_down, loop_sum = baro_loop_k(
+                    dt, loop1, loop2, loop3, loop_sum, h, h1, vd, height_reference[k], height_reference[k + 1]
+                )
+                lift, rise = held - h1, vd - v_down
             elif vertical == HELD:
                 lift, rise = height_reference[k + 1] - h1, vd - climb_reference[k + 1]
             h1, vd = h1 + lift, vd - rise

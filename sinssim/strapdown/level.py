@@ -27,9 +27,7 @@ from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.interval import fitted_turn_k as turn_k
 from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
-
-FREE, BARO_LOOP, HELD = 0, 1, 2
-"""Vertical channels by number."""
+from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 _EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
 
@@ -91,10 +89,7 @@ def _navigate(
     s, c = sin(lat), cos(lat)
     k1, k2, r2 = curvatures_k(p, simplified, s, h)
     gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
-    # third-order baro loop: k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³ (spec 06)
-    loop1 = 3.0 / time_constant
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * gd * k2
-    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, gd, k2)
     loop_sum = 0.0
     omega = p.omega
 
@@ -178,13 +173,9 @@ def _navigate(
 
         # --- vertical channel
         if vertical == BARO_LOOP:
-            e0 = h - height_reference[k]
-            e1 = h1 - dt * loop1 * e0 - height_reference[k + 1]
-            e = 0.5 * (e0 + e1)
-            pull = dt * (loop2 * e + loop_sum + 0.5 * dt * loop3 * e)
-            h1 -= dt * (loop1 * e + 0.5 * pull)
-            vd1 += pull
-            loop_sum += dt * loop3 * e
+            h1, vd1, loop_sum = baro_loop_k(
+                dt, loop1, loop2, loop3, loop_sum, h, h1, vd1, height_reference[k], height_reference[k + 1]
+            )
         elif vertical == HELD:
             h1 = height_reference[k + 1]
             vd1 = climb_reference[k + 1]

@@ -17,9 +17,9 @@ from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTI
 from sinssim.rates import check_parts, schedule
 from sinssim.strapdown import azimuth, inertial, level, three_rate
 from sinssim.strapdown.fit import is_uniform, weight_table
-from sinssim.strapdown.level import BARO_LOOP, FREE, HELD
 from sinssim.strapdown.parts import own_engine
 from sinssim.strapdown.singularity import singularity_events
+from sinssim.strapdown.vertical import BARO_LOOP, FREE, HELD
 
 _VERTICAL_NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
 _AZIMUTH_RULES = {

@@ -30,9 +30,10 @@ from sinssim.earth import EarthParameters, gravity_ned_k
 from sinssim.jit import bind, inline
 from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.interval import fitted_turn_k as turn_k
-from sinssim.strapdown.level import BARO_LOOP, HELD, curvatures_k
+from sinssim.strapdown.level import curvatures_k
 from sinssim.strapdown.parts import parts
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 
 class Slow(NamedTuple):
@@ -105,10 +106,8 @@ def _navigate(
     now = _slow_k(p, gravity, simplified, lat, h, vn, ve)
     before = now  # at the start nothing is known of how it changes
     b11, b12, b13, b21, b22, b23, b31, b32, b33 = dcm_k(attitude)
-    # third-order baro loop (spec 06), run by the slow part
-    loop1 = 3.0 / time_constant
-    loop2 = 3.0 / (time_constant * time_constant) + 2.0 * now.gravity_d * now.k2
-    loop3 = 1.0 / (time_constant * time_constant * time_constant)
+    # the slow part runs the baro loop
+    loop1, loop2, loop3 = loop_gains_k(time_constant, now.gravity_d, now.k2)
     loop_sum = 0.0
     share = 1.0 / medium_per_slow if extrapolate else 0.0  # of a slow interval
     k = 0
@@ -157,13 +156,9 @@ def _navigate(
         lat += dlat
         h1 = h - half * sum_d
         if vertical == BARO_LOOP:
-            first = h - height_reference[row]
-            last = h1 - slow_dt * loop1 * first - height_reference[row + 1]
-            mean = 0.5 * (first + last)
-            pull = slow_dt * (loop2 * mean + loop_sum + 0.5 * slow_dt * loop3 * mean)
-            h1 -= slow_dt * (loop1 * mean + 0.5 * pull)
-            vd += pull
-            loop_sum += slow_dt * loop3 * mean
+            h1, vd, loop_sum = baro_loop_k(
+                slow_dt, loop1, loop2, loop3, loop_sum, h, h1, vd, height_reference[row], height_reference[row + 1]
+            )
         elif vertical == HELD:
             h1, vd = height_reference[row + 1], climb_reference[row + 1]
         h = h1
