@@ -147,24 +147,20 @@ def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[flo
     u2 = 0.5 * (w + d)
     u = sqrt(u2)
     c2 = u2 + p.e_lin2
-    inv_u2 = 1.0 / u2
+    inverse = 1.0 / (u2 * c2 * d)  # one division for all three
+    inv_u2, inv_c2, inv_d = inverse * c2 * d, inverse * u2 * d, inverse * u2 * c2
+    inv_u = u * inv_u2
     y = p.e_lin2 * inv_u2  # x² = (E/u)²
     s2 = z2 * inv_u2  # sin²β
-    inv_c2 = 1.0 / c2
     # q/x³ = 2 Σ (−1)^(n+1) n x^(2n−2)/((2n+1)(2n+3))   and   (dq/dx)/x² = 2 Σ (−1)^(n+1) n x^(2n−2)/(2n+3)
-    q = 2 / 15 - y * (
-        4 / 35 - y * (6 / 63 - y * (8 / 99 - y * (10 / 143 - y * (12 / 195 - y * (14 / 255 - y * (16 / 323))))))
-    )
-    dq = 2 / 5 - y * (
-        4 / 7 - y * (6 / 9 - y * (8 / 11 - y * (10 / 13 - y * (12 / 15 - y * (14 / 17 - y * (16 / 19))))))
-    )
-    x = sqrt(y)
-    q_over = p.q_scale * x * y * q  # ω²a² q/q₀
+    q = 2 / 15 - y * (4 / 35 - y * (6 / 63 - y * (8 / 99 - y * (10 / 143 - y * (12 / 195 - y * (14 / 255))))))
+    dq = 2 / 5 - y * (4 / 7 - y * (6 / 9 - y * (8 / 11 - y * (10 / 13 - y * (12 / 15 - y * (14 / 17))))))
+    scale = p.q_scale * sqrt(p.e_lin2) * inv_u * y  # ω²a²/q₀ x³
+    q_over = scale * q  # ω²a² q/q₀
     # ∂V/∂u, with dq/du = −(x/u) dq/dx
-    v_u = -p.gm * inv_c2 - 0.5 * p.q_scale * (x * y * dq / u) * (s2 - 1.0 / 3.0)
-    inv_d = 1.0 / d
+    v_u = -p.gm * inv_c2 - 0.5 * scale * dq * inv_u * (s2 - 1.0 / 3.0)
     g_rho = (u * v_u - q_over * s2) * inv_d
-    g_z = (c2 * v_u / u + q_over * rho2 * inv_c2) * z * inv_d
+    g_z = (c2 * v_u * inv_u + q_over * rho2 * inv_c2) * z * inv_d
     return g_rho, g_z
 
 
