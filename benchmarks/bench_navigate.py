@@ -1,6 +1,6 @@
 """How many samples a second the navigation takes, kernel alone and through the API, for every algorithm.
 
-    python -m benchmarks.bench_navigate [ALGORITHM ...] [--hours 1] [--rate 100] [--repeat 15]
+    python -m benchmarks.bench_navigate [ALGORITHM ...] [--hours 1] [--rate 100] [--repeat 15] [--gravity normal]
 
 The increments are those of an hour of S-turns, and the largest horizontal error is printed beside each speed. Where
 `pyins` can be imported, its kernel and its `Integrator.integrate` run on the same increments and the ratios to them
@@ -35,14 +35,14 @@ def best(call: Callable[[], object], repeat: int) -> float:
     return min(times)
 
 
-def measure(flight: Flight, algorithm: str, repeat: int) -> tuple[float, float, float]:
+def measure(flight: Flight, algorithm: str, gravity: str, repeat: int) -> tuple[float, float, float]:
     """Return seconds of the kernel, seconds of `navigate` and the largest horizontal error, m."""
     imu = sinssim.ImuData(flight.time, flight.dtheta, flight.dvel)
     first = (field[0] for field in (flight.latitude, flight.longitude, flight.height))
     initial = sinssim.NavState(*first, flight.velocity_ned[0], flight.q_nb[0])
 
     def run() -> sinssim.NavSolution:
-        return api(imu, initial, algorithm=algorithm, gravity="somigliana")
+        return api(imu, initial, algorithm=algorithm, gravity=gravity)
 
     solution = run()  # compiles, or loads what is compiled
     rows = np.searchsorted(flight.time, solution.time)  # an update may take several samples
@@ -118,6 +118,12 @@ def main() -> None:
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--rate", type=float, default=100.0, help="samples a second")
     parser.add_argument("--repeat", type=int, default=15)
+    parser.add_argument(
+        "--gravity",
+        default="somigliana",
+        choices=sinssim.GRAVITY_MODELS,
+        help="model navigated with; the S-turns are flown under somigliana, as pyins has it, so others err by theirs",
+    )
     options = parser.parse_args()
     flight = STurn(duration=3600 * options.hours).fly(options.rate)
     count = len(flight.dtheta)
@@ -129,7 +135,7 @@ def main() -> None:
         print(f"{'pyins':20s} {count / kernel / 1e6:6.1f} | {count / whole / 1e6:5.1f}  {error:9.2e} m")
     for algorithm in options.algorithms or sinssim.ALGORITHMS:
         try:
-            kernel, whole, error = measure(flight, algorithm, options.repeat)
+            kernel, whole, error = measure(flight, algorithm, options.gravity, options.repeat)
         except sinssim.RunError as failure:  # the first orders run away in an hour
             print(f"{algorithm:20s} {failure}")
             continue

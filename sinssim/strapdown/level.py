@@ -99,8 +99,11 @@ def _navigate(
     for k in range(count):
         dt = time[k + 1] - time[k]
 
-        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then
-        # waits for nothing that is computed in this step. The position found in the end corrects it to first order.
+        # --- the body's rotation and specific force over the interval
+        b = turn_k(dtheta, dvel, weights, uniform, k)
+
+        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then runs
+        # beside the body's and waits for nothing of it. The position found in the end corrects it to first order.
         dlat_taken = dt * k1 * (vn + 0.5 * an)
         h_taken = h - dt * (vd + 0.5 * ad)
         if k % _EXACT_EVERY == 0:
@@ -112,9 +115,6 @@ def _navigate(
         k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
         gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
         i1 = 1.0 / c1
-
-        # --- the body's rotation and specific force over the interval
-        b = turn_k(dtheta, dvel, weights, uniform, k)
 
         # --- into the navigation axes of the start
         c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
