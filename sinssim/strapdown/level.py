@@ -15,17 +15,15 @@ from the quaternion, are bound to each algorithm's own by `sinssim.jit.bind`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
 from math import cos, pi, sin
 
 from sinssim.data import Array
 from sinssim.earth import EarthParameters, gravity_ned_k, radii_k
-from sinssim.jit import bind, inline
+from sinssim.jit import inline
 from sinssim.rotation import cross_k
 from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.interval import fitted_turn_k as turn_k
-from sinssim.strapdown.parts import parts
+from sinssim.strapdown.parts import engines
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
@@ -215,14 +213,4 @@ def _navigate(
         q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
 
 
-@cache
-def engine(algorithm: str) -> Callable[..., None]:
-    """Return the compiled engine of an attitude algorithm.
-
-    Args:
-        algorithm: one of `sinssim.names.ALGORITHMS`.
-
-    Returns:
-        The kernel; it fills the solution's arrays, whose first rows hold the initial state.
-    """
-    return bind(_navigate, f"level_{algorithm.replace('-', '_')}", **parts(algorithm))
+engine = engines(_navigate, "level")

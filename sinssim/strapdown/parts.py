@@ -20,7 +20,7 @@ from importlib import import_module
 from typing import Any
 
 from sinssim.algorithms import REGISTRY
-from sinssim.jit import with_constants
+from sinssim.jit import bind, with_constants
 from sinssim.strapdown import interval
 
 _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
@@ -57,3 +57,22 @@ def own_engine(algorithm: str, frame: str) -> Callable[..., None] | None:
     """
     module = import_module(f"sinssim.strapdown.{REGISTRY[algorithm].module}")
     return module.engine(frame) if hasattr(module, "engine") else None
+
+
+def engines(template: Callable[..., None], frame: str) -> Callable[[str], Callable[..., None]]:
+    """Return the function that makes a frame's engines, each once.
+
+    Args:
+        template: the frame's engine as a plain function over the parts' names.
+        frame: the frame's name in the names of its engines.
+
+    Returns:
+        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, that returns the compiled engine; the engine
+        fills the solution's arrays, whose first rows hold the initial state.
+    """
+
+    @cache
+    def engine(algorithm: str) -> Callable[..., None]:
+        return bind(template, f"{frame}_{algorithm.replace('-', '_')}", **parts(algorithm))
+
+    return engine
