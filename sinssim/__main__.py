@@ -1,6 +1,6 @@
 """`python -m sinssim` is the command line."""
 
-from sinssim.cli import main
+from sinssim.cli import program
 
 if __name__ == "__main__":
-    main()
+    program()

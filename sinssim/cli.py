@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
 import signal
 import sys
@@ -559,8 +560,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     global _debug
     _debug = False
+    # A shell's `&` makes a program ignore SIGINT: the Ctrl-C then is another program's.
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     try:
-        with interruptible(signal.SIGTERM):
+        with interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
             app(args=None if arguments is None else list(arguments), prog_name="sinssim")
     except SinssimError as error:
         if _debug:
@@ -574,6 +577,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if _debug:
             raise
         _fail(f"the operating system refused: {error}.", 1)
+
+
+def program() -> NoReturn:
+    """Run the command line as a process of its own, and end it at once.
+
+    Python's own end takes apart compilers and a gigabyte of arrays for a third of a second, and can fall over a thread
+    that is still loading one of them. Everything that is to be closed has been closed by then.
+    """
+    code = 1
+    try:
+        main()
+    except SystemExit as end:
+        code = int(end.code or 0)
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        code = code or 1
+    os._exit(code)
 
 
 def _fail(message: str, code: int) -> NoReturn:
