@@ -2,7 +2,7 @@
 
 numba's own cache looks only at the file that holds a kernel, not at the files of the functions it calls, so an
 edited formula in another file would go unnoticed. Here the cache folder carries a digest of every source file
-of the package: any edit means a new folder, and the second process finds everything compiled.
+that a kernel could come from: any edit means a new folder, and the second process finds everything compiled.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+NO_KERNELS = ("_content", "cli.py", "estimation", "precompile.py", "recording", "scenario", "simulation.py", "studies")
+"""Parts of the package that hold no kernel and nothing that a kernel uses: an edit there compiles nothing anew."""
+
 # numba reads the folder from its global settings while it decorates, and modules are imported by several threads.
 _CACHE_DIR_LOCK = threading.Lock()
 
@@ -43,10 +46,11 @@ def cache_root() -> Path:
 def _kernel_folder() -> str:
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
-    # What a wheel carries as content (views) is no part of any kernel.
-    for source in sorted(set(package.rglob("*.py")) - set(package.glob("_content/**/*.py"))):
-        digest.update(source.relative_to(package).as_posix().encode())
-        digest.update(source.read_bytes())
+    for source in sorted(package.rglob("*.py")):
+        name = source.relative_to(package)
+        if name.parts[0] not in NO_KERNELS:
+            digest.update(name.as_posix().encode())
+            digest.update(source.read_bytes())
     root = cache_root() / "kernels"
     folder = root / digest.hexdigest()[:16]
     try:
