@@ -159,3 +159,16 @@ def number(value: float, digits: int = 3) -> str:
         places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
         return f"{value:.{places}f}"
     return f"{value:.{digits - 1}e}"
+
+
+def signed(value: float, digits: int = 3) -> str:
+    """Write a number with a few significant digits and, if it is negative, a true minus sign.
+
+    Args:
+        value: the number.
+        digits: how many.
+
+    Returns:
+        "−0.0123".
+    """
+    return ("−" if value < 0.0 else "") + number(abs(value), digits)

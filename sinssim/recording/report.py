@@ -14,19 +14,17 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import Ellipsoid, gravity_ned, radii
 from sinssim.nav_error import NavError
 from sinssim.recording import page, plot, style
-from sinssim.recording.page import number, table, words
+from sinssim.recording.page import number, signed, table, words
 from sinssim.recording.plot import Line, Mark
+from sinssim.recording.report_sensors import sensor_errors
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.recording.summary import processor
 from sinssim.recording.track import STYLE as TRACK_STYLE
 from sinssim.recording.track import degrees, draw_map
-from sinssim.scenario.grades import find_grade
 from sinssim.scenario.summary import given
-from sinssim.sensors.imu_errors import TriadErrors, draw
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.scenario.grades import TriadGrade
     from sinssim.truth.trajectory import Trajectory
 
 _STYLE = f"""{plot.STYLE}{TRACK_STYLE}
@@ -57,8 +55,6 @@ _TABLES = (
     ),
 )
 """Columns: title, name in `summary.json` after "final_", "rms_", "max_", and the unit's size in the summary's."""
-
-_AXES = ("x (forward)", "y (right)", "z (down)")
 
 
 @dataclass
@@ -99,7 +95,7 @@ def run_report(run: Material, summary: Mapping[str, Any]) -> str:
     body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
     if run.trajectory is not None and run.truth is not None:
         body += ["<h2>Flight</h2>", *_flight(run, run.trajectory, run.truth)]
-    body += ["<h2>Sensor errors of this run</h2>", *_sensors(scenario)]
+    body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario)]
     if run.errors and run.trajectory is not None and run.truth is not None:
         body += ["<h2>Navigation errors</h2>", *_numbers(summary["algorithms"], list(run.errors))]
         body += _error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid))
@@ -298,68 +294,6 @@ def _between(values: Array, places: int, unit: str) -> str:
     return f"{low}{blank}{unit}" if low == high else f"{low} … {high}{blank}{unit}"
 
 
-# The sensors
-
-
-def _sensors(scenario: Scenario) -> Iterator[str]:
-    section, grade = scenario.imu, find_grade(scenario.imu.grade)
-    errors = draw(section, scenario.seed)
-    yield (
-        f"<p>Grade <strong>{words(section.grade)}</strong>: {words(grade.description)}. Each axis' error is what this "
-        f"run's seed {scenario.seed} drew from a normal distribution of the given 1σ, or what the scenario gives.</p>"
-    )
-    heads = ("", "unit", *_AXES, "1σ")
-    yield '<div class="pair"><div><h3>Gyros</h3>'
-    yield table(heads, _triad(errors.gyro, grade.gyro, section.model_dump(), "gyro", units.DEG_H, "deg/h"), 2)
-    yield _noises(
-        ("angle random walk", errors.gyro.random_walk, units.DEG_SQRT_H, "deg/√h"),
-        ("bias instability, 1σ", errors.gyro.instability, units.DEG_H, "deg/h"),
-        ("pulse weight", errors.gyro.quantum, units.ARCSEC, "arcsec"),
-    )
-    yield "</div><div><h3>Accelerometers</h3>"
-    yield table(heads, _triad(errors.accel, grade.accel, section.model_dump(), "accel", units.UG, "µg"), 2)
-    yield _noises(
-        ("velocity random walk", errors.accel.random_walk, units.UG, "µg/√Hz"),
-        ("bias instability, 1σ", errors.accel.instability, units.UG, "µg"),
-        ("pulse weight", errors.accel.quantum, 1e-3, "mm/s"),
-    )
-    yield "</div></div>"
-
-
-def _triad(
-    errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], kind: str, bias: float, unit: str
-) -> Iterator[Sequence[str]]:
-    """Return the rows of one triad: turn-on errors per axis, and what they were drawn from."""
-
-    def sigma(term: str, name: str, of_grade: float) -> str:
-        if section[f"{kind}_{term}_{name}"] is not None:
-            return "given"
-        own = section[f"{kind}_{term}_sigma_{name}"]
-        return f"{of_grade if own is None else own:.6g}"
-
-    def row(title: str, unit: str, values: Array, spread: str) -> Sequence[str]:
-        return (title, unit, *(_signed(float(v)) for v in values), spread)
-
-    name = {"deg/h": "deg_h", "µg": "ug"}[unit]
-    yield row("bias", unit, errors.bias / bias, sigma("bias", name, grade.bias / bias))
-    yield row("scale factor", "ppm", errors.scale / units.PPM, sigma("scale", "ppm", grade.scale / units.PPM))
-    tilts = errors.misalignment / units.ARCSEC
-    spread = sigma("misalignment", "arcsec", grade.misalignment / units.ARCSEC)
-    for j, axis in enumerate("xyz"):
-        cells = [_signed(float(tilts[i, j])) if i != j else "" for i in range(3)]
-        yield (f"tilt towards {axis}", "arcsec", *cells, spread)
-
-
-def _signed(value: float) -> str:
-    """Write a number with a true minus sign before it."""
-    return ("−" if value < 0.0 else "") + number(abs(value), _DIGITS)
-
-
-def _noises(*terms: tuple[str, float, float, str]) -> str:
-    said = [f"{name} {value / size:.6g} {unit}" for name, value, size, unit in terms if value]
-    return f'<p class="note">{page.capital(", ".join(said) or "no noise")}.</p>'
-
-
 # The errors
 
 
@@ -374,7 +308,7 @@ def _numbers(numbers: Mapping[str, Mapping[str, float]], names: Sequence[str]) -
         lines = []
         for name, found in numbers.items():
             cells = [
-                f"<td{' class=first' if kind == 'final' else ''}>{_signed(found[f'{kind}_{key}'] / size)}</td>"
+                f"<td{' class=first' if kind == 'final' else ''}>{signed(found[f'{kind}_{key}'] / size, _DIGITS)}</td>"
                 for _, key, size in groups
                 for kind in _KINDS
             ]
