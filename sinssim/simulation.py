@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
-import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from sinssim import rotation, units
 from sinssim.data import ImuData, NavSolution, NavState
-from sinssim.earth import Ellipsoid, radii
+from sinssim.earth import Ellipsoid, geodetic_to_ecef, radii
 from sinssim.errors import SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
@@ -95,8 +94,6 @@ def run(
         return _compute(material, None, stages)
     folder = RunDirectory(Path(directory), overwrite=overwrite)
     try:
-        # Loading Rerun takes a while; the flight does not need it.
-        threading.Thread(target=importlib.import_module, args=("sinssim.recording.writer",), daemon=True).start()
         return _compute(material, folder, stages)
     except BaseException as error:
         _leave(folder, material, stages, error)
@@ -116,7 +113,7 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
         stages.report("flight", fraction)
 
     with stages("flight"):
-        trajectory = fly(scenario, flying)
+        trajectory = fly(scenario, flying, partial(_rehearse, scenario, folder is not None))
     with stages("truth"):
         ideal = trajectory.increments(scenario.imu.rate_hz)
         truth = trajectory.state(ideal.time)
@@ -154,6 +151,27 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
     }
     place = _keep(folder, material, summary, run_report(material, summary)) if folder is not None else None
     return RunResult(scenario, trajectory, truth, ideal, measured, compensated, solutions, errors, summary, place)
+
+
+def _rehearse(scenario: Scenario, recorded: bool) -> None:
+    """Load what a run needs after its flight, and compile what is not compiled yet, by going through it once.
+
+    Args:
+        scenario: says which parts; a hundred samples of straight flight stand in for its own truth.
+        recorded: whether the run will be recorded.
+    """
+    if recorded:
+        from sinssim.recording import writer  # noqa: F401
+    from sinssim.sensors import emulate
+    from sinssim.truth.curve import Curve
+
+    interval = 1.0 / scenario.imu.rate_hz
+    knots = interval * np.arange(101)
+    position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))
+    trajectory = Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1)))
+    with suppress(SinssimError):  # what is wrong with the scenario shows in the run itself
+        imu = emulate(trajectory.increments(scenario.imu.rate_hz), scenario.imu, scenario.seed)
+        _navigate(scenario, trajectory, trajectory.state(imu.time), imu)
 
 
 def _navigate(

@@ -22,7 +22,8 @@ import numpy as np
 from sinssim.jit import cache_root
 from sinssim.scenario.content import find_content
 from sinssim.scenario.legs import FlightSection
-from sinssim.truth.jsbsim_flight import FlightLog, fly_plan, model_folder
+from sinssim.truth.apart import fly_apart
+from sinssim.truth.jsbsim_flight import FlightLog, model_folder
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 logger = logging.getLogger(__name__)
@@ -36,24 +37,31 @@ _SOURCES = (
 )  # fmt: skip
 
 
-def cached_flight(flight: FlightSection, seed: int = 0, progress: Callable[[float], None] | None = None) -> FlightLog:
+def cached_flight(
+    flight: FlightSection,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> FlightLog:
     """Return a flight from the cache, or fly it and keep it there.
 
     Args:
         flight: the [flight] section of a scenario.
         seed: seed of the turbulence.
         progress: called while flying with the flown fraction, 0 … 1.
+        meanwhile: called once while another process flies; not at all if the flight was kept.
 
     Returns:
         The flight, bit for bit the same whether it was flown or read.
 
     Raises:
         InputError: no such aircraft or model, or a flight that cannot be flown; the message names the leg.
+        RunError: JSBSim broke down.
     """
     file = _file(flight, seed)
     log = _read(file)
     if log is None:
-        log = fly_plan(flight, seed, progress)
+        log = fly_apart(flight, seed, progress, meanwhile)
         _write(file, log)
     elif progress is not None:
         progress(1.0)

@@ -22,12 +22,17 @@ if TYPE_CHECKING:
 _NOWHERE = (0.0, 0.0, 0.0)
 
 
-def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trajectory:
+def fly(
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> Trajectory:
     """Return the true motion of a scenario's sensor block.
 
     Args:
         scenario: names the source of truth: [flight], [parked], [great_circle] or [motion].
         progress: called with the part of a flight that is flown, 0…1.
+        meanwhile: called once while another process flies; not at all if nothing has to be flown.
 
     Returns:
         The motion of the block on its lever arm and in its mounting: those of [imu], else the aircraft's, else
@@ -36,8 +41,9 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     Raises:
         InputError: no such aircraft, a source of truth that cannot be, or a flight that cannot be flown; the message
             names the leg.
+        RunError: JSBSim broke down.
     """
-    trajectory = _source(scenario, progress)
+    trajectory = _source(scenario, progress, meanwhile)
     if not scenario.vibration:
         return trajectory
     from sinssim.truth.vibration import Vibrating
@@ -45,7 +51,9 @@ def fly(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     return Vibrating(trajectory, _tones(scenario.vibration, scenario.seed))
 
 
-def _source(scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:
+def _source(
+    scenario: Scenario, progress: Callable[[float], None] | None, meanwhile: Callable[[], None] | None
+) -> Trajectory:
     from sinssim.rotation import quaternion_from_euler
 
     imu = scenario.imu
@@ -55,7 +63,7 @@ def _source(scenario: Scenario, progress: Callable[[float], None] | None) -> Tra
         from sinssim.truth.cache import cached_flight
         from sinssim.truth.curve import Curve
 
-        log = cached_flight(scenario.flight, scenario.seed, progress)
+        log = cached_flight(scenario.flight, scenario.seed, progress, meanwhile)
         own = load_aircraft(scenario.flight.aircraft).mounting
         return Curve(
             log.time,

@@ -20,9 +20,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.earth import ecef_to_geodetic, q_en
 from sinssim.errors import InputError
-from sinssim.rotation import multiply, quaternion_from_euler
 from sinssim.scenario.aircraft import Aircraft, load_aircraft
 from sinssim.scenario.content import find_content
 from sinssim.scenario.legs import AirStart, FlightSection, Gust, RunwayStart, Turbulence, Wind
@@ -82,6 +80,21 @@ class FlightLog:
     position_ecef: Array
     q_eb: Array
     channels: dict[str, Channel]
+    events: tuple[FlightEvent, ...]
+
+
+@dataclass(frozen=True)
+class FlightRecord:
+    """What is logged of a flight while it is flown, as JSBSim has it.
+
+    Attributes:
+        poses: position in ECEF (ft) and roll, pitch, heading (rad) of every knot, one after another.
+        channels: values of the channels, one instant after another, JSBSim's units.
+        events: begin and end of each leg.
+    """
+
+    poses: array[float]
+    channels: array[float]
     events: tuple[FlightEvent, ...]
 
 
@@ -259,12 +272,7 @@ Progress = Callable[[float], None]
 
 
 class _Link:
-    """The autopilot's connection to a running model: cached property nodes, the log, the watch.
-
-    Attributes:
-        poses: position in ECEF (ft) and roll, pitch, heading (rad) of every knot, one after another.
-        channels: values of the channels, one instant after another, JSBSim's units.
-    """
+    """The autopilot's connection to a running model: cached property nodes, the log (`FlightRecord`), the watch."""
 
     def __init__(self, executive: Any, flight: FlightSection, pilot: Autopilot, motion: Motion) -> None:
         self.poses, self.channels = array("d"), array("d")
@@ -369,7 +377,7 @@ def _blow(executive: Any, gust: Gust) -> None:
     executive[f"{prefix}/start"] = 1
 
 
-def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = None) -> FlightLog:
+def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
     """Fly a flight plan in JSBSim.
 
     Args:
@@ -378,7 +386,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
         progress: called now and then with the flown fraction, 0 … 1.
 
     Returns:
-        The centre of gravity's motion at 30 Hz and the other logged quantities.
+        What was logged, for `flight_log`.
 
     Raises:
         InputError: a leg cannot be flown (stall, ground contact, not reached in time), the model diverges or cannot be
@@ -404,7 +412,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
         return _fly(executive, flight, aircraft, progress)
 
 
-def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Progress | None) -> FlightLog:
+def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Progress | None) -> FlightRecord:
     import jsbsim
 
     motion = Motion()
@@ -495,7 +503,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
         )
     if progress is not None:
         progress(1.0)
-    return _log(link, tuple(events))
+    return FlightRecord(link.poses, link.channels, tuple(events))
 
 
 def _fraction(flight: FlightSection, number: int, time: float) -> float:
@@ -511,22 +519,32 @@ def _stir(executive: Any, turbulence: Turbulence) -> None:
     executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity
 
 
-def _log(link: _Link, events: tuple[FlightEvent, ...]) -> FlightLog:
-    """Turn what was logged into SI units and one attitude quaternion from body to ECEF."""
-    poses = np.frombuffer(link.poses).reshape(-1, 6)
+def flight_log(record: FlightRecord) -> FlightLog:
+    """Return a flight in SI units, with one attitude quaternion from body to ECEF.
+
+    Args:
+        record: what was logged while flying.
+
+    Returns:
+        The centre of gravity's motion at 30 Hz and the other logged quantities.
+    """
+    from sinssim.earth import ecef_to_geodetic, q_en
+    from sinssim.rotation import multiply, quaternion_from_euler
+
+    poses = np.frombuffer(record.poses).reshape(-1, 6)
     position = poses[:, :3] * FOOT
     latitude, longitude, _ = ecef_to_geodetic(position)
     q_eb = multiply(q_en(latitude, longitude), quaternion_from_euler(poses[:, 3], poses[:, 4], poses[:, 5]))
     turned = np.sum(q_eb[1:] * q_eb[:-1], axis=1) < 0.0
     q_eb[1:] *= np.where(np.logical_xor.accumulate(turned), -1.0, 1.0)[:, None]
-    values = np.frombuffer(link.channels).reshape(-1, len(link.channels) // (1 + (len(poses) - 1) // 3))
+    values = np.frombuffer(record.channels).reshape(-1, len(record.channels) // (1 + (len(poses) - 1) // 3))
     time = _instants(len(values), 3.0 * INTERVAL)
     channels = {
         name: Channel(time, values[:, column] * factor, unit)
         for column, (name, _, factor, unit) in enumerate(_CHANNELS)
     }
     channels["thrust_n"] = Channel(time, values[:, len(_CHANNELS) :].sum(axis=1) * _POUND_FORCE, "N")
-    return FlightLog(_instants(len(poses), INTERVAL), position, q_eb, channels, events)
+    return FlightLog(_instants(len(poses), INTERVAL), position, q_eb, channels, record.events)
 
 
 def _instants(count: int, interval: float) -> Array:

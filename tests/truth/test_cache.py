@@ -12,7 +12,7 @@ import pytest
 from sinssim.scenario.legs import FlightSection
 from sinssim.truth import cache
 from sinssim.truth.cache import cached_flight, flight_key
-from sinssim.truth.jsbsim_flight import FlightLog, fly_plan
+from sinssim.truth.jsbsim_flight import FlightLog, flight_log, fly_plan
 
 
 def flight(**changes: Any) -> FlightSection:
@@ -47,11 +47,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     seeds: list[int] = []
 
-    def counted(section: FlightSection, seed: int, progress: Any) -> FlightLog:
+    def counted(section: FlightSection, seed: int, progress: Any, meanwhile: Any) -> FlightLog:
         seeds.append(seed)
-        return fly_plan(section, seed, progress)
+        return flight_log(fly_plan(section, seed, progress))
 
-    monkeypatch.setattr(cache, "fly_plan", counted)
+    monkeypatch.setattr(cache, "fly_apart", counted)
     return seeds
 
 
@@ -63,7 +63,7 @@ def test_second_time_is_read_bit_for_bit(folder: Path, monkeypatch: pytest.Monke
     assert flown == [0]
     assert seen == [1.0]
     assert same(cold, warm)
-    assert same(cold, fly_plan(flight()))
+    assert same(cold, flight_log(fly_plan(flight())))
     assert [file.suffix for file in folder.iterdir()] == [".flight"]  # nothing half-written beside it
 
 

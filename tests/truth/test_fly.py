@@ -77,8 +77,8 @@ def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
     log = jsbsim_flight.FlightLog(time, position, q_eb, channels, (FlightEvent(1.0, "off"),))
     asked = []
 
-    def flown(flight: object, seed: int, progress: object) -> jsbsim_flight.FlightLog:
-        asked.append((flight, seed, progress))
+    def flown(flight: object, seed: int, progress: object, meanwhile: object) -> jsbsim_flight.FlightLog:
+        asked.append((flight, seed, progress, meanwhile))
         return log
 
     monkeypatch.setattr(cache, "cached_flight", flown)
@@ -96,7 +96,7 @@ def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
         pass
 
     trajectory = fly(given, progress)
-    assert asked == [(given.flight, 5, progress)]
+    assert asked == [(given.flight, 5, progress, None)]
     assert trajectory.events == log.events
     assert trajectory.channels == channels
 

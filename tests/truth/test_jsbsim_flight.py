@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sinssim.errors import InputError
 from sinssim.scenario.legs import FlightSection
 from sinssim.truth import jsbsim_flight
-from sinssim.truth.jsbsim_flight import FlightLog, fly_plan
+from sinssim.truth.jsbsim_flight import FlightLog, flight_log, fly_plan
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def fly(flight: FlightSection, seed: int = 0) -> Flown:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(jsbsim_flight._Link, "sense", sense)
         patch.setattr(jsbsim_flight._Link, "stand", repeat)
-        log = fly_plan(flight, seed)
+        log = flight_log(fly_plan(flight, seed))
     return Flown(log, np.array(dcm), np.array(geodetic), np.array(euler), np.array(velocity))
 
 
@@ -234,7 +234,7 @@ def test_starts_without_a_transient(airliner: Flown) -> None:
 @pytest.mark.parametrize("aircraft", ["737", "f16", "c172x"])
 def test_starts_without_a_transient_in_wind(aircraft: str) -> None:
     wind = {"north_mps": 12.0, "east_mps": -9.0, "down_mps": 0.0}
-    log = fly_plan(plan(aircraft, {"type": "hold", "duration_s": 15.0}, wind=wind))
+    log = flight_log(fly_plan(plan(aircraft, {"type": "hold", "duration_s": 15.0}, wind=wind)))
     assert np.abs(log.channels["load_factor"].values - 1.0).max() < 0.02
     assert np.abs(log.channels["beta_rad"].values).max() < 0.3 * DEG
     assert log.channels["wind_north_mps"].values == pytest.approx(12.0, abs=1e-9)
@@ -390,7 +390,9 @@ def test_takeoff_leaves_rest_gently_and_keeps_straight(trainer: Flown) -> None:
 
 def test_gust_has_its_shape() -> None:
     gust = {"start_s": 2.0, "rise_s": 2.0, "steady_s": 3.0, "fall_s": 1.0, "velocity_ned_mps": [0.0, 3.0, -1.0]}
-    log = fly_plan(plan("737", {"type": "hold", "duration_s": 12.0}, wind={"east_mps": 2.0, "gusts": [gust]}))
+    log = flight_log(
+        fly_plan(plan("737", {"type": "hold", "duration_s": 12.0}, wind={"east_mps": 2.0, "gusts": [gust]}))
+    )
     east, down = log.channels["wind_east_mps"].values, log.channels["wind_down_mps"].values
     assert east[10] == pytest.approx(2.0, abs=1e-9)
     assert east[30] == pytest.approx(2.0 + 1.5, abs=0.3)  # half way up at 3 s
@@ -408,7 +410,7 @@ TURBULENT = {"turbulence": {"severity": 4}, "wind": {"north_mps": 3.0}}
 
 
 def turbulent(seed: int) -> FlightLog:
-    return fly_plan(plan("737", {"type": "hold", "duration_s": 8.0}, **TURBULENT), seed)
+    return flight_log(fly_plan(plan("737", {"type": "hold", "duration_s": 8.0}, **TURBULENT), seed))
 
 
 def test_turbulence_follows_the_seed_in_any_process() -> None:
@@ -423,7 +425,7 @@ def test_turbulence_follows_the_seed_in_any_process() -> None:
 
 
 def test_turbulence_has_the_strength_of_the_specification() -> None:
-    log = fly_plan(plan("737", {"type": "hold", "duration_s": 300.0}, turbulence={"severity": 3}), 1)
+    log = flight_log(fly_plan(plan("737", {"type": "hold", "duration_s": 300.0}, turbulence={"severity": 3}), 1))
     # MIL-F-8785C, probability of exceedance 1e-3: about 5 ft/s above 2000 ft.
     sigma = [log.channels[f"wind_{axis}_mps"].values.std() for axis in ("north", "east", "down")]
     assert np.all(np.array(sigma) > 0.8)
