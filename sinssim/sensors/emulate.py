@@ -1,13 +1,53 @@
-"""From ideal increments to measured ones.
+"""From ideal increments to measured ones: every error of the sensor block, in one pass.
 
-Per triad, over an interval of length T, in this order (equation (2) on increments, with what stands on top of it):
+Stages, in this order. T is the interval's length, t its middle since the start, u = Δβ/T the mean rate or specific
+force of the interval in the block's axes, f that of the accelerometers; i the sensitive axis, j ≠ i the others. Every
+error is 0 unless given; the names in brackets are the fields of `TriadErrors` (SI) and the keys of a scenario's [imu],
+"gyro_" or "accel_" before them and their unit behind. What varies from run to run has a second key with "_sigma" before
+the unit, from which it is drawn.
 
-    Δβ̃ = (1 + k)(x + K₂x² + K₃x³) T + (ω₀ + b(t)) T + N √T ν,   x = (I + M) Δβ / T,
-    then Δβ̃ ← differences of round(Σ Δβ̃ / Q) Q
+  1. where and when: accelerometer i sits at its own place r_i, and the accelerometers sample later than the gyros by δ
+     (arms: accel_arms_mm; delay: accel_delay_ms). The same in every run: `sinssim.sensors.elements`
+         f_i ← f_i + [ω̇ × r_i + ω × (ω × r_i)]_i,     f(t) ← f(t − δ)
+  2. sensitive axis (misalignment: _misalignment_arcsec)
+         x_i = u_i + Σ_j M_ij u_j
+  3. response (asymmetry: _asymmetry_ppm; quadratic: gyro_quadratic_ppm_per_deg_s, accel_quadratic_ug_per_g2; cubic:
+     gyro_cubic_ppm_per_deg2_s2, accel_cubic_ug_per_g3; cross_axis: accel_cross_axis_ug_per_g2)
+         n_i = x_i + ½κ|x_i| + K₂x_i² + K₃x_i³ + Σ_j C_ij x_i u_j
+     κ is the scale factor of positive inputs less that of negative ones, relative; C the cross-coupling of pendulous
+     accelerometers (K_ip, K_io of IEEE Std 1293), which rectifies vibration (vibro-pendulous error)
+  4. equation (2), with what drifts (scale: _scale_ppm; scale_temperature: _scale_temperature_ppm_per_c; bias:
+     gyro_bias_deg_h, accel_bias_ug; g_sensitivity: gyro_g_sensitivity_deg_h_per_g; bias_temperature:
+     gyro_bias_temperature_deg_h_per_c, accel_bias_temperature_ug_per_c; ramp: gyro_ramp_deg_h_per_h,
+     accel_ramp_ug_per_h)
+         y_i = (1 + k_i + k′_i Θ) n_i + ω₀_i + Σ_m G_im f_m + β_i Θ + R_i t + b_i + w_i + c_i
+     Θ(t) = Θ_∞ + (Θ₀ − Θ_∞) exp(−t/τ_Θ) is the temperature over that of the calibration (temperature_start_c,
+     temperature_steady_c, warm_up_time_s)
+       b: bias instability, stationary first-order Gauss-Markov of 1σ σ_b and correlation time τ_b (instability,
+          correlation_time: gyro_instability_deg_h, accel_instability_ug, _correlation_time_s)
+       w: rate random walk K, 0 at the start (rate_walk: gyro_rrw_deg_h_sqrt_h, accel_rrw_ug_sqrt_h)
+       c: flicker, the bias instability B of IEEE Std 952 (flicker: gyro_flicker_deg_h, accel_flicker_ug)
+  5. noise and faults (random_walk N: gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz)
+         Δβ̃_i = y_i T + N√T ν_i + bias steps and spikes of [[imu.faults]]
+  6. saturation (limit: gyro_range_deg_s, accel_range_g): Δβ̃_i is cut to ±limit·T, and flagged
+  7. quantisation of the accumulated sum (quantum Q: gyro_quantum_arcsec, accel_quantum_mm_s)
+         Δβ̃_i ← differences of round(Σ Δβ̃_i / Q) Q
+  8. what the link does: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
 
-with the scale-factor errors k, the non-linearity K₂, K₃, the misalignment M of the sensitive axes, the turn-on bias ω₀,
-the bias instability b(t), the random walk N, white noise ν of unit variance, and the pulse weight Q. The non-linearity
-acts on the interval's mean rate x: what it rectifies of vibration faster than the samples is not in it.
+Other units of the same quantity may stand in a key (gyro_misalignment_mrad, accel_vrw_mps_sqrt_h, gyro_bias_deg_s):
+`sinssim.scenario.datasheet` has the table. Stages 2 to 4 act on the mean of an interval: what they rectify of motion
+faster than the samples is not in it.
+
+Allan deviations over τ, sampled with T, of each noise alone:
+    Q  quantisation: √3 Q_z/τ with Q_z = Q/√12                        N  N/√τ
+    K  K√(τ/3), exactly at every τ = T, 2T, …                         R  Rτ/√2
+    B  √(2 ln 2/π) B = 0.664 B, flat to 0.2 % from τ = T to 3·10⁶ T: a sum of ten first-order processes with time
+       constants from T to 4·10⁶ T, driven by one white noise
+    b  Gauss-Markov, exactly at every τ = T, 2T, …: σ²(τ) = σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4e^(−τ/τ_b) + e^(−2τ/τ_b))]
+       (IEEE Std 952): K = σ_b√(2/τ_b) far below τ_b, 0.617 σ_b at its top τ = 1.89 τ_b
+
+Every term has its own random numbers (`sinssim.sensors.random_numbers`), so that switching one off leaves the draws of
+all the others as they were.
 """
 
 from __future__ import annotations
