@@ -107,3 +107,38 @@ class NavSolution:
             self.velocity_ned[index],
             self.q_nb[index],
         )
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """What one aiding sensor measured: M readings of one kind.
+
+    | kind | value | sigma |
+    |---|---|---|
+    | "gnss-position" | latitude, longitude [rad], height [m] of the antenna | north, east, down [m] |
+    | "gnss-velocity" | north, east, down [m/s] of the antenna | the same |
+    | "baro-height" | height above the ellipsoid [m] | [m] |
+    | "zero-velocity" | north, east, down [m/s], zero but for what shakes the vehicle | the same |
+    | "zero-rate" | rate relative to the Earth about the body's axes [rad/s], zero but for what shakes it | the same |
+    | "heading" | heading of the forward axis [rad] | [rad] |
+    | "attitude" | q_nb, scalar first | about the body's axes [rad], three |
+    | "speed" | velocity along the forward axis, of the point at the lever arm [m/s] | [m/s] |
+
+    Attributes:
+        kind: what is measured.
+        time: instants that the readings are valid for, in order, (M,) s.
+        arrival: when the filter gets them, not before `time`, (M,) s.
+        value: (M, k).
+        sigma: 1σ of each component that the filter is told, (M, k), or (M, 3) for an attitude.
+        lever_arm: from the sensor block to the sensor or its antenna, body axes, (3,) m.
+    """
+
+    kind: str
+    time: Array
+    arrival: Array
+    value: Array
+    sigma: Array
+    lever_arm: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __len__(self) -> int:
+        return len(self.time)

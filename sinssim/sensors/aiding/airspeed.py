@@ -1,0 +1,43 @@
+"""True airspeed: of a flight by JSBSim the aircraft's own, of any other motion the speed through still air."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.data import Array, Measurements
+from sinssim.scenario.aiding import AirspeedSection
+from sinssim.sensors.aiding.lag import lagged
+from sinssim.sensors.aiding.noise import turn_on, white
+from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.truth.trajectory import Trajectory
+from sinssim.units import PPM
+
+
+def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) -> Measurements:
+    """Return what an airspeed sensor reads: (1 + k) V + b + ν, with V lagged.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: the sensor.
+        seed: the run's seed.
+
+    Returns:
+        Speeds along the forward axis; the 1σ that the filter is told is that of the noise and of the wind.
+
+    Raises:
+        InputError: the motion is over before the first reading, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+    logged = trajectory.channels.get("airspeed_mps")
+
+    def speed(t: Array) -> Array:
+        if logged is not None:
+            return np.asarray(np.interp(t, logged.time, logged.values))
+        return np.asarray(np.linalg.norm(trajectory.state(t).velocity_ned, axis=1))
+
+    scale = PPM * turn_on(seed, "airspeed scale", s.scale_ppm, s.scale_sigma_ppm)
+    bias = turn_on(seed, "airspeed bias", s.bias_mps, s.bias_sigma_mps)
+    value = (1.0 + scale) * lagged(speed, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
+    value += white(seed, "airspeed noise", (s.sigma_mps,), len(time))
+    return readings("speed", s, time, value, (np.hypot(s.sigma_mps, s.wind_sigma_mps),))

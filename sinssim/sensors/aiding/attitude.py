@@ -1,0 +1,63 @@
+"""Sensors of the whole attitude: a reference in the local level, and a star tracker."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array, Measurements
+from sinssim.scenario.aiding import AttitudeSection, StarTrackerSection
+from sinssim.sensors.aiding.noise import correlated, turn_on, white
+from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.truth.trajectory import Trajectory
+from sinssim.units import ARCMIN, ARCSEC
+
+
+def attitude_reference(trajectory: Trajectory, section: AttitudeSection, seed: int = 0) -> Measurements:
+    """Return what an attitude reference gives: q_nb ∘ q(ε), ε noise and drift about the block's axes.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: the reference.
+        seed: the run's seed.
+
+    Returns:
+        Unit quaternions q_nb; the 1σ is that about each axis of the block.
+
+    Raises:
+        InputError: the motion is over before the first reading, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+    error = white(seed, "attitude noise", s.sigma_arcmin, len(time))
+    error += correlated(seed, "attitude drift", (s.bias_sigma_arcmin,) * 3, time, s.bias_correlation_time_s)
+    value = _turned(trajectory, time, ARCMIN * error)
+    return readings("attitude", s, time, value, ARCMIN * np.array(s.sigma_arcmin))
+
+
+def star_tracker(trajectory: Trajectory, section: StarTrackerSection, seed: int = 0) -> Measurements:
+    """Return what a star tracker gives: the attitude among the stars, taken to the local level of the true place.
+
+    What an error of the position turns the local level by, 0.03″ a metre, is not in it.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: the tracker.
+        seed: the run's seed.
+
+    Returns:
+        Unit quaternions q_nb; the 1σ is that about each axis of the block.
+
+    Raises:
+        InputError: the motion is over before the first reading, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+    mounting = [turn_on(seed, "star tracker mounting", None, s.bias_sigma_arcsec, i) for i in range(3)]
+    error = white(seed, "star tracker noise", s.sigma_arcsec, len(time)) + mounting
+    return readings("attitude", s, time, _turned(trajectory, time, ARCSEC * error), ARCSEC * np.array(s.sigma_arcsec))
+
+
+def _turned(trajectory: Trajectory, time: Array, error: Array) -> Array:
+    """Return the true attitudes, turned by small rotation vectors about the block's axes."""
+    return rotation.multiply(trajectory.state(time).q_nb, rotation.quaternion_from_rotation_vector(error))

@@ -1,0 +1,40 @@
+"""A barometric altimeter: height with the errors of the pressure field, of the instrument and of its tube."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.data import Array, Measurements
+from sinssim.scenario.aiding import BarometerSection
+from sinssim.sensors.aiding.lag import lagged
+from sinssim.sensors.aiding.noise import correlated, turn_on, white
+from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.truth.trajectory import Trajectory
+from sinssim.units import PPM
+
+
+def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) -> Measurements:
+    """Return what a barometric altimeter reads: (1 + k) h + b + b(t) + ν, with h lagged.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: the altimeter.
+        seed: the run's seed.
+
+    Returns:
+        Its heights.
+
+    Raises:
+        InputError: the motion is over before the first reading, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+
+    def height(t: Array) -> Array:
+        return trajectory.state(t).height
+
+    scale = PPM * turn_on(seed, "baro scale", s.scale_ppm, s.scale_sigma_ppm)
+    value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + s.bias_m
+    value += correlated(seed, "baro bias", (s.bias_sigma_m,), time, s.bias_correlation_time_s)
+    value += white(seed, "baro noise", (s.sigma_m,), len(time))
+    return readings("baro-height", s, time, value, (s.sigma_m,))

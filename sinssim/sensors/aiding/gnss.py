@@ -1,0 +1,70 @@
+"""A satellite receiver: position and velocity of its antenna, with noise, and with what goes wrong with satellites."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim import earth
+from sinssim.data import Array, Measurements
+from sinssim.scenario.aiding import GnssSection
+from sinssim.sensors.aiding.lever_arm import state_at
+from sinssim.sensors.aiding.noise import correlated, white
+from sinssim.sensors.aiding.readings import epochs, readings, within
+from sinssim.truth.trajectory import Trajectory
+
+
+def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Measurements]:
+    """Return what a satellite receiver gives.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: the receiver.
+        seed: the run's seed.
+
+    Returns:
+        Positions (latitude, longitude, height) and velocities (north, east, down) of the antenna; the section may
+        want only one of them.
+
+    Raises:
+        InputError: the motion is over before the first fix, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+    antenna = state_at(trajectory, time, s.lever_arm_m)
+    moved, drift = _faults(s, time)
+    given = []
+    if s.position:
+        sigma = (s.position_sigma_m, s.position_sigma_m, s.height_sigma_m)
+        slow = (s.correlated_position_sigma_m, s.correlated_position_sigma_m, s.correlated_height_sigma_m)
+        error = moved + white(seed, "gnss position noise", sigma, len(time))
+        error += correlated(seed, "gnss position drift", slow, time, s.correlation_time_s)
+        r1, r2 = earth.radii(antenna.latitude, trajectory.ellipsoid)
+        value = np.column_stack(
+            (
+                antenna.latitude + error[:, 0] / (r1 + antenna.height),
+                antenna.longitude + error[:, 1] / ((r2 + antenna.height) * np.cos(antenna.latitude)),
+                antenna.height + error[:, 2],
+            )
+        )
+        given.append(readings("gnss-position", s, time, value, sigma, s.lever_arm_m))
+    if s.velocity:
+        sigma = (s.velocity_sigma_mps,) * 3
+        slow = (s.correlated_velocity_sigma_mps,) * 3
+        error = drift * (1.0, 1.0, -1.0) + white(seed, "gnss velocity noise", sigma, len(time))
+        error += correlated(seed, "gnss velocity drift", slow, time, s.correlation_time_s)
+        given.append(readings("gnss-velocity", s, time, antenna.velocity_ned + error, sigma, s.lever_arm_m))
+    return given
+
+
+def _faults(section: GnssSection, time: Array) -> tuple[Array, Array]:
+    """Return what jumps and ramps add to position and velocity, north, east, up, (M, 3) m and m/s."""
+    position, velocity = np.zeros((len(time), 3)), np.zeros((len(time), 3))
+    for jump in section.jumps:
+        on = within(time, [(jump.from_s, np.inf if jump.to_s is None else jump.to_s)])
+        position[on] += (jump.north_m, jump.east_m, jump.up_m)
+    for ramp in section.ramps:
+        on = within(time, [(ramp.from_s, np.inf if ramp.to_s is None else ramp.to_s)])
+        drift = np.array([ramp.north_mps, ramp.east_mps, ramp.up_mps])
+        position[on] += np.multiply.outer(time[on] - ramp.from_s, drift)
+        velocity[on] += drift
+    return position, velocity

@@ -1,0 +1,63 @@
+"""The random errors of aiding sensors; every axis of every term has a generator of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.sensors.imu_errors import term_generator
+
+
+def white(seed: int, term: str, sigma: Sequence[float], count: int) -> Array:
+    """Return white noise.
+
+    Args:
+        seed: the run's seed.
+        term: name of the sensor and the error, for example "gnss position noise".
+        sigma: 1σ of each axis, (k,).
+        count: number of readings M.
+
+    Returns:
+        (M, k).
+    """
+    return np.column_stack([s * term_generator(seed, term, i).standard_normal(count) for i, s in enumerate(sigma)])
+
+
+def correlated(seed: int, term: str, sigma: Sequence[float], time: Array, correlation_time: float) -> Array:
+    """Return a stationary first-order Gauss-Markov process.
+
+    Args:
+        seed: the run's seed.
+        term: name of the sensor and the error.
+        sigma: 1σ of each axis, (k,).
+        time: of the readings, (M,) s.
+        correlation_time: s.
+
+    Returns:
+        (M, k).
+    """
+    if not np.any(sigma):
+        return np.zeros((len(time), len(sigma)))
+    from sinssim.sensors.gauss_markov import gauss_markov
+
+    fresh = white(seed, term, sigma, len(time))
+    interval = np.diff(time)
+    return np.column_stack([gauss_markov(interval, correlation_time, axis.copy()) for axis in fresh.T])
+
+
+def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int = 0) -> float:
+    """Return an error that stays what it is during a run: the one that is given, or one that is drawn.
+
+    Args:
+        seed: the run's seed.
+        term: name of the sensor and the error.
+        fixed: the error, None to draw it.
+        sigma: 1σ to draw it from.
+        axis: number of the axis.
+
+    Returns:
+        The error, in the units of `fixed` and `sigma`.
+    """
+    return sigma * float(term_generator(seed, term, axis).standard_normal()) if fixed is None else fixed

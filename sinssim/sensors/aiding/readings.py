@@ -1,0 +1,88 @@
+"""When an aiding sensor reads, and what becomes of its readings on the way to the filter: outages and latency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim.data import Array, Measurements
+from sinssim.errors import InputError
+from sinssim.scenario.aiding import AidingSensor
+from sinssim.truth.times import sample_edges
+from sinssim.truth.trajectory import Trajectory
+
+Mask = NDArray[np.bool_]
+Spans = Sequence[tuple[float, float]]
+
+
+def epochs(trajectory: Trajectory, section: AidingSensor) -> Array:
+    """Return the instants at which a sensor reads, were there no outage.
+
+    Args:
+        trajectory: the true motion.
+        section: the sensor.
+
+    Returns:
+        start + k/rate for k = 1, 2, …, (M,) s.
+
+    Raises:
+        InputError: the motion is over before the first reading.
+    """
+    rate = section.rate_hz
+    duration = trajectory.end - trajectory.start
+    if duration * rate < 1.0 - 1e-9:
+        raise InputError(
+            f"an aiding sensor with rate_hz = {rate:g} reads first after {1.0 / rate:g} s, and the motion is over "
+            f"after {duration:g} s; a higher rate or a longer motion is needed."
+        )
+    return sample_edges(trajectory.start, trajectory.end, rate)[1:]
+
+
+def within(time: Array, spans: Spans) -> Mask:
+    """Say which instants lie in one of some spans.
+
+    Args:
+        time: (M,) s.
+        spans: begin and end of each, both included, s.
+
+    Returns:
+        (M,).
+    """
+    inside = np.zeros(len(time), dtype=bool)
+    for begin, end in spans:
+        inside |= (time >= begin) & (time <= end)
+    return inside
+
+
+def readings(
+    kind: str,
+    section: AidingSensor,
+    time: Array,
+    value: Array,
+    sigma: ArrayLike,
+    lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    there: Mask | None = None,
+) -> Measurements:
+    """Return readings as the filter gets them. All have been drawn before: an outage leaves the others' noise alone.
+
+    Args:
+        kind: what is measured, see `Measurements`.
+        section: the sensor, for its outages and latency.
+        time: instants of all readings, (M,) s.
+        value: all readings, (M, k).
+        sigma: 1σ of each component that the filter is told, (k,).
+        lever_arm: from the block to the sensor, body axes, (3,) m.
+        there: which readings there are, outages apart, (M,); all if not given.
+
+    Returns:
+        The readings outside the outages.
+    """
+    kept = ~within(time, section.outages_s)
+    if there is not None:
+        kept &= there
+    told = np.tile(np.asarray(sigma, dtype=np.float64), (int(np.count_nonzero(kept)), 1))
+    when = time[kept]
+    return Measurements(kind, when, when + section.latency_s, value[kept], told, np.asarray(lever_arm, np.float64))

@@ -1,0 +1,68 @@
+"""The knowledge that a vehicle stands: zero velocity and zero angular rate, but for what wind and engines shake."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.data import Array, Measurements
+from sinssim.scenario.aiding import ZeroRateSection, ZeroVelocitySection
+from sinssim.sensors.aiding.lever_arm import turning
+from sinssim.sensors.aiding.noise import white
+from sinssim.sensors.aiding.readings import Mask, epochs, readings, within
+from sinssim.truth.trajectory import Trajectory
+from sinssim.units import DEG, DEG_H
+
+_AT_REST_MPS = 0.05
+_AT_REST = 0.05 * DEG
+"""Slower than this, m/s and rad/s, a vehicle stands."""
+
+
+def zero_velocity(trajectory: Trajectory, section: ZeroVelocitySection, seed: int = 0) -> Measurements:
+    """Return zero velocities for the times when the vehicle stands, off by what shakes it.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: how it is known.
+        seed: the run's seed.
+
+    Returns:
+        Velocities north, east, down; of a vehicle that moves all the time, none.
+
+    Raises:
+        InputError: the motion is over before the first reading, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+    value = white(seed, "zero velocity noise", (s.sigma_mps,) * 3, len(time))
+    return readings("zero-velocity", s, time, value, (s.sigma_mps,) * 3, there=_stops(trajectory, section, time))
+
+
+def zero_rate(trajectory: Trajectory, section: ZeroRateSection, seed: int = 0) -> Measurements:
+    """Return zero rates of the block relative to the Earth for the times when the vehicle stands.
+
+    Args:
+        trajectory: the true motion of the sensor block.
+        section: how it is known.
+        seed: the run's seed.
+
+    Returns:
+        Angular rates about the block's axes, rad/s; of a vehicle that moves all the time, none.
+
+    Raises:
+        InputError: the motion is over before the first reading, or the seed cannot be used.
+    """
+    s = section
+    time = epochs(trajectory, s)
+    sigma = (DEG_H * s.sigma_deg_h,) * 3
+    value = white(seed, "zero rate noise", sigma, len(time))
+    return readings("zero-rate", s, time, value, sigma, there=_stops(trajectory, section, time))
+
+
+def _stops(trajectory: Trajectory, section: ZeroVelocitySection | ZeroRateSection, time: Array) -> Mask:
+    """Say at which instants the vehicle stands, or is said to."""
+    if section.during_s is not None:
+        return within(time, section.during_s)
+    state = trajectory.state(time)
+    speed = np.linalg.norm(state.velocity_ned, axis=1)
+    rate = np.linalg.norm(turning(trajectory, time, state), axis=1)
+    return np.asarray((speed < _AT_REST_MPS) & (rate < _AT_REST))

@@ -1,0 +1,379 @@
+"""Aiding sensors against statements that do not come from them: closed forms, χ² bands, central differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from sinssim.data import Measurements, NavState
+from sinssim.earth import WGS84
+from sinssim.errors import InputError
+from sinssim.scenario.aiding import (
+    AidingSection,
+    AirspeedSection,
+    AttitudeSection,
+    BarometerSection,
+    GnssSection,
+    MagnetometerSection,
+    OdometerSection,
+    StarTrackerSection,
+    ZeroRateSection,
+    ZeroVelocitySection,
+)
+from sinssim.sensors import aiding
+from sinssim.truth.curve import Curve
+from sinssim.truth.great_circle import GreatCircle
+from sinssim.truth.parked import Parked
+from sinssim.truth.trajectory import Channel
+from tests.oracles import integrator as oracle
+from tests.truth.motions import ecef, synthetic_flight
+
+PLACE = {"latitude": 0.9, "longitude": 0.2, "height": 400.0}
+STILL = (0.0, 0.0, 0.0)
+LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def parked(duration: float, q_nb=LEVEL) -> Parked:
+    return Parked(*PLACE.values(), q_nb, duration, STILL, LEVEL)
+
+
+@pytest.fixture(scope="module")
+def flight() -> Curve:
+    """A minute with turns, climbs and rolling."""
+    time = np.arange(0.0, 60.001, 1.0 / 120.0)
+    return Curve(time, *synthetic_flight(time), STILL, LEVEL)
+
+
+class Climb:
+    """Straight up and down: heights in closed form, for lags."""
+
+    start, end, ellipsoid = 3.0, 203.0, WGS84
+
+    def __init__(self, height) -> None:
+        self._height = height
+        self.channels: dict[str, Channel] = {}
+
+    def state(self, t):
+        n, zero = len(t), np.zeros(len(t))
+        return NavState(zero + 0.5, zero, self._height(t - self.start), np.zeros((n, 3)), np.tile(LEVEL, (n, 1)))
+
+
+def metres(given: Measurements, place=PLACE) -> np.ndarray:
+    """Return fixes minus the place, north, east, up, m, by the oracle's radii."""
+    r = oracle.geodetic_to_ecef(given.value[:, 0], given.value[:, 1], given.value[:, 2])
+    r = r - oracle.geodetic_to_ecef(*place.values())
+    return r @ oracle.ned_axes(place["latitude"], place["longitude"]).T * (1.0, 1.0, -1.0)
+
+
+def assert_sigma(error: np.ndarray, sigma: float) -> None:
+    """The sum of squares lies in the χ² band that white noise leaves once in 10⁵ times."""
+    n = error.size
+    low, high = chi2.ppf([0.5e-5, 1.0 - 0.5e-5], n)
+    assert low < np.sum((error / sigma) ** 2) < high
+
+
+def correlation(error: np.ndarray, lag: int) -> float:
+    return float(np.mean(error[:-lag] * error[lag:]) / np.mean(error * error))
+
+
+# Satellites
+
+
+def test_white_noise_of_fixes_has_the_given_sigma_and_is_white():
+    section = GnssSection(position_sigma_m=2.0, height_sigma_m=5.0, velocity_sigma_mps=0.1)
+    position, velocity = aiding.gnss(parked(20_000.0), section, 3)
+    error = metres(position)
+    for i, sigma in enumerate((2.0, 2.0, 5.0)):
+        assert_sigma(error[:, i], sigma)
+        assert abs(correlation(error[:, i], 1)) < 4.5 / np.sqrt(len(error))
+        assert_sigma(velocity.value[:, i], 0.1)
+    pairs = np.corrcoef(np.column_stack((error, velocity.value)).T)[np.triu_indices(6, 1)]
+    assert np.max(np.abs(pairs)) < 4.5 / np.sqrt(len(error))
+    assert np.array_equal(position.sigma, np.tile([2.0, 2.0, 5.0], (20_000, 1)))
+    assert np.array_equal(velocity.sigma, np.full((20_000, 3), 0.1))
+
+
+def test_correlated_noise_decays_with_its_time_and_is_stationary():
+    tau, n, runs = 50.0, 4_000, 40
+    section = GnssSection(
+        position_sigma_m=1e-9,
+        height_sigma_m=1e-9,
+        velocity_sigma_mps=1e-9,
+        correlated_position_sigma_m=3.0,
+        correlated_height_sigma_m=4.0,
+        correlated_velocity_sigma_mps=0.2,
+        correlation_time_s=tau,
+    )
+    found = [aiding.gnss(parked(float(n)), section, seed) for seed in range(runs)]
+    first = np.array([np.concatenate((metres(p)[0], v.value[0])) for p, v in found])
+    for i, sigma in enumerate((3.0, 3.0, 4.0, 0.2, 0.2, 0.2)):
+        assert_sigma(first[:, i], sigma)  # from the first fix on
+        error = np.array([metres(p)[:, i] if i < 3 else v.value[:, i - 3] for p, v in found])
+        # a mean square of correlated numbers spreads by √(2/N) with N = n T/τ independent ones (Bendat and Piersol)
+        independent = runs * n / tau
+        assert np.mean(error**2) == pytest.approx(sigma**2, rel=4.5 * np.sqrt(2.0 / independent), abs=0)
+        for lag in (1, 25, 50, 100):
+            product = np.mean(error[:, :-lag] * error[:, lag:]) / sigma**2
+            assert product == pytest.approx(np.exp(-lag / tau), abs=4.5 * np.sqrt(2.0 / independent))
+
+
+def test_antenna_moves_as_the_rigid_body_does(flight):
+    """Position by the oracle's matrices; velocity is the central difference of the position."""
+    arm = np.array([4.0, -7.0, -2.5])
+    exact = {"position_sigma_m": 1e-9, "height_sigma_m": 1e-9, "velocity_sigma_mps": 1e-12}
+    section = GnssSection(rate_hz=2.0, lever_arm_m=tuple(arm), **exact)
+    position, velocity = aiding.gnss(flight, section, 0)
+    t, h = velocity.time[:-1], 2e-3
+
+    def antenna(instants):
+        centre, _, c_es = ecef(flight, instants)
+        return centre + c_es @ arm
+
+    fix = oracle.geodetic_to_ecef(*position.value[:-1].T)
+    np.testing.assert_allclose(fix, antenna(t), rtol=0, atol=5e-8)
+    difference = (8.0 * (antenna(t + h) - antenna(t - h)) - antenna(t + 2 * h) + antenna(t - 2 * h)) / (12.0 * h)
+    north_east_down = oracle.ned_axes(position.value[:-1, 0], position.value[:-1, 1])
+    expected = np.einsum("nij,nj->ni", north_east_down, difference)
+    np.testing.assert_allclose(velocity.value[:-1], expected, rtol=0, atol=3e-6)  # rounding 2e-9 m over 12 h / 8
+    without = flight.state(t).velocity_ned
+    assert np.max(np.abs(velocity.value[:-1] - without)) > 0.5  # the lever arm is no trifle
+    assert np.array_equal(position.lever_arm, arm)
+
+
+def test_reading_is_of_its_time_of_validity_and_arrives_later():
+    circle = GreatCircle(0.8, 0.1, 9000.0, 1.0, 250.0, 100.0)
+    late, _ = aiding.gnss(circle, GnssSection(rate_hz=5.0, latency_s=0.4), 1)
+    prompt, _ = aiding.gnss(circle, GnssSection(rate_hz=5.0), 1)
+    assert np.array_equal(late.value, prompt.value)
+    assert np.array_equal(late.time, prompt.time)
+    np.testing.assert_allclose(late.arrival - late.time, 0.4, rtol=0, atol=1e-13)
+    assert np.array_equal(prompt.arrival, prompt.time)
+    np.testing.assert_allclose(late.time, np.arange(1, 501) / 5.0, rtol=0, atol=1e-12)
+
+
+def test_outage_takes_readings_and_leaves_the_others_noise():
+    section = GnssSection(correlated_position_sigma_m=2.0)
+    whole, _ = aiding.gnss(parked(1000.0), section, 1)
+    broken, velocity = aiding.gnss(
+        parked(1000.0), section.model_copy(update={"outages_s": ((100.5, 200.0), (900.0, 2000.0))}), 1
+    )
+    kept = ((whole.time < 100.5) | (whole.time > 200.0)) & (whole.time < 900.0)
+    assert np.array_equal(broken.time, whole.time[kept])
+    assert np.array_equal(broken.value, whole.value[kept])
+    assert np.array_equal(velocity.time, broken.time)
+    assert len(broken.time) == len(broken.sigma) == len(broken.arrival) == 799
+
+
+def test_jumps_and_ramps_are_what_they_say():
+    clean = GnssSection()
+    spoofed = GnssSection(
+        jumps=({"from_s": 50.0, "to_s": 59.5, "north_m": 100.0, "east_m": -50.0, "up_m": 7.0},),
+        ramps=({"from_s": 100.0, "to_s": 300.0, "north_mps": 0.5, "east_mps": 2.0, "up_mps": -0.25},),
+    )
+    (p0, v0), (p1, v1) = (aiding.gnss(parked(400.0), section, 4) for section in (clean, spoofed))
+    t = p0.time
+    moved, faster = metres(p1) - metres(p0), v1.value - v0.value
+    jump, ramp = (t >= 50.0) & (t <= 59.5), (t >= 100.0) & (t <= 300.0)
+    expected = jump[:, None] * [100.0, -50.0, 7.0] + (ramp * (t - 100.0))[:, None] * [0.5, 2.0, -0.25]
+    np.testing.assert_allclose(moved, expected, rtol=0, atol=0.02)  # the Earth is round: (400 m)²/2R
+    np.testing.assert_allclose(faster, ramp[:, None] * [0.5, 2.0, 0.25], rtol=0, atol=1e-12)
+
+
+# Height
+
+
+def test_lag_of_a_climb_and_of_a_wave():
+    tau, omega = 2.5, 0.4
+    exact = {"sigma_m": 1e-9, "bias_sigma_m": 0.0, "rate_hz": 4.0}
+    lagging = BarometerSection(lag_s=tau, **exact)
+    climb = aiding.barometer(Climb(lambda t: 100.0 + 8.0 * t), lagging)
+    t = climb.time - Climb.start
+    expected = 100.0 + 8.0 * (t - tau * (1.0 - np.exp(-t / tau)))
+    np.testing.assert_allclose(climb.value[:, 0], expected, rtol=0, atol=1e-7)
+
+    wave = aiding.barometer(Climb(lambda t: 50.0 * np.sin(omega * t)), lagging)
+    x = omega * tau
+    expected = 50.0 * (np.sin(omega * t) - x * np.cos(omega * t) + x * np.exp(-t / tau)) / (1.0 + x * x)
+    most = 50.0 * omega**2 * (tau / 32) ** 2 / 8  # a line instead of the curve
+    np.testing.assert_allclose(wave.value[:, 0], expected, rtol=0, atol=most)
+    assert np.max(np.abs(expected - 50.0 * np.sin(omega * t))) > 20.0
+
+
+def test_barometer_errors():
+    section = BarometerSection(sigma_m=1e-9, bias_m=12.0, bias_sigma_m=0.0, scale_ppm=5000.0)
+    given = aiding.barometer(parked(100.0), section)
+    np.testing.assert_allclose(given.value[:, 0], 400.0 * 1.005 + 12.0, rtol=0, atol=1e-7)
+
+    drawn = [aiding.barometer(parked(2.0), BarometerSection(bias_sigma_m=8.0, sigma_m=1e-9), k) for k in range(2000)]
+    assert_sigma(np.array([d.value[0, 0] - 400.0 for d in drawn]), 8.0)
+    noise = aiding.barometer(parked(20_000.0), BarometerSection(bias_sigma_m=0.0, sigma_m=0.7), 1)
+    assert_sigma(noise.value[:, 0] - 400.0, 0.7)
+    assert noise.kind == "baro-height"
+    assert noise.sigma.shape == noise.value.shape == (20_000, 1)
+
+
+def test_barometer_bias_wanders_as_the_filter_is_told():
+    tau = 20.0
+    section = BarometerSection(sigma_m=1e-9, bias_sigma_m=5.0, bias_correlation_time_s=tau)
+    error = aiding.barometer(parked(40_000.0), section, 2).value[:, 0] - 400.0
+    independent = 40_000.0 / tau
+    assert np.mean(error**2) == pytest.approx(25.0, rel=4.5 * np.sqrt(2.0 / independent), abs=0)
+    assert correlation(error, 20) == pytest.approx(np.exp(-1.0), abs=4.5 * np.sqrt(2.0 / independent))
+
+
+# Speed
+
+
+def test_odometer_reads_the_wheels_forward_velocity(flight):
+    arm = np.array([-1.2, 0.8, 0.5])
+    section = OdometerSection(sigma_mps=1e-12, scale_ppm=2000.0, lever_arm_m=tuple(arm))
+    given = aiding.odometer(flight, section)
+    t, h = given.time[:-1], 2e-3
+
+    def wheel(instants):
+        centre, _, c_es = ecef(flight, instants)
+        return centre + c_es @ arm
+
+    velocity = (8.0 * (wheel(t + h) - wheel(t - h)) - wheel(t + 2 * h) + wheel(t - 2 * h)) / (12.0 * h)
+    forward = np.einsum("ni,ni->n", ecef(flight, t)[2][:, :, 0], velocity)
+    np.testing.assert_allclose(given.value[:-1, 0], 1.002 * forward, rtol=0, atol=3e-6)
+    noise = aiding.odometer(parked(20_000.0), OdometerSection(sigma_mps=0.2), 5)
+    assert_sigma(noise.value[:, 0], 0.2)
+
+
+def test_airspeed_is_the_aircrafts_own_where_there_is_one(flight):
+    exact = {"sigma_mps": 1e-12, "bias_mps": 2.0, "scale_ppm": -10_000.0, "wind_sigma_mps": 4.0}
+    still_air = aiding.airspeed(flight, AirspeedSection(**exact))
+    ground = np.linalg.norm(flight.state(still_air.time).velocity_ned, axis=1)
+    np.testing.assert_allclose(still_air.value[:, 0], 0.99 * ground + 2.0, rtol=0, atol=1e-9)
+
+    climb = Climb(lambda t: 0.0 * t)
+    knots = np.arange(0.0, 300.0, 0.5)
+    climb.channels = {"airspeed_mps": Channel(knots, 80.0 + 0.1 * knots, "m/s")}
+    windy = aiding.airspeed(climb, AirspeedSection(lag_s=1.0, **exact))
+    t = windy.time
+    lagging = 80.3 + 0.1 * (t - 3.0) - 0.1 * (1.0 - np.exp(-(t - 3.0)))
+    np.testing.assert_allclose(windy.value[:, 0], 0.99 * lagging + 2.0, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(windy.sigma, 4.0, rtol=1e-12, atol=0)
+
+
+# Heading and attitude
+
+
+def test_magnetometer_follows_the_heading_with_deviation(flight):
+    exact = {"sigma_deg": 1e-9, "bias_deg": 1.5, "deviation_sigma_deg": 2.0}
+    found = []
+    for seed in range(400):
+        given = aiding.magnetometer(flight, MagnetometerSection(**exact), seed)
+        q = flight.state(given.time).q_nb
+        heading = Rotation.from_quat(q, scalar_first=True).as_euler("ZYX")[:, 0]
+        error = np.degrees(np.angle(np.exp(1j * (given.value[:, 0] - heading))))
+        base = np.column_stack((np.ones_like(heading), np.sin(heading), np.cos(heading)))
+        fit = np.linalg.lstsq(base, error, rcond=None)
+        np.testing.assert_allclose(base @ fit[0], error, rtol=0, atol=1e-7)
+        found.append(fit[0])
+        if seed == 0:
+            assert np.all((given.value >= 0.0) & (given.value < 2.0 * np.pi))
+    constant, sine, cosine = np.array(found).T
+    np.testing.assert_allclose(constant, 1.5, rtol=0, atol=1e-6)
+    assert_sigma(sine, 2.0)
+    assert_sigma(cosine, 2.0)
+    noise = aiding.magnetometer(parked(20_000.0), MagnetometerSection(sigma_deg=0.5), 5)
+    assert_sigma(np.degrees(np.angle(np.exp(1j * noise.value[:, 0]))), 0.5)
+    np.testing.assert_allclose(noise.sigma, np.radians(0.5), rtol=1e-15, atol=0)
+
+
+def test_attitude_noise_is_about_the_blocks_axes():
+    tilted = Rotation.from_euler("ZYX", [2.0, 0.5, -1.0])
+    standing = parked(20_000.0, tilted.as_quat(scalar_first=True))
+    sigma = (3.0, 6.0, 20.0)
+    for given, unit in (
+        (aiding.attitude_reference(standing, AttitudeSection(sigma_arcmin=sigma), 2), 60.0),
+        (aiding.star_tracker(standing, StarTrackerSection(sigma_arcsec=sigma), 2), 3600.0),
+    ):
+        error = (tilted.inv() * Rotation.from_quat(given.value, scalar_first=True)).as_rotvec(degrees=True) * unit
+        for i in range(3):
+            assert_sigma(error[:, i], sigma[i])
+        np.testing.assert_allclose(np.degrees(given.sigma[7]) * unit, sigma, rtol=1e-12, atol=0)
+        assert given.kind == "attitude"
+
+
+# Standing still
+
+
+class Stopping(Climb):
+    """Stands, drives from 50 s to 120 s, stands again but turns on the spot from 150 s to 160 s."""
+
+    def state(self, t):
+        s = super().state(t)
+        s.velocity_ned[:, 0] = 5.0 * ((t > 50.0) & (t < 120.0))
+        return s
+
+    def rates(self, t):
+        s = self.state(t)
+        earth = WGS84.omega * np.column_stack((np.cos(s.latitude), 0.0 * t, -np.sin(s.latitude)))
+        earth[:, 2] += 0.3 * ((t > 150.0) & (t < 160.0))
+        return earth, np.zeros_like(earth)
+
+
+def test_standstill_is_known_when_it_is_true():
+    driving = Stopping(lambda t: 0.0 * t)
+    velocity = aiding.zero_velocity(driving, ZeroVelocitySection(sigma_mps=0.02), 3)
+    rate = aiding.zero_rate(driving, ZeroRateSection(rate_hz=2.0, sigma_deg_h=0.5), 3)
+    for given in (velocity, rate):
+        t = given.time
+        assert not np.any((t > 50.0) & (t < 120.0))
+        assert not np.any((t > 150.0) & (t < 160.0))
+        assert given.value.shape == given.sigma.shape == (len(t), 3)
+    assert len(velocity.time) == 200 - 69 - 9
+    said = aiding.zero_velocity(driving, ZeroVelocitySection(during_s=((60.0, 69.5),)), 3)
+    np.testing.assert_array_equal(said.time, np.arange(60.0, 70.0))
+
+    long = aiding.zero_velocity(parked(20_000.0), ZeroVelocitySection(sigma_mps=0.02), 3)
+    assert_sigma(long.value, 0.02)
+    long = aiding.zero_rate(parked(20_000.0), ZeroRateSection(sigma_deg_h=0.5), 3)
+    assert_sigma(np.degrees(long.value) * 3600.0, 0.5)
+    moving = GreatCircle(0.8, 0.1, 9000.0, 1.0, 250.0, 100.0)
+    assert len(aiding.zero_velocity(moving, ZeroVelocitySection()).time) == 0
+
+
+# All of them
+
+
+def test_no_sensors_draws_depend_on_another():
+    tables = {
+        "gnss": {}, "baro": {}, "magnetometer": {"bias_sigma_deg": 1.0}, "airspeed": {}, "odometer": {},
+        "zero_velocity": {}, "zero_rate": {}, "attitude": {}, "star_tracker": {"bias_sigma_arcsec": 1.0},
+    }  # fmt: skip
+    standing = parked(50.0)
+    everything = aiding.aid(standing, AidingSection.model_validate(tables), 9)
+    assert len(everything) == len(tables) + 1
+    alone = [g for n, t in tables.items() for g in aiding.aid(standing, AidingSection.model_validate({n: t}), 9)]
+    values = [g.value for g in everything]
+    for one, other in zip(everything, alone, strict=True):
+        assert one.kind == other.kind
+        assert np.array_equal(one.value, other.value)
+    for i in range(len(values)):
+        for j in range(i):
+            a, b = (v - v.mean(axis=0) for v in (values[i][:, 0], values[j][:, 0]))
+            assert not np.allclose(a / np.linalg.norm(a), b / np.linalg.norm(b), rtol=0, atol=1e-3)
+
+
+def test_terms_of_one_sensor_draw_apart():
+    standing = parked(500.0)
+    plain = GnssSection(velocity_sigma_mps=0.5)
+    noisier = GnssSection(velocity_sigma_mps=0.5, correlated_velocity_sigma_mps=1.0, position=False)
+    assert np.array_equal(
+        aiding.gnss(standing, plain.model_copy(update={"position": False}), 1)[0].value,
+        aiding.gnss(standing, plain, 1)[1].value,
+    )
+    both = aiding.gnss(standing, noisier, 1)[0].value
+    slow = aiding.gnss(standing, noisier.model_copy(update={"velocity_sigma_mps": 1e-300}), 1)[0].value
+    np.testing.assert_allclose(both - slow, aiding.gnss(standing, plain, 1)[1].value, rtol=0, atol=1e-15)
+
+
+def test_motion_that_is_over_before_the_first_reading():
+    with pytest.raises(InputError, match=r"rate_hz = 0\.01 reads first after 100 s, and the motion is over after 50 s"):
+        aiding.gnss(parked(50.0), GnssSection(rate_hz=0.01))
