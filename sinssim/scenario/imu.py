@@ -16,6 +16,7 @@ from typing import Any, Self
 from pydantic import ValidationInfo, field_validator, model_validator
 
 from sinssim.scenario.grades import find_grade
+from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
 
 SixAngles = tuple[float, float, float, float, float, float]
@@ -54,6 +55,7 @@ class ImuSection(Section):
         gyro_quantum_arcsec, accel_quantum_mm_s: weight of one pulse of the accumulated angle or velocity.
         gyro_instability_deg_h, accel_instability_ug: 1σ of the bias instability, first-order Gauss-Markov.
         gyro_correlation_time_s, accel_correlation_time_s: correlation time of the bias instability.
+        laser_gyro: the gyros' physics, from which their random walk and quantum follow.
         *_sigma_*: 1σ to draw the error of the same name from, in place of the grade's.
     """
 
@@ -73,7 +75,7 @@ class ImuSection(Section):
     gyro_cubic_ppm_per_deg2_s2: Vector3 | None = None
     gyro_cubic_sigma_ppm_per_deg2_s2: NotNegative | None = None
     gyro_arw_deg_sqrt_h: NotNegative | None = None
-    gyro_quantum_arcsec: NotNegative = 0.0
+    gyro_quantum_arcsec: NotNegative | None = None
     gyro_instability_deg_h: NotNegative | None = None
     gyro_correlation_time_s: Positive | None = None
 
@@ -91,6 +93,8 @@ class ImuSection(Section):
     accel_quantum_mm_s: NotNegative = 0.0
     accel_instability_ug: NotNegative | None = None
     accel_correlation_time_s: Positive | None = None
+
+    laser_gyro: LaserGyroSection | None = None
 
     @field_validator("grade")
     @classmethod
@@ -113,4 +117,8 @@ class ImuSection(Section):
                 raise ValueError(
                     f"{fixed} (the error itself) and {sigma} (1σ to draw it from) are both given: keep one of them"
                 )
+        if self.laser_gyro is not None:
+            for key in ("gyro_arw_deg_sqrt_h", "gyro_quantum_arcsec"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key} follows from the physics in laser_gyro, which is given too: keep one")
         return self

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.scenario.grades import CORRELATION_TIME, find_grade
 from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.laser_gyro import LaserGyroSection
+from sinssim.sensors.laser_gyro import LaserGyro
 from sinssim.units import (
     ARCSEC,
     DEG_H,
@@ -139,10 +141,13 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
             "gyro cubic", 3, s.gyro_cubic_ppm_per_deg2_s2, s.gyro_cubic_sigma_ppm_per_deg2_s2, PPM_PER_DEG2_S2, 0.0
         ),
         random_walk=noise(s.gyro_arw_deg_sqrt_h, DEG_SQRT_H, grade.gyro.random_walk),
-        quantum=s.gyro_quantum_arcsec * ARCSEC,
+        quantum=(s.gyro_quantum_arcsec or 0.0) * ARCSEC,
         instability=noise(s.gyro_instability_deg_h, DEG_H, grade.gyro.instability),
         correlation_time=noise(s.gyro_correlation_time_s, 1.0, CORRELATION_TIME),
     )
+    if s.laser_gyro is not None:
+        ring = laser_gyro(s.laser_gyro)
+        gyro = replace(gyro, random_walk=ring.random_walk, quantum=ring.pulse_weight)
     accel = TriadErrors(
         bias=turn_on("accel bias", 3, s.accel_bias_ug, s.accel_bias_sigma_ug, UG, grade.accel.bias),
         scale=turn_on("accel scale", 3, s.accel_scale_ppm, s.accel_scale_sigma_ppm, PPM, grade.accel.scale),
@@ -172,3 +177,22 @@ def _matrix(angles: Array) -> Array:
     matrix = np.zeros((3, 3))
     matrix[_OFF_DIAGONAL[:, 0], _OFF_DIAGONAL[:, 1]] = angles
     return matrix
+
+
+def laser_gyro(section: LaserGyroSection) -> LaserGyro:
+    """Return the laser gyro that a scenario describes.
+
+    Args:
+        section: the [imu.laser_gyro] table.
+
+    Returns:
+        The gyro, SI.
+    """
+    return LaserGyro(
+        section.perimeter_mm * 1e-3,
+        section.area_mm2 * 1e-6,
+        section.wavelength_nm * 1e-9,
+        section.lock_in_deg_h * DEG_H,
+        section.dither_amplitude_arcsec * ARCSEC,
+        section.dither_frequency_hz,
+    )
