@@ -87,7 +87,7 @@ def scenario(algorithms: tuple[str, ...] = ALGORITHMS) -> Scenario:
 def install(count: int, replace=setattr) -> FakeTrajectory:
     """Put made-up numbers in place of flying, sensing and navigating."""
     fake = FakeTrajectory(count)
-    replace(sinssim.truth, "fly", lambda scenario, progress=None: fake)
+    replace(sinssim.truth, "fly", lambda scenario, progress=None, meanwhile=None: fake)
     replace(sinssim.sensors, "emulate", lambda ideal, spec, seed=0: fake.measured)
     replace(sinssim.strapdown, "navigate", lambda imu, initial, *, algorithm, **_: fake.solutions[algorithm])
     return fake

@@ -292,7 +292,7 @@ def test_places_that_cannot_be_written_are_refused_before_the_flight(tmp_path, m
 
 
 def test_a_flight_that_fails_leaves_no_trace(tmp_path, monkeypatch):
-    def fly(scenario, progress):
+    def fly(scenario, progress, meanwhile):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("sinssim.truth.fly", fly)
