@@ -57,6 +57,10 @@ EXAMPLES: dict[str, Any] = {
     "lock_in_deg_h": 360.0,
     "dither_amplitude_arcsec": 140.0,
     "dither_frequency_hz": 400.0,
+    "aiding.gnss.jumps.from_s": 600.0,
+    "aiding.gnss.jumps.to_s": 700.0,
+    "aiding.gnss.ramps.from_s": 600.0,
+    "aiding.gnss.ramps.to_s": 900.0,
     "coordinate": "pitch",
     "rms_arcsec": 20.0,
     "rms_mm": 0.05,
@@ -222,6 +226,7 @@ def reference() -> str:
         "truth": "The Earth of the truth",
         "imu": "The sensor block",
         "compensation": "Compensation of the sensors' errors",
+        "aiding": "Aiding sensors",
         "navigation": "Navigation",
     }
     page = [INTRODUCTION]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim import rotation, units
-from sinssim.data import ImuData, NavSolution, NavState
+from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import Ellipsoid, geodetic_to_ecef, radii
 from sinssim.errors import SinssimError
 from sinssim.nav_error import NavError, navigation_error
@@ -181,7 +181,7 @@ def _navigate(
     from sinssim.strapdown import navigate
 
     section = scenario.navigation
-    initial = initial_state(trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid)
+    initial = initial_state(trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed)
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
 
     def one(algorithm: str) -> tuple[NavSolution, NavError]:
@@ -209,31 +209,49 @@ def _navigate(
     return {name: r[0] for name, r in results.items()}, {name: r[1] for name, r in results.items()}
 
 
-def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid) -> NavState:
+def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0) -> NavState:
     """Return the state that navigation starts from: the true one with errors added.
 
     Args:
         truth: true state at the start, scalars.
         error: what to add; with all zeros the true state comes back bit for bit.
         ellipsoid: reference ellipsoid.
+        seed: the run's seed, for the errors to draw.
 
     Returns:
         The state, scalars.
     """
+    from sinssim.sensors.imu_errors import term_generator
+
+    def draw(term: str, *sigma: float) -> Array:
+        return np.array(
+            [
+                s * term_generator(seed, f"initial {term}", i).standard_normal() if s else 0.0
+                for i, s in enumerate(sigma)
+            ]
+        )
+
+    position = np.array([error.north_m, error.east_m, error.height_m])
+    position += draw("position", error.position_sigma_m, error.position_sigma_m, error.height_sigma_m)
+    velocity = np.array([error.velocity_north_mps, error.velocity_east_mps, error.velocity_down_mps])
+    velocity += draw("velocity", *[error.velocity_sigma_mps] * 3)
     r1, r2 = radii(truth.latitude, ellipsoid)
     longitude = truth.longitude
-    if error.east_m:
-        longitude = longitude + error.east_m / ((r2 + truth.height) * np.cos(truth.latitude))
+    if position[1]:
+        longitude = longitude + position[1] / ((r2 + truth.height) * np.cos(truth.latitude))
     q_nb = truth.q_nb
     turn = np.array([error.roll_arcmin, error.pitch_arcmin, error.heading_arcmin]) * units.ARCMIN
     if turn.any():
         roll, pitch, heading = rotation.euler_from_quaternion(q_nb)
         q_nb = rotation.quaternion_from_euler(roll + turn[0], pitch + turn[1], heading + turn[2])
+    phi = units.ARCMIN * draw("attitude", error.tilt_sigma_arcmin, error.tilt_sigma_arcmin, error.heading_sigma_arcmin)
+    if phi.any():
+        q_nb = rotation.multiply(rotation.quaternion_from_rotation_vector(-phi), q_nb)  # q_true = q(φ) ⊗ q_solution
     return NavState(
-        truth.latitude + error.north_m / (r1 + truth.height),
+        truth.latitude + position[0] / (r1 + truth.height),
         longitude,
-        truth.height + error.height_m,
-        truth.velocity_ned + np.array([error.velocity_north_mps, error.velocity_east_mps, error.velocity_down_mps]),
+        truth.height + position[2],
+        truth.velocity_ned + velocity,
         q_nb,
     )
 

@@ -12,11 +12,12 @@ from sinssim.earth_models import ELLIPSOIDS, GRAVITY_MODELS
 from sinssim.errors import InputError, unknown_name
 from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTICALS
 from sinssim.rates import check_parts, schedule
+from sinssim.scenario.aiding import AidingSection
 from sinssim.scenario.compensation import CompensationSection
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.legs import FlightSection
 from sinssim.scenario.motion import MotionSection, VibrationSection
-from sinssim.scenario.section import Heading, Latitude, Longitude, Positive, Section
+from sinssim.scenario.section import Heading, Latitude, Longitude, NotNegative, Positive, Section
 
 
 def _known(kind: str, names: Iterable[str]) -> Callable[[str], str]:
@@ -70,7 +71,7 @@ class TruthSection(Section):
 
 
 class InitialErrorSection(Section):
-    """Errors of the state that navigation starts from, added to the true one."""
+    """Errors of the state that navigation starts from, added to the true one: those given, and those drawn."""
 
     north_m: float = Field(default=0.0, description="position error to the north")
     east_m: float = Field(default=0.0, description="position error to the east")
@@ -81,6 +82,11 @@ class InitialErrorSection(Section):
     roll_arcmin: float = Field(default=0.0, description="roll error")
     pitch_arcmin: float = Field(default=0.0, description="pitch error")
     heading_arcmin: float = Field(default=0.0, description="heading error")
+    position_sigma_m: NotNegative = Field(default=0.0, description="1σ of a further error to the north, and east")
+    height_sigma_m: NotNegative = Field(default=0.0, description="1σ of a further error of the height")
+    velocity_sigma_mps: NotNegative = Field(default=0.0, description="1σ of a further error of each component")
+    tilt_sigma_arcmin: NotNegative = Field(default=0.0, description="1σ of a further tilt about north, and east")
+    heading_sigma_arcmin: NotNegative = Field(default=0.0, description="1σ of a further turn about the vertical")
 
 
 class NavigationSection(Section):
@@ -164,6 +170,7 @@ class Scenario(Section):
     truth: TruthSection = Field(default=TruthSection())
     imu: ImuSection = Field(default_factory=ImuSection)
     compensation: CompensationSection | None = None
+    aiding: AidingSection | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
 
     @model_validator(mode="after")

@@ -12,7 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 import rerun_cli
 from rerun.chunk import RrdReader
+from scipy.stats import chi2
 
+from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.nav_error import navigation_error
 from sinssim.recording.viewer import find_recording, read_run_info
@@ -329,3 +331,29 @@ def test_initial_errors_are_added_to_the_true_state(short):
     w, x, y, z = truth.q_nb
     expected = np.array([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w])
     assert abs(np.dot(wrong.q_nb, expected)) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_initial_errors_are_drawn_from_their_sigma(short):
+    """Seen through the error definitions, over 2000 seeds: the sums of squares lie in bands of 1e-5."""
+    truth = NavState(*(np.array([v]) for v in vars(short.state(0.0)).values()))
+    one = NavState(*(v[0] for v in vars(truth).values()))
+    section = InitialErrorSection(
+        north_m=40.0, position_sigma_m=20.0, height_sigma_m=5.0, velocity_sigma_mps=0.3, tilt_sigma_arcmin=2.0,
+        heading_sigma_arcmin=30.0,
+    )  # fmt: skip
+    found = []
+    for seed in range(2000):
+        s = initial_state(one, section, short.ellipsoid, seed)
+        rows = (np.atleast_1d(s.latitude), np.atleast_1d(s.longitude), np.atleast_1d(s.height))
+        error = navigation_error(
+            truth, NavSolution(np.zeros(1), *rows, s.velocity_ned[None], s.q_nb[None], np.zeros(1)), short.ellipsoid
+        )
+        found.append(np.concatenate([error.position_ned[0], error.velocity_ned[0], error.attitude[0]]))
+    drawn = np.array(found) - 40.0 * np.eye(9)[0]
+    arcmin = np.radians(1.0 / 60.0)
+    sigma = np.array([20.0, 20.0, 5.0, 0.3, 0.3, 0.3, 2.0 * arcmin, 2.0 * arcmin, 30.0 * arcmin])
+    low, high = chi2.ppf([0.5e-5, 1.0 - 0.5e-5], 2000)
+    squares = np.sum((drawn / sigma) ** 2, axis=0)
+    assert np.all((low < squares) & (squares < high))
+    pairs = np.corrcoef(drawn.T)[np.triu_indices(9, 1)]
+    assert np.max(np.abs(pairs)) < 4.5 / np.sqrt(2000.0)
