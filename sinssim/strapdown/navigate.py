@@ -181,7 +181,7 @@ def navigate(
         inertial.engine(algorithm)(*data, *channel, *out)
     else:
         azimuth.engine(algorithm)(*data, simplified, *channel, rule, pole, *out)
-    _check_solution(frame, time, latitude, height_out, velocity, q_nb)
+    _check_solution(frame, algorithm, time, latitude, height_out, velocity, q_nb, dtheta, dvel)
     solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
     if algorithm != "euler":
         return solution
@@ -223,10 +223,22 @@ def _route_pole(route: tuple[float, float, float, float] | None, lat0: float, lo
     return np.asarray(pole / np.linalg.norm(pole))
 
 
-def _check_solution(frame: str, time: Array, latitude: Array, height: Array, velocity: Array, q_nb: Array) -> None:
+def _check_solution(
+    frame: str,
+    algorithm: str,
+    time: Array,
+    latitude: Array,
+    height: Array,
+    velocity: Array,
+    q_nb: Array,
+    dtheta: Array,
+    dvel: Array,
+) -> None:
     """Raise if the frame met a pole or the numbers ran away."""
     if frame == "level" and not max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
         row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
+        if not abs(latitude[row]) <= 0.5 * math.pi:  # no step of a vehicle leads from 89.9° to beyond the pole
+            raise _ran_away("latitude", algorithm, row, time, dtheta, dvel)
         raise RunError(
             f"the north-pointing level frame cannot be used within {90.0 - math.degrees(POLAR_LIMIT):.1f}° of a pole, "
             f"where north turns as fast as the vehicle moves: latitude {math.degrees(latitude[row]):.4f}° at "
@@ -235,7 +247,16 @@ def _check_solution(frame: str, time: Array, latitude: Array, height: Array, vel
     for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
         row_or_none = first_not_finite(array)
         if row_or_none is not None:
-            raise RunError(
-                f"the navigation's {name} overflowed at t = {time[row_or_none]:.2f} s: the increments before it are "
-                "not those of a vehicle (units? radians and m/s per interval are expected)."
-            )
+            raise _ran_away(name, algorithm, row_or_none, time, dtheta, dvel)
+
+
+def _ran_away(name: str, algorithm: str, row: int, time: Array, dtheta: Array, dvel: Array) -> RunError:
+    """Return the error for a solution that leaves all bounds at a row."""
+    before = max(1, row * len(dtheta) // (len(time) - 1))
+    turn, push = (float(np.hypot.reduce(array[:before], axis=1).max()) for array in (dtheta, dvel))
+    return RunError(
+        f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s. The increments before it "
+        f"turn the body by up to {math.degrees(turn):.3g}° and push it by up to {push:.3g} m/s in one interval: if "
+        f"that is right (rad and m/s are expected), {algorithm} does not converge on so long an interval, and a higher "
+        "rate or another algorithm is needed."
+    )

@@ -54,7 +54,12 @@ def singularity_events(
                 end,
                 damage,
                 f"{solution.algorithm}: pitch came within {nearest:.2f}° of ±90° between {start:.2f} s and "
-                f"{end:.2f} s; the attitude left it {degrees(damage) * 3600.0:.3g}″ ({degrees(damage):.3g}°) off.",
+                f"{end:.2f} s; the attitude left it {_three_digits(degrees(damage) * 3600.0)}″ off.",
             )
         )
     return tuple(events)
+
+
+def _three_digits(value: float) -> str:
+    """Write a number with three significant digits: 4090, 0.0661."""
+    return f"{float(f'{value:.3g}'):g}"

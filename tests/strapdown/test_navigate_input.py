@@ -150,3 +150,17 @@ def test_what_was_given_is_left_alone():
         np.testing.assert_array_equal(array, copy)
     assert solution.q_nb.shape == single.q_nb.shape == (101, 4)
     assert solution.state(0).latitude == FIRST.latitude
+
+
+@pytest.mark.parametrize("frame", ["level", "wander", "inertial"])
+def test_a_solution_that_runs_away_is_told_from_a_pole(frame):
+    """First-order steps of 2 rad stretch the matrix by √5 each: no pole is to blame for where that leads."""
+    count = 1000
+    turning = ImuData(
+        0.02 * np.arange(count + 1), np.tile([0.0, 0.0, 2.0], (count, 1)), np.tile([0.0, 0.0, -0.2], (count, 1))
+    )
+    with pytest.raises(
+        RunError, match=r"ran away .* at t = \d+\.\d\d s.*up to 115°.*0.2 m/s in one interval.*poisson-1 does not"
+    ) as found:
+        navigate(turning, FIRST, algorithm="poisson-1", frame=frame)
+    assert "north-pointing" not in str(found.value)

@@ -15,7 +15,6 @@ from tests.oracles import gravity as zonal
 from tests.oracles.s_turn import STurn
 from tests.oracles.turntable import cone, spin, turn
 
-ALGORITHMS = ("quaternion", "poisson", "euler")  # the main line; variants have tests of their own
 ALGORITHMS = ("quaternion", "poisson", "euler")  # those on the shared compensated increments
 FOURTH_ORDER = ("poisson", "euler")  # a Taylor and a Runge-Kutta step; the rest is of the sixth
 
