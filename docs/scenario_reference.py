@@ -64,6 +64,9 @@ EXAMPLES: dict[str, Any] = {
     "coordinate": "pitch",
     "rms_arcsec": 20.0,
     "rms_mm": 0.05,
+    "rms_g": 0.1,
+    "linear_hz": 30.0,
+    "angular_hz": 45.0,
     "low_hz": 8.0,
     "high_hz": 40.0,
 }
@@ -223,6 +226,7 @@ def reference() -> str:
         "great_circle": "Or a flight along a great circle",
         "motion": "Or a motion in closed form, for testing algorithms",
         "vibration": "Vibration on top of any motion",
+        "isolator": "Shock mounts against it",
         "truth": "The Earth of the truth",
         "imu": "The sensor block",
         "compensation": "Compensation of the sensors' errors",

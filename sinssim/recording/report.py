@@ -262,6 +262,8 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
             yield name.replace("_", " "), given(section)
     for vibration in scenario.vibration:
         yield "vibration", given(vibration)
+    if scenario.isolator is not None:
+        yield "isolator", given(scenario.isolator)
 
 
 def _legs(

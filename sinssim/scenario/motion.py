@@ -17,15 +17,23 @@ class VibrationSection(Section):
     coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="what vibrates")
     rms_arcsec: NotNegative | None = Field(default=None, description="size of a vibration in roll, pitch or yaw")
     rms_mm: NotNegative | None = Field(default=None, description="size of one forward, right or down")
+    rms_g: NotNegative | None = Field(
+        default=None, description="instead of rms_mm: size of its acceleration, whose spectrum is then the flat one"
+    )
     low_hz: Positive = Field(description="lower edge of the band, or the frequency of a sinusoid")
     high_hz: Positive | None = Field(default=None, description="upper edge of the band; none for a sinusoid")
-    phase_deg: float = Field(default=0.0, description="of a sinusoid at the start")
+    phase_deg: float = Field(default=0.0, description="of a sinusoid (with rms_g, of its acceleration) at the start")
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:
-        right, wrong = ("rms_arcsec", "rms_mm") if self.coordinate in _TURNS else ("rms_mm", "rms_arcsec")
-        if getattr(self, right) is None or getattr(self, wrong) is not None:
-            raise ValueError(f"a vibration in {self.coordinate} has its size in {right}, and not in {wrong}")
+        of_turns, of_displacements = ("rms_arcsec",), ("rms_mm", "rms_g")
+        right = of_turns if self.coordinate in _TURNS else of_displacements
+        given = tuple(key for key in (*of_turns, *of_displacements) if getattr(self, key) is not None)
+        if len(given) != 1 or given[0] not in right:
+            raise ValueError(
+                f"a vibration in {self.coordinate} has its size in {' or '.join(right)}; here it is given in "
+                f"{' and '.join(given) or 'none'}"
+            )
         if self.high_hz is not None and self.high_hz <= self.low_hz:
             raise ValueError(
                 f"the band from {self.low_hz:g} Hz to {self.high_hz:g} Hz is empty; high_hz must be higher"

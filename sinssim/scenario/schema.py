@@ -15,6 +15,7 @@ from sinssim.rates import check_parts, schedule
 from sinssim.scenario.aiding import AidingSection
 from sinssim.scenario.compensation import CompensationSection
 from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.isolator import IsolatorSection
 from sinssim.scenario.legs import FlightSection
 from sinssim.scenario.motion import MotionSection, VibrationSection
 from sinssim.scenario.section import Heading, Latitude, Longitude, NotNegative, Positive, Section
@@ -167,6 +168,7 @@ class Scenario(Section):
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
     vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
+    isolator: IsolatorSection | None = None
     truth: TruthSection = Field(default=TruthSection())
     imu: ImuSection = Field(default_factory=ImuSection)
     compensation: CompensationSection | None = None

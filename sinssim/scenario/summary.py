@@ -44,6 +44,8 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"motion      {scenario.motion.type}, {given(scenario.motion, 'type')}"
     for vibration in scenario.vibration:
         yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
+    if scenario.isolator is not None:
+        yield f"isolator    {given(scenario.isolator)}"
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade') or 'as the grade has it'}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.earth_models import ELLIPSOIDS
-from sinssim.units import ARCSEC, DEG
+from sinssim.units import ARCSEC, DEG, G0
 
 if TYPE_CHECKING:
     from sinssim.data import Array
@@ -36,7 +36,7 @@ def fly(
 
     Returns:
         The motion of the block on its lever arm and in its mounting: those of [imu], else the aircraft's, else
-        none; with the scenario's vibration on top.
+        none; with what its mounts pass on of the scenario's vibration on top.
 
     Raises:
         InputError: no such aircraft, a source of truth that cannot be, or a flight that cannot be flown; the message
@@ -48,7 +48,17 @@ def fly(
         return trajectory
     from sinssim.truth.vibration import Vibrating
 
-    return Vibrating(trajectory, _tones(scenario.vibration, scenario.seed))
+    tones = _tones(scenario.vibration, scenario.seed)
+    if scenario.isolator is not None:
+        from sinssim.truth.isolator import Mount, isolated
+
+        mounts = scenario.isolator
+        tones = isolated(
+            tones,
+            Mount(mounts.linear_hz, mounts.linear_damping),
+            Mount(mounts.angular_hz, mounts.angular_damping),
+        )
+    return Vibrating(trajectory, tones)
 
 
 def _source(
@@ -165,11 +175,21 @@ def _tones(sections: tuple[VibrationSection, ...], seed: int) -> list[Tone]:
 
     tones: list[Tone] = []
     for number, section in enumerate(sections):
-        rms = (section.rms_arcsec or 0.0) * ARCSEC + (section.rms_mm or 0.0) * 1e-3
+        of_acceleration = section.rms_g is not None
+        rms = (section.rms_arcsec or 0.0) * ARCSEC + (section.rms_mm or 0.0) * 1e-3 + (section.rms_g or 0.0) * G0
         if section.high_hz is None:
-            tones.append(Tone(section.coordinate, rms * 2.0**0.5, section.low_hz, section.phase_deg * DEG))
+            omega = 2.0 * np.pi * section.low_hz
+            amplitude = 2.0**0.5 * rms / (-(omega**2) if of_acceleration else 1.0)
+            tones.append(Tone(section.coordinate, amplitude, section.low_hz, section.phase_deg * DEG))
         else:
-            tones += band_noise(section.coordinate, rms, section.low_hz, section.high_hz, seed + number)
+            tones += band_noise(
+                section.coordinate,
+                rms,
+                section.low_hz,
+                section.high_hz,
+                seed + number,
+                of_acceleration=of_acceleration,
+            )
     return tones
 
 

@@ -43,6 +43,8 @@ COORDINATES = {
     "right": "displacement, m",
     "down": "displacement, m",
 }
+TURNS = ("roll", "pitch", "yaw")
+"""The coordinates that are turns; the others are displacements."""
 _NUMBER = {name: number for number, name in enumerate(COORDINATES)}
 
 _STEP = 2.5e-4  # s, of the five-point difference for ω̇
@@ -68,7 +70,14 @@ class Tone:
 
 
 def band_noise(
-    coordinate: str, rms: float, low_hz: float, high_hz: float, seed: int, count: int = 50
+    coordinate: str,
+    rms: float,
+    low_hz: float,
+    high_hz: float,
+    seed: int,
+    count: int = 50,
+    *,
+    of_acceleration: bool = False,
 ) -> tuple[Tone, ...]:
     """Return noise with a flat spectrum between two frequencies, as tones.
 
@@ -81,6 +90,8 @@ def band_noise(
         low_hz, high_hz: edges of the band, Hz.
         seed: same seed, same tones; each coordinate has a generator of its own.
         count: number of tones.
+        of_acceleration: whether the spectrum that is flat, and the root mean square, are those of the second
+            derivative, rad/s² or m/s².
 
     Returns:
         The tones.
@@ -99,8 +110,9 @@ def band_noise(
     width = (high_hz - low_hz) / count
     frequency = low_hz + width * (np.arange(count) + generator.random(count))
     phase = 2.0 * np.pi * generator.random(count)
-    amplitude = rms * np.sqrt(2.0 / count)
-    return tuple(Tone(coordinate, amplitude, float(f), float(p)) for f, p in zip(frequency, phase, strict=True))
+    amplitude = rms * np.sqrt(2.0 / count) / ((2.0 * np.pi * frequency) ** 2 if of_acceleration else 1.0)
+    tones = np.broadcast(amplitude, frequency, phase)
+    return tuple(Tone(coordinate, float(a), float(f), float(p)) for a, f, p in tones)
 
 
 @kernel
