@@ -50,6 +50,7 @@ EXAMPLES: dict[str, Any] = {
     "motion.steps.axis": [0.0, 0.0, 1.0],
     "motion.steps.angle_deg": 90.0,
     "motion.steps.rate_deg_s": 10.0,
+    "imu.sensor_set.arm_m": 0.5,
     "navigation.rates_hz": [100.0, 50.0, 10.0],
     "navigation.route_deg": [51.47, -0.45, 40.64, -73.78],
     "perimeter_mm": 420.0,

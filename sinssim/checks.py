@@ -1,12 +1,13 @@
-"""Checks of increments before anything is computed from them: shapes, finite numbers, the order of time."""
+"""Checks of what is to be computed with, and of what came out: shapes, finite numbers, the order of time."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from sinssim.data import Array, ImuData
+from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 
 _BLOCK = 65536  # rows looked at together, so that no temporary is as long as the data
@@ -44,27 +45,122 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
         InputError: arrays that do not belong together, a sample that is not a finite number, times that do not
             increase; the message names the sample and its time.
     """
-    time, dtheta, dvel = (np.ascontiguousarray(a, dtype=np.float64) for a in (imu.time, imu.dtheta, imu.dvel))
+    time, dtheta, dvel = (doubles(f"imu.{name}", getattr(imu, name)) for name in ("time", "dtheta", "dvel"))
     n = len(dtheta)
     if n < 1 or dtheta.shape != (n, 3) or dvel.shape != (n, 3) or time.shape != (n + 1,):
         raise InputError(
             f"IMU data of shapes time {time.shape}, dtheta {dtheta.shape}, dvel {dvel.shape} do not belong together: "
             "N intervals (N ≥ 1) have N+1 edges in time and (N, 3) values in dtheta and dvel."
         )
-    for name, array, unit in (("time", time, "s"), ("dtheta", dtheta, "rad"), ("dvel", dvel, "m/s")):
-        row = first_not_finite(array)
-        if row is not None:
-            raise InputError(
-                f"imu.{name}[{row}] = {array[row]} {unit} is not a finite number"
-                + ("." if name == "time" else f" (interval ending at t = {time[row + 1]:.6f} s).")
-                + " Gaps in a log must be closed before it is used: every increment is needed."
-            )
-    for start in range(0, n, _BLOCK):
+    check_finite("imu.time", time, "s")
+    check_finite("imu.dtheta", dtheta, "rad", time)
+    check_finite("imu.dvel", dvel, "m/s", time)
+    check_increasing("imu.time", time)
+    return time, dtheta, dvel
+
+
+def doubles(name: str, values: ArrayLike) -> Array:
+    """Return what was given as a contiguous array of doubles.
+
+    Args:
+        name: what it is, for the message.
+        values: numbers.
+
+    Returns:
+        The array, of one axis at least.
+
+    Raises:
+        InputError: it is no array of numbers.
+    """
+    try:
+        return np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is no array of numbers: {error}.") from error
+
+
+def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) -> None:
+    """Raise if an array holds a NaN or an infinity.
+
+    Args:
+        name: what it is, for the message.
+        array: (N, …).
+        unit: of its numbers.
+        ends: edges of the intervals that its rows belong to, (N+1,) s, if they belong to any.
+
+    Raises:
+        InputError: naming the first such row, and its interval.
+    """
+    row = first_not_finite(array)
+    if row is not None:
+        raise InputError(
+            f"{name}[{row}] = {array[row]} {unit} is not a finite number"
+            + ("." if ends is None else f" (interval ending at t = {ends[row + 1]:.6f} s).")
+            + " Gaps in a log must be closed before it is used: every sample is needed."
+        )
+
+
+def check_increasing(name: str, time: Array) -> None:
+    """Raise if times do not increase.
+
+    Args:
+        name: what they are, for the message.
+        time: (N+1,) s, finite.
+
+    Raises:
+        InputError: naming the first that does not come after the one before.
+    """
+    for start in range(0, len(time) - 1, _BLOCK):
         steps = np.diff(time[start : start + _BLOCK + 1])
         if not np.min(steps) > 0.0:
             row = start + int(np.argmin(steps > 0.0))
             raise InputError(
-                f"imu.time must increase: time[{row}] = {time[row]:.9g} s is followed by time[{row + 1}] = "
+                f"{name} must increase: time[{row}] = {time[row]:.9g} s is followed by time[{row + 1}] = "
                 f"{time[row + 1]:.9g} s."
             )
-    return time, dtheta, dvel
+
+
+def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
+    """Check the state that navigation starts from.
+
+    Args:
+        initial: the state, scalars.
+
+    Returns:
+        Latitude and longitude, rad, height, m, velocity, (3,) m/s, and attitude, (4,), of unit norm.
+
+    Raises:
+        InputError: a value of a wrong shape or out of range, with its name.
+    """
+    values = {}
+    for name in ("latitude", "longitude", "height"):
+        value = np.asarray(getattr(initial, name), dtype=np.float64)
+        if value.shape != () or not np.isfinite(value):
+            raise InputError(f"initial.{name} = {value} must be one finite number (rad for angles, m for height).")
+        values[name] = float(value)
+    velocity = np.asarray(initial.velocity_ned, dtype=np.float64)
+    q = np.asarray(initial.q_nb, dtype=np.float64)
+    if velocity.shape != (3,) or not np.all(np.isfinite(velocity)):
+        raise InputError(f"initial.velocity_ned = {velocity} must be three finite numbers, m/s.")
+    if q.shape != (4,) or not np.all(np.isfinite(q)) or abs(np.linalg.norm(q) - 1.0) > 1e-6:
+        raise InputError(f"initial.q_nb = {q} must be a unit quaternion of four finite numbers, scalar first.")
+    if abs(values["latitude"]) > math.pi / 2:
+        raise InputError(f"initial.latitude = {values['latitude']} rad lies outside ±π/2; radians are expected.")
+    return values["latitude"], values["longitude"], values["height"], velocity, q / np.linalg.norm(q)
+
+
+def not_finite_in(height: Array, velocity: Array, q_nb: Array) -> tuple[str, int] | None:
+    """Find where a solution's numbers have run away.
+
+    Args:
+        height: (N+1,) m.
+        velocity: (N+1, 3) m/s.
+        q_nb: (N+1, 4).
+
+    Returns:
+        The quantity and the first row at which it is no number, None if there is no such row.
+    """
+    for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
+        row = first_not_finite(array)
+        if row is not None:
+            return name, row
+    return None

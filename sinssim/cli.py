@@ -396,9 +396,9 @@ def list_names(
 def _names(kind: Kind) -> Mapping[str, str]:
     match kind:
         case Kind.ALGORITHMS:
-            from sinssim.names import ALGORITHMS
+            from sinssim.names import SCENARIO_ALGORITHMS
 
-            return ALGORITHMS
+            return SCENARIO_ALGORITHMS
         case Kind.FRAMES:
             from sinssim.names import FRAMES
 

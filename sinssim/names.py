@@ -9,6 +9,15 @@ from sinssim.algorithms import REGISTRY
 
 ALGORITHMS: dict[str, str] = {name: algorithm.sentence for name, algorithm in REGISTRY.items()}
 
+MEASURED_ATTITUDE = "measured-attitude"
+"""What a scenario names as its algorithm where the attitude is measured and not computed."""
+
+SCENARIO_ALGORITHMS: dict[str, str] = {
+    **ALGORITHMS,
+    MEASURED_ATTITUDE: "none: velocity and position by the attitude that imu.sensor_set measures, in inertial axes",
+}
+"""What a scenario may name as its algorithms."""
+
 FRAMES: dict[str, str] = {
     "level": "local geodetic level with north orientation (north, east, down)",
     "wander": "local level whose azimuth does not turn relative to the Earth about the vertical; over the poles too",

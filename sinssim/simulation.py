@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,7 @@ from sinssim.recording.summary import error_numbers, markdown_table, singulariti
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.scenario.schema import InitialErrorSection
+    from sinssim.strapdown.sensor_sets import Readings
     from sinssim.truth.trajectory import Trajectory
 
 Progress = Callable[[str, float], None]
@@ -42,7 +43,10 @@ class RunResult:
         trajectory: the true motion.
         truth: true states at the IMU's interval edges, `ideal.time`.
         ideal: ideal increments.
-        measured: measured increments.
+        measured: measured increments; those of angle are NaN where sensors measure the attitude instead, and come from
+            the differences of accelerometers where there are six.
+        readings: everything that the sensors read.
+        perfect: what they would have read without errors.
         compensated: measured increments freed of what the calibration knows, the measured ones without a calibration.
         solutions: navigation solutions by algorithm.
         errors: their errors by algorithm.
@@ -55,6 +59,8 @@ class RunResult:
     truth: NavState
     ideal: ImuData
     measured: ImuData
+    readings: Readings
+    perfect: Readings
     compensated: ImuData
     solutions: dict[str, NavSolution]
     errors: dict[str, NavError]
@@ -101,8 +107,8 @@ def run(
 
 
 def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -> RunResult:
-    from sinssim.sensors import emulate
     from sinssim.sensors.compensation import compensate, draw_calibration
+    from sinssim.strapdown.sensor_sets import read
     from sinssim.truth import fly
 
     scenario = material.scenario
@@ -127,14 +133,14 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
                 stack.enter_context(folder.writing())
                 writer = stack.enter_context(RunWriter(folder.path, scenario, trajectory, ideal.time, truth, ideal))
         with stages("imu"):
-            measured = emulate(ideal, scenario.imu, scenario.seed)
-            compensated = measured
+            perfect, readings = read(trajectory, ideal, scenario.imu, scenario.seed)
+            measured = compensated = readings.imu
             if scenario.compensation is not None:
                 compensated = compensate(measured, draw_calibration(scenario.imu, scenario.compensation, scenario.seed))
             if writer is not None:
-                writer.sensed(measured, None if compensated is measured else compensated)
+                writer.sensed(readings, perfect, None if compensated is measured else compensated)
         with stages("navigate"):
-            solutions, errors = _navigate(scenario, trajectory, truth, compensated)
+            solutions, errors = _navigate(scenario, trajectory, truth, replace(readings, imu=compensated))
             numbers = {name: error_numbers(error) for name, error in errors.items()}
         material.solutions, material.errors = solutions, errors
         if writer is not None:
@@ -150,7 +156,9 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
         "singularities": singularities(solutions),
     }
     place = _keep(folder, material, summary, run_report(material, summary)) if folder is not None else None
-    return RunResult(scenario, trajectory, truth, ideal, measured, compensated, solutions, errors, summary, place)
+    return RunResult(
+        scenario, trajectory, truth, ideal, measured, readings, perfect, compensated, solutions, errors, summary, place
+    )
 
 
 def _rehearse(scenario: Scenario, recorded: bool) -> None:
@@ -162,7 +170,7 @@ def _rehearse(scenario: Scenario, recorded: bool) -> None:
     """
     if recorded:
         from sinssim.recording import writer  # noqa: F401
-    from sinssim.sensors import emulate
+    from sinssim.strapdown.sensor_sets import read
     from sinssim.truth.curve import Curve
 
     interval = 1.0 / scenario.imu.rate_hz
@@ -170,23 +178,21 @@ def _rehearse(scenario: Scenario, recorded: bool) -> None:
     position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))
     trajectory = Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1)))
     with suppress(SinssimError):  # what is wrong with the scenario shows in the run itself
-        imu = emulate(trajectory.increments(scenario.imu.rate_hz), scenario.imu, scenario.seed)
-        _navigate(scenario, trajectory, trajectory.state(imu.time), imu)
+        ideal = trajectory.increments(scenario.imu.rate_hz)
+        _, readings = read(trajectory, ideal, scenario.imu, scenario.seed)
+        _navigate(scenario, trajectory, trajectory.state(ideal.time), readings)
 
 
 def _navigate(
-    scenario: Scenario, trajectory: Trajectory, truth: NavState, imu: ImuData
+    scenario: Scenario, trajectory: Trajectory, truth: NavState, readings: Readings
 ) -> tuple[dict[str, NavSolution], dict[str, NavError]]:
     """Navigate by every algorithm, side by side: the kernels release the interpreter's lock."""
-    from sinssim.strapdown import navigate
-
-    section = scenario.navigation
+    section, imu = scenario.navigation, readings.imu
     initial = initial_state(trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed)
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
 
     def one(algorithm: str) -> tuple[NavSolution, NavError]:
-        solution = navigate(
-            imu,
+        solution = readings.navigate(
             initial,
             algorithm=algorithm,
             frame=section.frame,

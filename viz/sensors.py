@@ -6,6 +6,12 @@ import rerun.blueprint as rrb
 
 from sinssim.recording.blueprints import RunInfo
 
+READINGS = {
+    "single": "Specific force along each axis [m/s²]",
+    "gyro": "Inertial angular rate [deg/s]",
+    "accel": "Specific force [m/s²]",
+}
+
 
 def blueprint(run: RunInfo) -> rrb.Blueprint:
     """Return the view.
@@ -14,7 +20,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         run: the run to show.
 
     Returns:
-        The layout.
+        The layout: a column for each kind of sensor.
     """
     window = run.label("sensor_window", "1 s")
 
@@ -29,28 +35,27 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(*entities)),
         )
 
-    return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Vertical(
-                plot(
-                    "Inertial angular rate [deg/s], measured (thin) on ideal (wide)",
-                    "gyro/ideal",
-                    "gyro/measured",
-                    legend=False,
-                ),
-                plot(f"Gyro error, mean over {window} [deg/h]", "gyro/error"),
-                plot(f"Gyro error, accumulated [{run.label('gyro_sum', 'arcsec')}]", "gyro/sum"),
-            ),
-            rrb.Vertical(
-                plot(
-                    "Specific force [m/s²], measured (thin) on ideal (wide)",
-                    "accel/ideal",
-                    "accel/measured",
-                    legend=False,
-                ),
-                plot(f"Accelerometer error, mean over {window} [µg]", "accel/error"),
-                plot(f"Accelerometer error, accumulated [{run.label('accel_sum', 'm/s')}]", "accel/sum"),
-            ),
-        ),
-        collapse_panels=True,
-    )
+    def column(key: str) -> rrb.Vertical:
+        title, total = run.label(f"{key}_title"), run.label(f"{key}_sum")
+        unit = "deg/h" if key == "gyro" else "µg"
+        plots = []
+        if key in READINGS:
+            name = f"{READINGS[key]}, measured (thin) on ideal (wide)"
+            plots.append(plot(name, f"{key}/ideal", f"{key}/measured", legend=False))
+        if key == "attitude":
+            plots.append(plot(f"{title}: error of each reading about inertial axes [{total}]", f"{key}/sum"))
+            plots.append(plot(f"{title}: error, mean over {window} [{total}]", f"{key}/error"))
+        elif left := run.label(f"{key}_left"):
+            how = "compensated (thin) on measured (wide)"
+            name = f"{title}: error, mean over {window} [{unit}], {how}"
+            plots.append(plot(name, f"{key}/error", f"{key}/error_compensated", legend=False))
+            name = f"{title}: error, accumulated [{total}], {how}"
+            plots.append(plot(name, f"{key}/sum", f"{key}/sum_compensated", legend=False))
+            plots.append(plot(f"{title}: error left by the compensation, accumulated [{left}]", f"{key}/left"))
+        else:
+            plots.append(plot(f"{title}: error, mean over {window} [{unit}]", f"{key}/error"))
+            plots.append(plot(f"{title}: error, accumulated [{total}]", f"{key}/sum"))
+        return rrb.Vertical(*plots)
+
+    keys = [key for key in ("single", "attitude", "gyro", "accel") if run.label(f"{key}_title")]
+    return rrb.Blueprint(rrb.Horizontal(*map(column, keys or ["gyro", "accel"])), collapse_panels=True)

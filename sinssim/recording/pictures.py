@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
 from sinssim import rotation, units
-from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState
 from sinssim.nav_error import NavError
 from sinssim.recording import style
 from sinssim.recording.rrd import Recording
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.recording.scene import Scene, aircraft_mesh
+from sinssim.recording.sensed import Sensed, averaging_window
 from sinssim.truth.trajectory import FlightEvent
 
 Rows = NDArray[np.intp]
@@ -117,45 +118,55 @@ def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: 
     recording.columns(entity, time, rr.Transform3D.columns(translation=points, quaternion=np.roll(q, -1, axis=1)))
 
 
-def draw_sensors(recording: Recording, ideal: ImuData, measured: ImuData) -> dict[str, str]:
+def draw_sensors(recording: Recording, kinds: Iterable[Sensed]) -> dict[str, str]:
     """Record what the sensors said against the truth, below `sensors/`: means over intervals, and sums.
+
+    What is compared with is drawn wide and pale below what is compared: the ideal reading below the measured one, the
+    error as measured below what a compensation left of it.
 
     Args:
         recording: where.
-        ideal: error-free increments.
-        measured: what the sensors gave.
+        kinds: of sensors.
 
     Returns:
         Labels for the views' titles.
     """
-    duration = float(ideal.time[-1] - ideal.time[0])
-    window = next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)
-    axes = ["x", "y", "z"]
-    labels = {"sensor_window": f"{window:g} s"}
-    edges = _rows(len(ideal.time), _PLOT_ROWS)
-    wide = np.unique(np.searchsorted(ideal.time, np.arange(ideal.time[0], ideal.time[-1] + 1e-9, window)))
-    for name, true, read, size, drift, table in (
-        ("gyro", ideal.dtheta, measured.dtheta, units.DEG, units.DEG_H, ANGLES),
-        ("accel", ideal.dvel, measured.dvel, 1.0, units.UG, SPEEDS),
-    ):
-        for kind, values in (("ideal", true), ("measured", read)):
-            paint = style.colors(axes)
-            recording.series(
-                f"sensors/{name}/{kind}",
-                ideal.time[edges[1:]],
-                _means(ideal.time, values, edges) / size,
-                [f"{axis} {kind}" for axis in axes],
-                colors=[style.tint(c) for c in paint] if kind == "ideal" else paint,
-                widths=4.0 if kind == "ideal" else 1.2,
-            )
-        error = read - true
-        total = np.concatenate((np.zeros((1, 3)), np.cumsum(error, axis=0)))[edges]
-        unit, one = suiting(table, total)
-        labels[f"{name}_sum"] = unit
-        recording.series(f"sensors/{name}/sum", ideal.time[edges], total / one, axes)
-        if len(wide) > 1:
-            mean = _means(ideal.time, error, wide) / drift
-            recording.series(f"sensors/{name}/error", ideal.time[wide[1:]], mean, axes)
+    labels: dict[str, str] = {}
+    for kind in kinds:
+        labels |= _draw_kind(recording, kind)
+    return labels
+
+
+def _draw_kind(recording: Recording, kind: Sensed) -> dict[str, str]:
+    time, paint = kind.time, style.colors(kind.names)
+    window = averaging_window(float(time[-1] - time[0]))
+    labels = {"sensor_window": f"{window:g} s", f"{kind.key}_title": kind.title}
+    below = ([style.tint(color) for color in paint], 4.0)
+    above = (paint, 1.2)
+    edges = _rows(len(time), _PLOT_ROWS)
+    wide = np.unique(np.searchsorted(time, np.arange(time[0], time[-1] + 1e-9, window)))
+
+    def lines(key: str, at: Array, values: Array, word: str, look: tuple[list[style.Rgb], float]) -> None:
+        names = [f"{axis} {word}".rstrip() for axis in kind.names]
+        recording.series(f"sensors/{kind.key}/{key}", at, values, names, colors=look[0], widths=look[1])
+
+    for word, increments, look in (("ideal", kind.ideal, below), ("measured", kind.measured, above)):
+        if increments is not None:
+            lines(word, time[edges[1:]], _means(time, increments, edges) / kind.reading[1], word, look)
+    labels[f"{kind.key}_sum"], size = suiting(kind.sums, kind.error)
+    both = [("", "", kind.error, (paint, 1.5))]
+    if kind.left is not None:
+        both = [("", "measured", kind.error, below), ("_compensated", "compensated", kind.left, above)]
+        labels[f"{kind.key}_left"], own = suiting(kind.sums, kind.left)
+        lines("left", time[edges], kind.left[edges] / own, "", (paint, 1.5))
+    for suffix, word, total, look in both:
+        lines(f"sum{suffix}", time[edges], total[edges] / size, word, look)
+        if kind.measured is None:  # the error itself: its mean, not its growth
+            means = np.add.reduceat(total, wide, axis=0) / np.diff(wide, append=len(total))[:, np.newaxis] / size
+            lines("error", time[wide], means, word, look)
+        elif len(wide) > 1:
+            means = np.diff(total[wide], axis=0) / np.diff(time[wide])[:, np.newaxis] / kind.drift[1]
+            lines(f"error{suffix}", time[wide[1:]], means, word, look)
     return labels
 
 

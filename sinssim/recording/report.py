@@ -21,7 +21,7 @@ from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.recording.summary import processor
 from sinssim.recording.track import STYLE as TRACK_STYLE
 from sinssim.recording.track import degrees, draw_map
-from sinssim.scenario.summary import given
+from sinssim.scenario.summary import given, sensor_words
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -132,7 +132,8 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         return
     duration, navigation = summary["end_s"] - summary["start_s"], scenario.navigation
     yield (
-        f"Inertial unit {scenario.imu.grade}, {scenario.imu.rate_hz:g} Hz, seed {scenario.seed}; navigation for "
+        f"Inertial unit {scenario.imu.grade} ({sensor_words(scenario.imu)}), {scenario.imu.rate_hz:g} Hz, seed "
+        f"{scenario.seed}; navigation for "
         f"{_clock(duration)} in the frame “{navigation.frame}”, vertical channel “{navigation.vertical}”."
     )
     finals = [n["final_horizontal_error_m"] for n in numbers.values()]

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.nav_error import NavError
 from sinssim.truth.trajectory import Channel
+
+if TYPE_CHECKING:
+    from sinssim.strapdown.sensor_sets import Readings
 
 
 @dataclass(frozen=True)
@@ -65,24 +69,40 @@ def truth_stream(time: Array, truth: NavState) -> Stream:
     return Stream("truth", time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
 
 
-def imu_stream(kind: str, imu: ImuData) -> Stream:
+def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
     """Return the stream `imu_<kind>`; the time of a row is the end of its interval.
 
     Args:
         kind: "ideal", "measured" or "compensated".
         imu: the increments.
+        with_angles: whether there are gyros, or what takes their place, so that there are increments of angle.
 
     Returns:
         N rows.
     """
-    return Stream(
-        f"imu_{kind}",
-        imu.time[1:],
-        (
-            Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta),
-            Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel),
-        ),
-    )
+    dtheta = Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta)
+    dvel = Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)
+    return Stream(f"imu_{kind}", imu.time[1:], (dtheta, dvel) if with_angles else (dvel,))
+
+
+def set_streams(kind: str, readings: Readings) -> list[Stream]:
+    """Return what a set of sensors reads beside the increments of a block with gyros.
+
+    Args:
+        kind: "ideal" or "measured".
+        readings: of the set.
+
+    Returns:
+        `accelerometers_<kind>`, N rows, of six accelerometers, `attitude_<kind>`, N+1 rows, of an attitude sensor.
+    """
+    found, time = [], readings.imu.time
+    if readings.accelerometers is not None:
+        columns = tuple(f"dvel_{i}_mps" for i in range(1, readings.accelerometers.shape[1] + 1))
+        found.append(Stream(f"accelerometers_{kind}", time[1:], (Vector("dvel", columns, readings.accelerometers),)))
+    if readings.attitude is not None:
+        columns = ("q_ib_w", "q_ib_x", "q_ib_y", "q_ib_z")
+        found.append(Stream(f"attitude_{kind}", time, (Vector("attitude", columns, readings.attitude),)))
+    return found
 
 
 def nav_stream(name: str, solution: NavSolution) -> Stream:

@@ -15,12 +15,22 @@ from sinssim.recording import parquet, pictures
 from sinssim.recording.blueprints import RunInfo, all_views
 from sinssim.recording.rrd import Recording
 from sinssim.recording.scene import Scene, map_zoom
-from sinssim.recording.streams import Stream, channel_streams, error_stream, imu_stream, nav_stream, truth_stream
+from sinssim.recording.sensed import sensed
+from sinssim.recording.streams import (
+    Stream,
+    channel_streams,
+    error_stream,
+    imu_stream,
+    nav_stream,
+    set_streams,
+    truth_stream,
+)
 from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
+    from sinssim.strapdown.sensor_sets import Readings
 
 
 class RunWriter:
@@ -92,15 +102,19 @@ class RunWriter:
         self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
         self._submit(self._to_rerun, self._recording.stream, stream)
 
-    def sensed(self, measured: ImuData, compensated: ImuData | None = None) -> None:
+    def sensed(self, readings: Readings, perfect: Readings, compensated: ImuData | None = None) -> None:
         """Write what the sensors gave.
 
         Args:
-            measured: measured increments.
-            compensated: the same freed of what a calibration knows, if there is one.
+            readings: what they read.
+            perfect: what they would have read without errors.
+            compensated: the measured increments freed of what a calibration knows, if there is one.
         """
-        self._submit(self._to_rerun, self._draw_sensors, measured)
-        self._stream(imu_stream("measured", measured))
+        self._submit(self._to_rerun, self._draw_sensors, readings, perfect, compensated)
+        for kind, found in (("ideal", perfect), ("measured", readings)):
+            for stream in set_streams(kind, found):
+                self._stream(stream)
+        self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
         if compensated is not None:
             self._stream(imu_stream("compensated", compensated))
 
@@ -144,8 +158,8 @@ class RunWriter:
         pictures.draw_flight(self._recording, time, truth, self._scene, events)
         self._learn({})
 
-    def _draw_sensors(self, measured: ImuData) -> None:
-        self._learn(pictures.draw_sensors(self._recording, self._ideal, measured))
+    def _draw_sensors(self, readings: Readings, perfect: Readings, compensated: ImuData | None) -> None:
+        self._learn(pictures.draw_sensors(self._recording, sensed(readings, perfect, self._ideal, compensated)))
 
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)

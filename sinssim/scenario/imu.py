@@ -18,6 +18,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from sinssim.scenario.grades import find_grade
 from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
+from sinssim.scenario.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 
 SixAngles = tuple[float, float, float, float, float, float]
 
@@ -61,6 +62,7 @@ class ImuSection(Section):
 
     grade: str = "laser-standard"
     rate_hz: Positive = 100.0
+    sensor_set: SensorSet = Gyros(type="gyros")
     lever_arm_m: Vector3 | None = None
     mounting_deg: Vector3 | None = None
 
@@ -121,4 +123,19 @@ class ImuSection(Section):
             for key in ("gyro_arw_deg_sqrt_h", "gyro_quantum_arcsec"):
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key} follows from the physics in laser_gyro, which is given too: keep one")
+        return self
+
+    @model_validator(mode="after")
+    def _errors_are_of_this_set(self) -> Self:
+        if isinstance(self.sensor_set, SixAccelerometers | AttitudeSensor):
+            kind = self.sensor_set.type
+            for name, field in type(self).model_fields.items():
+                if "gyro" in name and getattr(self, name) != field.default:
+                    raise ValueError(f'{name} is given, and sensor_set.type = "{kind}" has no gyros: leave it out')
+            for fixed, sigma in _FIXED_OR_DRAWN:
+                if kind == "accelerometers" and getattr(self, fixed) is not None:
+                    raise ValueError(
+                        f"{fixed} has one number per axis of a triad, and sensor_set.type = "
+                        f'"{kind}" has six accelerometers, whose errors are drawn: give {sigma}'
+                    )
         return self

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 
 from sinssim.earth_models import ELLIPSOIDS, GRAVITY_MODELS
 from sinssim.errors import InputError, unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTICALS
+from sinssim.names import CURVATURES, FRAMES, MEASURED_ATTITUDE, SCENARIO_ALGORITHMS, SLOW_QUANTITIES, VERTICALS
 from sinssim.rates import check_parts, schedule
 from sinssim.scenario.aiding import AidingSection
 from sinssim.scenario.compensation import CompensationSection
@@ -34,7 +34,7 @@ def _known(kind: str, names: Iterable[str]) -> Callable[[str], str]:
 
 Gravity = Annotated[str, AfterValidator(_known("gravity model", GRAVITY_MODELS))]
 EllipsoidName = Annotated[str, AfterValidator(_known("ellipsoid", ELLIPSOIDS))]
-Algorithm = Annotated[str, AfterValidator(_known("algorithm", ALGORITHMS))]
+Algorithm = Annotated[str, AfterValidator(_known("algorithm", SCENARIO_ALGORITHMS))]
 Frame = Annotated[str, AfterValidator(_known("frame", FRAMES))]
 Curvature = Annotated[str, AfterValidator(_known("curvature", CURVATURES))]
 Vertical = Annotated[str, AfterValidator(_known("vertical channel", VERTICALS))]
@@ -124,6 +124,15 @@ class NavigationSection(Section):
             raise ValueError("algorithms names one algorithm twice; once is enough")
         return self
 
+    @model_validator(mode="after")
+    def _attitude_is_measured_or_computed(self) -> Self:
+        if MEASURED_ATTITUDE in self.algorithms and (len(self.algorithms) > 1 or self.frame != "inertial"):
+            raise ValueError(
+                f'algorithms = ["{MEASURED_ATTITUDE}"] goes with frame = "inertial" and with no other algorithm; here '
+                f'frame = "{self.frame}" and algorithms = {list(self.algorithms)}'
+            )
+        return self
+
     @field_validator("rates_hz")
     @classmethod
     def _rates_can_be_had(
@@ -132,6 +141,8 @@ class NavigationSection(Section):
         if rates is not None:
             try:
                 schedule(rates, rates[0])
+                if MEASURED_ATTITUDE in info.data.get("algorithms", ()):
+                    raise InputError("a measured attitude has no parts that could run at three rates")
                 for algorithm in info.data.get("algorithms", ()):
                     check_parts(algorithm, info.data.get("frame", "level"))
             except InputError as error:
@@ -193,6 +204,22 @@ class Scenario(Section):
                 schedule(self.navigation.rates_hz, self.imu.rate_hz)
             except InputError as error:
                 raise ValueError(f"navigation.{error}") from error
+        return self
+
+    @model_validator(mode="after")
+    def _navigated_as_the_sensors_allow(self) -> Self:
+        kind = self.imu.sensor_set.type
+        if (kind == "attitude-sensor") != (MEASURED_ATTITUDE in self.navigation.algorithms):
+            raise ValueError(
+                f'imu.sensor_set.type = "attitude-sensor" and navigation.algorithms = ["{MEASURED_ATTITUDE}"] (with '
+                f'navigation.frame = "inertial") go together; here imu.sensor_set.type = "{kind}" and '
+                f"navigation.algorithms = {list(self.navigation.algorithms)}"
+            )
+        if self.compensation is not None and kind != "gyros":
+            raise ValueError(
+                f'[compensation] is that of three gyros and three accelerometers; imu.sensor_set.type = "{kind}" has '
+                "none"
+            )
         return self
 
     def to_toml(self) -> str:

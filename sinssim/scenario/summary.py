@@ -7,7 +7,9 @@ from collections.abc import Iterator, Mapping
 from pydantic import BaseModel
 
 from sinssim.scenario.duration import expected_duration, leg_durations
+from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
 
 
 def plan_lines(scenario: Scenario) -> Iterator[str]:
@@ -48,11 +50,32 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"isolator    {given(scenario.isolator)}"
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
-    yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade') or 'as the grade has it'}"
+    yield f"sensors     {sensor_words(scenario.imu)}"
+    yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade', 'sensor_set') or 'as the grade has it'}"
     if scenario.compensation is not None:
         yield f"calibrated  {given(scenario.compensation) or 'perfect'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
     yield f"seed        {scenario.seed}"
+
+
+def sensor_words(section: ImuSection) -> str:
+    """Say which set of sensors a block holds.
+
+    Args:
+        section: the [imu] section.
+
+    Returns:
+        A few words.
+    """
+    match section.sensor_set:
+        case SixAccelerometers(arm_m=arm):
+            return f"six accelerometers in the faces of a cube, {arm:g} m from its centre, and no gyro"
+        case AttitudeSensor() as sensor:
+            return (
+                f"three accelerometers and an attitude sensor, {given(sensor, 'type') or 'drifting as its grade does'}"
+            )
+        case _:
+            return "three accelerometers and three gyros"
 
 
 def given(section: BaseModel, *without: str) -> str:

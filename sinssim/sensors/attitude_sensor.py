@@ -9,7 +9,11 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth_models import WGS84, Ellipsoid
-from sinssim.sensors.imu_errors import term_generator
+from sinssim.errors import InputError
+from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.sensor_set import AttitudeSensor
+from sinssim.sensors.imu_errors import draw, term_generator
+from sinssim.units import ARCSEC
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,35 @@ class AttitudeSensorErrors:
     bias: Array = field(default_factory=lambda: np.zeros(3))
     drift: Array = field(default_factory=lambda: np.zeros(3))
     noise: float = 0.0
+
+
+def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorErrors:
+    """Return the errors of one run's attitude sensor: fixed values as given, the others drawn.
+
+    Args:
+        section: the [imu] section of a scenario, whose sensor_set is an attitude sensor. Where that says nothing of
+            a drift, the sensor drifts as the section's gyros would be biased.
+        seed: the run's seed.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the seed cannot be used, or the section is of another set of sensors.
+    """
+    sensor = section.sensor_set
+    if not isinstance(sensor, AttitudeSensor):
+        raise InputError(f'an attitude sensor is asked for of sensor_set.type = "{sensor.type}", which has none.')
+    own = {"gyro_bias_deg_h": sensor.drift_deg_h, "gyro_bias_sigma_deg_h": sensor.drift_sigma_deg_h}
+    if any(value is not None for value in own.values()):
+        section = section.model_copy(update=own)
+    drift = draw(section, seed).gyro.bias
+    if sensor.bias_arcsec is not None:
+        bias = np.array(sensor.bias_arcsec)
+    else:
+        normal = [term_generator(seed, "attitude sensor bias", i).standard_normal() for i in range(3)]
+        bias = (sensor.bias_sigma_arcsec or 0.0) * np.array(normal)
+    return AttitudeSensorErrors(bias * ARCSEC, drift, sensor.noise_arcsec * ARCSEC)
 
 
 def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84) -> Array:

@@ -56,6 +56,7 @@ import numpy as np
 
 from sinssim.checks import checked_increments
 from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw, term_generator
 
@@ -73,9 +74,15 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
         Measured increments on the same times; where nothing is wrong, the ideal arrays themselves.
 
     Raises:
-        InputError: an array has the wrong shape, a sample is not finite, or the times are not in order.
+        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, or the section
+            is of a set of sensors without gyros.
     """
     checked_increments(ideal)
+    if isinstance(spec, ImuSection) and spec.sensor_set.type != "gyros":
+        raise InputError(
+            f'a block of three gyros and three accelerometers is emulated; sensor_set.type = "{spec.sensor_set.type}" '
+            "is another one."
+        )
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
     interval = np.diff(ideal.time)
     return ImuData(

@@ -70,6 +70,17 @@ class AccelerometerSet:
             )
         return np.asarray(inverse)
 
+    def feel(self, force: Array) -> Array:
+        """Return what ideal accelerometers of this set read.
+
+        Args:
+            force: integrals of the specific force at each one's place, (N, 6, 3) m/s.
+
+        Returns:
+            Velocity increments along the sensitive axes, (N, 6) m/s.
+        """
+        return np.asarray(np.einsum("nij,ij->ni", force, self.direction))
+
     @property
     def products(self) -> Array:
         """Symmetric matrices Q_i with s·(ω × (ω × r)) = Σ Q_i,kl ω_k ω_l, (6, 3, 3) m."""

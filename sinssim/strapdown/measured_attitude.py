@@ -9,20 +9,32 @@ drives the Schuler pendulum (8.14); there is no attitude to correct.
 
 from __future__ import annotations
 
-from math import pi
+from math import cos, pi, sin
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
+from sinssim.checks import check_finite, check_increasing, checked_initial, doubles, not_finite_in
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth import EarthParameters, ecef_to_geodetic_k, geodetic_to_ecef_k, gravitation_ecef_k, q_en_k
-from sinssim.errors import InputError
+from sinssim.earth import (
+    EarthParameters,
+    ecef_to_geodetic_k,
+    geodetic_to_ecef_k,
+    gravitation_ecef_k,
+    gravity_ned_k,
+    q_en_k,
+    radii_k,
+)
+from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
+from sinssim.names import MEASURED_ATTITUDE
 from sinssim.rotation import rotate_k
+from sinssim.strapdown.vertical import BARO_LOOP, FREE, NUMBERS, baro_loop_k, height_reference, loop_gains_k
 
 _POINTS = 4
 _CHUNK = 65536  # intervals at once
+_UNIT = 1e-3  # a quaternion whose norm is farther from 1 is no attitude
 
 
 @kernel
@@ -32,9 +44,10 @@ def _integrate(
     time: Array,
     push: Array,
     shift: Array,
-    held: bool,
+    vertical: int,
     reference: Array,
     climb: Array,
+    time_constant: float,
     position: Array,
     velocity: Array,
     latitude: Array,
@@ -46,6 +59,12 @@ def _integrate(
     x, y, z = position[0], position[1], position[2]
     vx, vy, vz = velocity[0], velocity[1], velocity[2]
     gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
+    before = height[0]
+    s, c = sin(latitude[0]), cos(latitude[0])
+    _, r2 = radii_k(p, s)
+    _, gravity_down = gravity_ned_k(p, model, s, c, r2, before)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, gravity_down, 1.0 / (r2 + before))
+    loop_sum = 0.0
     for k in range(len(push)):
         h = time[k + 1] - time[k]
         # gravitation at the end from a position that takes the start's all along, then both
@@ -62,11 +81,17 @@ def _integrate(
         lat, lon, alt = ecef_to_geodetic_k(p, x, y, z)
         n0, n1, n2, n3 = q_en_k(lat, lon)
         vn, ve, vd = rotate_k(n0, -n1, -n2, -n3, vx + p.omega * y, vy - p.omega * x, vz)
-        if held:
-            alt, vd = reference[k + 1], -climb[k + 1]
+        if vertical != FREE:
+            if vertical == BARO_LOOP:
+                alt, vd, loop_sum = baro_loop_k(
+                    h, loop1, loop2, loop3, loop_sum, before, alt, vd, reference[k], reference[k + 1]
+                )
+            else:
+                alt, vd = reference[k + 1], climb[k + 1]
             x, y, z = geodetic_to_ecef_k(p, lat, lon, alt)
             vx, vy, vz = rotate_k(n0, n1, n2, n3, vn, ve, vd)
             vx, vy = vx - p.omega * y, vy + p.omega * x
+        before = alt
         gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
         lon -= p.omega * time[k + 1]
         lon -= 2.0 * pi * np.floor((lon + pi) / (2.0 * pi))
@@ -96,26 +121,30 @@ def _pushes(time: Array, dvel: Array, q_ib: Array) -> tuple[Array, Array]:
 
 
 def navigate_by_attitude(
-    time: Array,
-    dvel: Array,
-    q_ib: Array,
+    time: ArrayLike,
+    dvel: ArrayLike,
+    q_ib: ArrayLike,
     initial: NavState,
     *,
     gravity: str = "normal",
     ellipsoid: str = "wgs84",
+    vertical: str = "free",
     height: ArrayLike | None = None,
+    baro_time_constant: float = 50.0,
 ) -> NavSolution:
     """Navigate on velocity increments and measured attitudes.
 
     Args:
         time: edges of the intervals, increasing, (N+1,) s, N ≥ 5; inertial and Earth-fixed axes coincide at 0.
         dvel: velocity increments in the moving body's axes, (N, 3) m/s.
-        q_ib: attitude relative to inertial space as measured at the edges, (N+1, 4); it must turn by well under half
-            a turn from one to the next.
-        initial: position and velocity at time[0], scalars; its attitude is not used.
+        q_ib: attitude relative to inertial space as measured at the edges, unit quaternions, (N+1, 4); it must turn
+            by well under half a turn from one to the next.
+        initial: state at time[0], scalars; its attitude is not used.
         gravity: one of `GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid.
-        height: reference height that the solution is held to, (N+1,) m; None for a free vertical channel.
+        vertical: "free", "baro-loop" or "truth", as of `navigate`.
+        height: reference height, (N+1,) m; for the last two.
+        baro_time_constant: time constant of the baro loop, s.
 
     Returns:
         The solution at every edge; its attitude is the measured one at the computed place.
@@ -123,47 +152,47 @@ def navigate_by_attitude(
     Raises:
         InputError: arrays that do not belong together, a value that is not finite, times that do not increase, an
             unknown model.
+        RunError: the numbers overflow.
     """
+    time, dvel, q_ib = doubles("time", time), doubles("dvel", dvel), doubles("q_ib", q_ib)
     count = len(dvel)
-    for name, array, shape in (
-        ("time", time, (count + 1,)),
-        ("dvel", dvel, (count, 3)),
-        ("q_ib", q_ib, (count + 1, 4)),
-    ):
-        if array.shape != shape or count < 5:
-            raise InputError(
-                f"navigating by measured attitude: {name} has shape {array.shape}; N ≥ 5 intervals need N+1 times, "
-                "(N, 3) velocity increments and (N+1, 4) attitudes."
-            )
-        if not np.isfinite(array).all():
-            row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
-            raise InputError(f"{name}[{row}] = {array[row]} is not a finite number.")
-    if not (np.diff(time) > 0.0).all():
-        row = int(np.argmin(np.diff(time) > 0.0))
-        raise InputError(f"time must increase: time[{row + 1}] = {time[row + 1]} s follows {time[row]} s.")
-    reference = np.empty(0) if height is None else np.ascontiguousarray(height, dtype=np.float64)
-    if height is not None and (reference.shape != time.shape or not np.isfinite(reference).all()):
+    if count < 5 or time.shape != (count + 1,) or dvel.shape != (count, 3) or q_ib.shape != (count + 1, 4):
         raise InputError(
-            f"height has shape {reference.shape}; one finite value at every time, {time.shape}, is needed."
+            f"navigating by measured attitude: time {time.shape}, dvel {dvel.shape} and q_ib {q_ib.shape} do not "
+            "belong together: N ≥ 5 intervals have N+1 edges in time, (N, 3) increments and (N+1, 4) attitudes."
         )
-    climb = np.empty(0) if height is None else np.gradient(reference, time)
+    check_finite("time", time, "s")
+    check_finite("dvel", dvel, "m/s", time)
+    check_finite("q_ib", q_ib, "")
+    check_increasing("time", time)
+    defect = np.abs(np.linalg.norm(q_ib, axis=1) - 1.0)
+    if not defect.max() < _UNIT:
+        row = int(np.argmax(defect))
+        raise InputError(f"q_ib[{row}] = {q_ib[row]} at t = {time[row]:.6f} s must be a unit quaternion, scalar first.")
+    if not (np.isfinite(baro_time_constant) and baro_time_constant > 0.0):
+        raise InputError(f"baro_time_constant = {baro_time_constant} s must be positive.")
+    reference, climb = height_reference(vertical, height, time)
     body = earth.ellipsoid_by_name(ellipsoid)
     model = earth.gravity_number(gravity)
 
     latitude, longitude, altitude = (np.empty(count + 1) for _ in range(3))
     velocity_ned = np.empty((count + 1, 3))
-    latitude[0], longitude[0], altitude[0] = initial.latitude, initial.longitude, initial.height
-    velocity_ned[0] = initial.velocity_ned
+    latitude[0], longitude[0], altitude[0], velocity_ned[0], _ = checked_initial(initial)
     inertial_longitude = longitude[0] + body.omega * time[0]
     position = earth.geodetic_to_ecef(latitude[0], inertial_longitude, altitude[0], body)
     velocity = rotation.rotate(earth.q_en(latitude[0], inertial_longitude), velocity_ned[0])
     velocity += np.cross([0.0, 0.0, body.omega], position)
     push, shift = _pushes(time, dvel, q_ib)
     _integrate(
-        earth.parameters(body), model, time, push, shift, height is not None, reference, climb,
+        earth.parameters(body), model, time, push, shift, NUMBERS[vertical], reference, climb, baro_time_constant,
         position, velocity, latitude, longitude, altitude, velocity_ned,
     )  # fmt: skip
     q_in = earth.q_en(latitude, longitude + body.omega * time)
     q_nb = rotation.multiply(rotation.conjugate(q_in), rotation.normalize(q_ib))
-    defect = np.abs(np.linalg.norm(q_ib, axis=1) - 1.0)
-    return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, "measured-attitude")
+    if found := not_finite_in(altitude, velocity_ned, q_nb):
+        name, row = found
+        raise RunError(
+            f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s: velocity increments of "
+            f"up to {np.linalg.norm(dvel, axis=1).max():.3g} m/s in one interval are not those of a vehicle."
+        )
+    return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, MEASURED_ATTITUDE)

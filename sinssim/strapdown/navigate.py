@@ -9,19 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.algorithms import REGISTRY
-from sinssim.checks import checked_increments, first_not_finite
+from sinssim.checks import checked_increments, checked_initial, not_finite_in
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import ellipsoid_by_name, gravity_number, parameters
 from sinssim.errors import InputError, RunError, unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES, VERTICALS
+from sinssim.names import ALGORITHMS, CURVATURES, FRAMES, SLOW_QUANTITIES
 from sinssim.rates import check_parts, schedule
 from sinssim.strapdown import azimuth, inertial, level, three_rate
 from sinssim.strapdown.fit import is_uniform, weight_table
 from sinssim.strapdown.parts import own_engine
 from sinssim.strapdown.singularity import singularity_events
-from sinssim.strapdown.vertical import BARO_LOOP, FREE, HELD
+from sinssim.strapdown.vertical import NUMBERS, height_reference
 
-_VERTICAL_NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
 _AZIMUTH_RULES = {
     "wander": azimuth.WANDER,
     "free-azimuth": azimuth.FREE_AZIMUTH,
@@ -30,40 +29,6 @@ _AZIMUTH_RULES = {
 
 POLAR_LIMIT = math.radians(89.9)
 """Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
-
-
-def _check_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
-    values = {}
-    for name in ("latitude", "longitude", "height"):
-        value = np.asarray(getattr(initial, name), dtype=np.float64)
-        if value.shape != () or not np.isfinite(value):
-            raise InputError(f"initial.{name} = {value} must be one finite number (rad for angles, m for height).")
-        values[name] = float(value)
-    velocity = np.asarray(initial.velocity_ned, dtype=np.float64)
-    q = np.asarray(initial.q_nb, dtype=np.float64)
-    if velocity.shape != (3,) or not np.all(np.isfinite(velocity)):
-        raise InputError(f"initial.velocity_ned = {velocity} must be three finite numbers, m/s.")
-    if q.shape != (4,) or not np.all(np.isfinite(q)) or abs(np.linalg.norm(q) - 1.0) > 1e-6:
-        raise InputError(f"initial.q_nb = {q} must be a unit quaternion of four finite numbers, scalar first.")
-    if abs(values["latitude"]) > math.pi / 2:
-        raise InputError(f"initial.latitude = {values['latitude']} rad lies outside ±π/2; radians are expected.")
-    return values["latitude"], values["longitude"], values["height"], velocity, q / np.linalg.norm(q)
-
-
-def _check_height(height: ArrayLike | None, vertical: str, time: Array) -> tuple[Array, Array]:
-    if vertical == "free":
-        return np.empty(0), np.empty(0)
-    if height is None:
-        raise InputError(f'vertical="{vertical}" needs height=…: the reference height at every imu.time, (N+1,) m.')
-    reference = np.ascontiguousarray(height, dtype=np.float64)
-    if reference.shape != time.shape:
-        raise InputError(f"height has shape {reference.shape}; one value at every imu.time, {time.shape}, is needed.")
-    row = first_not_finite(reference)
-    if row is not None:
-        raise InputError(f"height[{row}] = {reference[row]} m at t = {time[row]:.6f} s is not a finite number.")
-    if vertical == "truth":
-        return reference, -np.gradient(reference, time)
-    return reference, np.empty(0)
 
 
 def navigate(
@@ -117,7 +82,6 @@ def navigate(
         ("algorithm", algorithm, ALGORITHMS),
         ("frame", frame, FRAMES),
         ("curvature", curvature, CURVATURES),
-        ("vertical channel", vertical, VERTICALS),
         ("treatment of slow quantities", slow_quantities, SLOW_QUANTITIES),
     ):
         if name not in known:
@@ -127,8 +91,8 @@ def navigate(
     earth = parameters(ellipsoid_by_name(ellipsoid))
     gravity_model = gravity_number(gravity)
     time, dtheta, dvel = checked_increments(imu)
-    lat0, lon0, h0, v0, q0 = _check_initial(initial)
-    reference, climb = _check_height(height, vertical, time)
+    lat0, lon0, h0, v0, q0 = checked_initial(initial)
+    reference, climb = height_reference(vertical, height, time)
 
     uniform = is_uniform(time)
     entry = REGISTRY[algorithm]
@@ -162,7 +126,7 @@ def navigate(
     velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
     data = (time, dtheta, dvel, weights, uniform, earth, gravity_model)
-    channel = (_VERTICAL_NUMBERS[vertical], reference, climb, baro_time_constant)
+    channel = (NUMBERS[vertical], reference, climb, baro_time_constant)
     out = (latitude, longitude, height_out, velocity, q_nb, defect)
     simplified = curvature == "simplified"
     rule = _AZIMUTH_RULES.get(frame, azimuth.WANDER)
@@ -238,19 +202,17 @@ def _check_solution(
     if frame == "level" and not max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
         row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
         if not abs(latitude[row]) <= 0.5 * math.pi:  # no step of a vehicle leads from 89.9° to beyond the pole
-            raise _ran_away("latitude", algorithm, row, time, dtheta, dvel)
+            raise _ran_away("latitude", row, algorithm, time, dtheta, dvel)
         raise RunError(
             f"the north-pointing level frame cannot be used within {90.0 - math.degrees(POLAR_LIMIT):.1f}° of a pole, "
             f"where north turns as fast as the vehicle moves: latitude {math.degrees(latitude[row]):.4f}° at "
             f"t = {time[row]:.2f} s. The frames wander, free-azimuth, transverse and inertial pass the poles."
         )
-    for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
-        row_or_none = first_not_finite(array)
-        if row_or_none is not None:
-            raise _ran_away(name, algorithm, row_or_none, time, dtheta, dvel)
+    if found := not_finite_in(height, velocity, q_nb):
+        raise _ran_away(*found, algorithm, time, dtheta, dvel)
 
 
-def _ran_away(name: str, algorithm: str, row: int, time: Array, dtheta: Array, dvel: Array) -> RunError:
+def _ran_away(name: str, row: int, algorithm: str, time: Array, dtheta: Array, dvel: Array) -> RunError:
     """Return the error for a solution that leaves all bounds at a row."""
     before = max(1, row * len(dtheta) // (len(time) - 1))
     turn, push = (float(np.hypot.reduce(array[:before], axis=1).max()) for array in (dtheta, dvel))

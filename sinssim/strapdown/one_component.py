@@ -16,11 +16,12 @@ positive; so is the gyro error Δω₀ = dΔα/dt. The gyro here is nose-up posi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, isfinite, sin
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sinssim.checks import check_finite, check_increasing, doubles
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
@@ -105,20 +106,28 @@ def simulate(
     Raises:
         InputError: arrays that do not belong together, a value that is not finite, times that do not increase.
     """
-    edges, turns, pushes = (np.ascontiguousarray(a, dtype=np.float64) for a in (time, dtheta, dvel))
+    edges, turns, pushes = doubles("time", time), doubles("dtheta", dtheta), doubles("dvel", dvel)
     n = len(turns)
     if turns.shape != (n,) or n < 1 or pushes.shape != (n, 2) or edges.shape != (n + 1,):
         raise InputError(
-            f"the one-component system needs N+1 times, (N,) angle and (N, 2) velocity increments, N ≥ 1; got shapes "
-            f"{edges.shape}, {turns.shape} and {pushes.shape}."
+            f"the one-component system: time {edges.shape}, dtheta {turns.shape} and dvel {pushes.shape} do not belong "
+            "together: N ≥ 1 intervals have N+1 edges in time, (N,) angle and (N, 2) velocity increments."
         )
-    for name, array in (("time", edges), ("dtheta", turns), ("dvel", pushes)):
-        if not np.isfinite(array).all():
-            row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
-            raise InputError(f"{name}[{row}] = {array[row]} of the one-component system is not a finite number.")
-    if not (np.diff(edges) > 0.0).all():
-        row = int(np.argmin(np.diff(edges) > 0.0))
-        raise InputError(f"time[{row + 1}] = {edges[row + 1]} s does not come after time[{row}] = {edges[row]} s.")
+    check_finite("time", edges, "s")
+    check_finite("dtheta", turns, "rad", edges)
+    check_finite("dvel", pushes, "m/s", edges)
+    check_increasing("time", edges)
+    for name, value, unit in (
+        ("velocity", velocity, "m/s"),
+        ("coordinate", coordinate, "rad"),
+        ("pitch", pitch, "rad"),
+        ("radius", radius, "m"),
+    ):
+        if not isfinite(value) or (name == "radius" and value <= 0.0):
+            raise InputError(
+                f"the one-component system: {name} = {value} {unit} must be a finite number"
+                f"{', more than 0' if name == 'radius' else ''}."
+            )
     v, y, a = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
     v[0], y[0], a[0] = velocity, coordinate, pitch
     _simulate(edges, turns, pushes, 1.0 / radius, v, y, a)

@@ -6,10 +6,50 @@ e = h − h_ref:  ḣ = −v_D − k₁e,  v̇_D = … + k₂e + k₃∫e dt,  k
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.checks import first_not_finite
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
 from sinssim.jit import inline
+from sinssim.names import VERTICALS
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
 """Vertical channels by number."""
+
+NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
+"""Their numbers by name."""
+
+
+def height_reference(vertical: str, height: ArrayLike | None, time: Array) -> tuple[Array, Array]:
+    """Return what a vertical channel needs along the way.
+
+    Args:
+        vertical: one of `VERTICALS`.
+        height: reference height at every time, (N+1,) m; None for the free channel.
+        time: (N+1,) s.
+
+    Returns:
+        Reference height, (N+1,) m, and for the held channel its rate as a down velocity, (N+1,) m/s; empty arrays
+        where the channel does not need them.
+
+    Raises:
+        InputError: an unknown channel, no height where one is needed, a wrong shape, a height that is not finite.
+    """
+    if vertical not in VERTICALS:
+        raise unknown_name("vertical channel", vertical, VERTICALS)
+    if vertical == "free":
+        return np.empty(0), np.empty(0)
+    if height is None:
+        raise InputError(f'vertical="{vertical}" needs height=…: the reference height at every imu.time, (N+1,) m.')
+    reference = np.ascontiguousarray(height, dtype=np.float64)
+    if reference.shape != time.shape:
+        raise InputError(f"height has shape {reference.shape}; one value at every imu.time, {time.shape}, is needed.")
+    row = first_not_finite(reference)
+    if row is not None:
+        raise InputError(f"height[{row}] = {reference[row]} m at t = {time[row]:.6f} s is not a finite number.")
+    return reference, -np.gradient(reference, time) if vertical == "truth" else np.empty(0)
 
 
 @inline

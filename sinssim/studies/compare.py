@@ -19,9 +19,10 @@ from sinssim.nav_error import navigation_error
 from sinssim.studies import cost, motions
 from sinssim.studies.results import Case, Comparison, History, Row, fit_orders
 from sinssim.studies.schema import Part, Study, StudyMotion
-from sinssim.studies.variants import Readings, read
+from sinssim.studies.variants import with_set
 
 if TYPE_CHECKING:
+    from sinssim.strapdown.sensor_sets import Readings
     from sinssim.truth.trajectory import Trajectory
 
 Progress = Callable[[str, float], None]
@@ -202,6 +203,8 @@ def duration_words(seconds: float) -> str:
 
 
 def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
+    from sinssim.strapdown.sensor_sets import read
+
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Moving: {motion.label}", 0.0)
     trajectory = motions.make(motion)
@@ -210,7 +213,8 @@ def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, 
     truth = _Truth(trajectory, ideal.time)
     count, finished = _count(part), 0
     for grade, variant in itertools.product(part.sensors, part.variants):
-        readings = read(variant, trajectory, ideal, comparison.study.block(grade), seed)
+        section = with_set(comparison.study.block(grade), variant, part.highest_hz)
+        _, readings = read(trajectory, ideal, section, seed)
         cases = []
         for rate, schedule, slow in part.pace:
             slower = readings.at(round(part.highest_hz / rate))
@@ -285,9 +289,10 @@ def _navigate(
         "rates_hz": case.schedule_hz or None,
         "slow_quantities": case.slow or "hold",
         "vertical": part.vertical,
+        "height": None if part.vertical == "free" else truth.reference(imu),
     }
     try:
-        solution = readings.navigate(truth.initial, None if part.vertical == "free" else truth.reference(imu), options)
+        solution = readings.navigate(truth.initial, **options)
     except RunError as failure:
         return Row(**about, status="failed", message=str(failure)), None
     except InputError as mistake:

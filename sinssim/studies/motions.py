@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim import units
+from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.duration import expected_duration
-from sinssim.studies.samples import first_seconds
 from sinssim.studies.schema import StudyMotion
 
 if TYPE_CHECKING:
-    from sinssim.data import ImuData
     from sinssim.truth.trajectory import Trajectory
 
 
@@ -158,6 +157,20 @@ class Beginning:
     def increments(self, rate_hz: float) -> ImuData:
         """Return the ideal increments; see `Trajectory.increments`."""
         return first_seconds(self._whole.increments(rate_hz), self.end - self.start)
+
+
+def first_seconds(imu: ImuData, duration: float) -> ImuData:
+    """Return the beginning of some increments.
+
+    Args:
+        imu: increments, N intervals.
+        duration: how much to keep, s.
+
+    Returns:
+        The intervals that end within it.
+    """
+    count = int(np.searchsorted(imu.time, imu.time[0] + duration + 1e-9, side="right")) - 1
+    return ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
 
 
 def facts(trajectory: Trajectory) -> MotionFacts:

@@ -1,4 +1,4 @@
-"""What accelerometers anywhere on the vehicle feel along their axes, exactly."""
+"""The specific force at any places of the vehicle, exactly: what accelerometers there feel."""
 
 from __future__ import annotations
 
@@ -11,31 +11,22 @@ from sinssim.truth.trajectory import Trajectory
 from sinssim.truth.vibration import Vibrating
 
 
-def accelerometer_increments(
-    trajectory: Trajectory, position: ArrayLike, direction: ArrayLike, rate_hz: float
-) -> tuple[Array, Array]:
-    """Return the ideal velocity increments of single accelerometers on lever arms.
+def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: float) -> tuple[Array, Array]:
+    """Return the integrals of the specific force at places on lever arms.
 
     Args:
         trajectory: motion of the vehicle's reference point.
-        position: of each accelerometer from the reference point, in the trajectory's axes, (K, 3) m.
-        direction: of its sensitive axis, unit vectors, (K, 3).
+        position: of each place from the reference point, in the trajectory's axes, (K, 3) m.
         rate_hz: samples per second.
 
     Returns:
-        Edges of the intervals (N+1,) s and the integrals of the specific force along each axis, (N, K) m/s.
+        Edges of the intervals (N+1,) s and the integrals in the trajectory's axes, (N, K, 3) m/s.
 
     Raises:
-        InputError: positions and directions of different number, or what `Trajectory.increments` refuses.
+        InputError: positions of a wrong shape or not finite, or what `Trajectory.increments` refuses.
     """
-    places, axes = np.asarray(position, dtype=np.float64), np.asarray(direction, dtype=np.float64)
-    if places.ndim != 2 or places.shape[1] != 3 or axes.shape != places.shape or not len(places):
-        raise InputError(
-            f"accelerometers need (K, 3) positions and as many directions, K ≥ 1; got arrays of shapes {places.shape} "
-            f"and {axes.shape}."
-        )
-    columns = []
-    for place, axis in zip(places, axes, strict=True):
-        imu = Vibrating(trajectory, lever_arm=place).increments(rate_hz)
-        columns.append(imu.dvel @ axis)
-    return imu.time, np.stack(columns, axis=1)
+    places = np.asarray(position, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3 or not len(places) or not np.isfinite(places).all():
+        raise InputError(f"accelerometers need (K, 3) finite positions, K ≥ 1; got an array of shape {places.shape}.")
+    found = [Vibrating(trajectory, lever_arm=place).increments(rate_hz) for place in places]
+    return found[0].time, np.stack([imu.dvel for imu in found], axis=1)

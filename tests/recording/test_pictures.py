@@ -13,6 +13,8 @@ from sinssim.data import ImuData, NavState
 from sinssim.recording import pictures, style
 from sinssim.recording.scales import LENGTHS, suiting
 from sinssim.recording.scene import Scene, aircraft_mesh, map_zoom
+from sinssim.recording.sensed import sensed
+from sinssim.strapdown.sensor_sets import Readings
 
 
 class Drawn:
@@ -33,8 +35,9 @@ def test_sensor_errors_come_in_the_units_that_people_know():
     bias, accel = np.array([0.01, -0.02, 0.0]), np.array([50.0, 0.0, -100.0])  # deg/h, µg
     measured = ImuData(time, ideal.dtheta + np.radians(bias / 3600.0) * 0.01, ideal.dvel + accel * 9.80665e-6 * 0.01)
     drawn = Drawn()
-    labels = pictures.draw_sensors(drawn, ideal, measured)
-    assert labels == {"sensor_window": "5 s", "gyro_sum": "arcsec", "accel_sum": "m/s"}
+    labels = pictures.draw_sensors(drawn, sensed(Readings(measured), Readings(ideal), ideal, None))
+    units = {"sensor_window": "5 s", "gyro_sum": "arcsec", "accel_sum": "m/s"}
+    assert labels == {**units, "gyro_title": "Gyros", "accel_title": "Accelerometers"}
     np.testing.assert_allclose(drawn.lines["sensors/gyro/error"][1], np.tile(bias, (120, 1)), rtol=0, atol=1e-10)
     np.testing.assert_allclose(drawn.lines["sensors/accel/error"][1], np.tile(accel, (120, 1)), rtol=0, atol=1e-6)
     np.testing.assert_allclose(
@@ -52,7 +55,7 @@ def test_mean_rates_lose_no_increment():
     time = np.cumsum(rng.uniform(0.005, 0.02, 50_001))
     imu = ImuData(time, rng.standard_normal((50_000, 3)), rng.standard_normal((50_000, 3)))
     drawn = Drawn()
-    pictures.draw_sensors(drawn, imu, imu)
+    pictures.draw_sensors(drawn, sensed(Readings(imu), Readings(imu), imu, None))
     ends, rates, _ = drawn.lines["sensors/gyro/ideal"]
     total = np.degrees(imu.dtheta.sum(axis=0))
     widths = np.diff(np.concatenate(([time[0]], ends)))

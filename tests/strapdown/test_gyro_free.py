@@ -14,10 +14,10 @@ from sinssim.errors import InputError
 from sinssim.nav_error import navigation_error
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import draw
-from sinssim.sensors.accelerometers import emulate_accelerometers
+from sinssim.sensors.accelerometers import axes_about, draw_accelerometers, emulate_accelerometers
 from sinssim.strapdown import navigate
 from sinssim.strapdown.gyro_free import AccelerometerSet, cube, gyro_free_increments, position_error
-from sinssim.truth.accelerometers import accelerometer_increments
+from sinssim.truth.accelerometers import velocity_increments
 from sinssim.truth.curve import Curve
 from sinssim.truth.parked import Parked
 from tests.truth.motions import synthetic_flight
@@ -31,6 +31,11 @@ def flight(lever_arm: tuple[float, ...] = (0.0, 0.0, 0.0), duration: float = 30.
     return Curve(time, *synthetic_flight(time), lever_arm)
 
 
+def felt(trajectory, layout: AccelerometerSet, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    time, force = velocity_increments(trajectory, layout.position, rate_hz)
+    return time, layout.feel(force)
+
+
 def parked(duration: float, ellipsoid: Ellipsoid | None = None) -> Parked:
     at = (0.8, 0.5, 150.0, LEVEL, duration)
     return Parked(*at) if ellipsoid is None else Parked(*at, ellipsoid=ellipsoid)
@@ -39,7 +44,7 @@ def parked(duration: float, ellipsoid: Ellipsoid | None = None) -> Parked:
 def test_accelerometers_on_the_curves_own_lever_arms() -> None:
     """The curve moves its block by its analytic angular acceleration; here it comes from increments by parts."""
     layout = cube(3.0)
-    time, dvel = accelerometer_increments(flight(), layout.position, layout.direction, 50.0)
+    time, dvel = felt(flight(), layout, 50.0)
     for i in range(6):
         own = flight(tuple(layout.position[i])).increments(50.0)
         assert np.array_equal(time, own.time)
@@ -66,7 +71,7 @@ def test_cube_is_chens_cube() -> None:
 
 def test_ideal_accelerometers_give_the_ideal_increments() -> None:
     trajectory, layout = flight(), cube(0.5)
-    time, dvel = accelerometer_increments(trajectory, layout.position, layout.direction, 100.0)
+    time, dvel = felt(trajectory, layout, 100.0)
     imu, ideal = (
         gyro_free_increments(time, dvel, layout, trajectory.rates(0.0)[0]),
         trajectory.increments(100.0),
@@ -90,7 +95,7 @@ def test_error_grows_by_the_law(arm: float, bias_ug: float) -> None:
     layout, bias = cube(arm), bias_ug * UG
     duration = min(float(np.sqrt(2.0 * np.radians(2.0) * np.sqrt(2.0) * arm / bias)), 400.0)
     trajectory = parked(duration)
-    time, dvel = accelerometer_increments(trajectory, layout.position, layout.direction, 10.0)
+    time, dvel = felt(trajectory, layout, 10.0)
     errors = bias * np.array([1.0, -0.6, 0.8, 1.1, 0.4, -0.9])
     rate = trajectory.rates(0.0)[0]
     imu = gyro_free_increments(time, dvel + np.multiply.outer(np.diff(time), errors), layout, rate)
@@ -114,7 +119,7 @@ def test_law_with_schulers_pendulum_on_a_ball_at_rest() -> None:
     ball = Ellipsoid("ball", 6371000.0, 1e-12, 9.81 * 6371000.0**2, 1e-15)
     layout, bias = cube(1.0), 1e-6 * UG
     trajectory = Parked(0.6, 0.2, 0.0, LEVEL, 5400.0, gravity="normal", ellipsoid=ball)
-    time, dvel = accelerometer_increments(trajectory, layout.position, layout.direction, 1.0)
+    time, dvel = felt(trajectory, layout, 1.0)
     rng = np.random.default_rng(3)
     for errors in bias * rng.standard_normal((2, 6)):
         imu = gyro_free_increments(time, dvel + np.multiply.outer(np.diff(time), errors), layout, np.zeros(3))
@@ -155,17 +160,18 @@ def test_noise_grows_by_the_law() -> None:
         grade="laser-standard",
         accel_bias_sigma_ug=0.0,
         accel_scale_sigma_ppm=0.0,
+        accel_misalignment_sigma_arcsec=0.0,
         accel_instability_ug=0.0,
         accel_vrw_ug_sqrt_hz=1.0,
     )
     layout = cube(1.0)
     trajectory = parked(60.0)
-    time, dvel = accelerometer_increments(trajectory, layout.position, layout.direction, 10.0)
+    time, force = velocity_increments(trajectory, layout.position, 10.0)
     rate, initial = trajectory.rates(0.0)[0], trajectory.state(0.0)
     last = trajectory.state(time)
     errors = []
     for seed in range(200):
-        measured = emulate_accelerometers(time, dvel, section, seed)
+        measured = emulate_accelerometers(time, force, layout.direction, section, seed)
         solution = navigate(gyro_free_increments(time, measured, layout, rate), initial)
         errors.append(navigation_error(last, solution, trajectory.ellipsoid).position_ned[-1, :2])
     sigma = np.sqrt(np.mean(np.square(errors)))  # 400 values: ±3.5 %
@@ -173,15 +179,28 @@ def test_noise_grows_by_the_law() -> None:
 
 
 def test_emulated_accelerometers_have_the_grades_errors() -> None:
+    """Bias, scale and the tilts of each sensitive axis, worked out by hand; each accelerometer draws its own."""
     section = ImuSection(grade="tactical", accel_vrw_ug_sqrt_hz=0.0, accel_instability_ug=0.0)
-    time = np.arange(11.0)
-    ideal = np.full((10, 6), 2.0)
-    measured = emulate_accelerometers(time, ideal, section, 4)
-    off = measured - ideal
-    triad = draw(section, 4).accel
-    assert off[0, :3] == pytest.approx(triad.bias + 2.0 * triad.scale, rel=1e-9)
-    assert len(set(off[0].round(9))) == 6  # every accelerometer draws its own
-    assert np.array_equal(measured, emulate_accelerometers(time, ideal, section, 4))
+    layout, time = cube(1.0), np.arange(11.0)
+    force = np.tile(np.random.default_rng(2).standard_normal((1, 6, 3)) * 9.81, (10, 1, 1))
+    measured = emulate_accelerometers(time, force, layout.direction, section, 4)
+    assert np.array_equal(measured, emulate_accelerometers(time, force, layout.direction, section, 4))
+    triads = draw_accelerometers(section, 6, 4)
+    assert np.array_equal(triads[0].bias, draw(section, 4).accel.bias)
+    assert len({float(bias) for triad in triads for bias in triad.bias}) == 6
+    for k, direction in enumerate(layout.direction):
+        i, errors = k % 3, triads[k // 3]
+        ideal = force[0, k] @ direction
+        scaled = (measured[0, k] - errors.bias[i]) / (1.0 + errors.scale[i])
+        # what is left is the force across the axis, on tilts of 1σ 100" about two axes across it
+        tilts = np.delete(errors.misalignment[i], i)
+        axes = axes_about(direction, i)
+        across = np.delete(axes, i, axis=0) @ force[0, k]
+        assert scaled - ideal == pytest.approx(tilts @ across, abs=1e-13)
+        assert np.abs(axes @ axes.T - np.eye(3)).max() < 1e-15
+        assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-15)
+        assert np.array_equal(axes[i], direction)
+        assert abs(tilts @ across) > 1e-5
 
 
 def test_turning_fast() -> None:
@@ -192,7 +211,7 @@ def test_turning_fast() -> None:
     trajectory = OnEarth(SpinCone(0.5, 1.5, 2.0), 0.8, 0.5, 150.0, LEVEL, 10.0)
     layout = cube(0.5)
     ideal = trajectory.increments(100.0)
-    time, dvel = accelerometer_increments(trajectory, layout.position, layout.direction, 100.0)
+    time, dvel = felt(trajectory, layout, 100.0)
     imu = gyro_free_increments(time, dvel, layout, trajectory.rates(0.0)[0])
     assert np.abs(imu.dtheta - ideal.dtheta).max() < 1e-11
     assert np.abs(imu.dvel - ideal.dvel).max() < 0.5 * 3.1e-6 * 0.01
@@ -215,6 +234,10 @@ def test_bad_input() -> None:
     with pytest.raises(InputError, match="N\\+1 times"):
         gyro_free_increments(np.arange(3.0), np.zeros((3, 6)), cube(1.0), np.zeros(3))
     with pytest.raises(InputError, match="in threes"):
-        emulate_accelerometers(np.arange(3.0), np.zeros((2, 4)), ImuSection(), 0)
-    with pytest.raises(InputError, match="as many directions"):
-        accelerometer_increments(parked(1.0), np.zeros((2, 3)), np.zeros((3, 3)), 10.0)
+        emulate_accelerometers(np.arange(3.0), np.zeros((2, 4, 3)), np.zeros((4, 3)), ImuSection(), 0)
+    with pytest.raises(InputError, match=r"\(2, 6, 3\) and \(3, 3\)"):
+        emulate_accelerometers(np.arange(3.0), np.zeros((2, 6, 3)), np.zeros((3, 3)), ImuSection(), 0)
+    with pytest.raises(InputError, match=r"positions.*\(3,\)"):
+        velocity_increments(parked(1.0), np.zeros(3), 10.0)
+    with pytest.raises(InputError, match="finite positions"):
+        velocity_increments(parked(1.0), np.full((1, 3), np.nan), 10.0)

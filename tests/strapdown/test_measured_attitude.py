@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.earth_models import Ellipsoid
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.sensors.attitude_sensor import AttitudeSensorErrors, inertial_attitude, sense_attitude
 from sinssim.strapdown.measured_attitude import navigate_by_attitude
@@ -47,6 +49,7 @@ def run(
         trajectory.state(trajectory.start),
         gravity=trajectory.gravity,
         ellipsoid=trajectory.ellipsoid.name,
+        vertical="truth" if held else "free",
         height=truth.height if held else None,
     )
     return navigation_error(truth, solution, trajectory.ellipsoid)
@@ -161,15 +164,46 @@ def test_bad_input() -> None:
     imu = trajectory.increments(1.0)
     q = inertial_attitude(trajectory.state(imu.time), imu.time)
     start = trajectory.state(0.0)
-    with pytest.raises(InputError, match=r"q_ib has shape \(10, 4\)"):
-        navigate_by_attitude(imu.time, imu.dvel, q[:-1], start)
-    broken = imu.dvel.copy()
-    broken[3, 1] = np.inf
-    with pytest.raises(InputError, match=r"dvel\[3\]"):
-        navigate_by_attitude(imu.time, broken, q, start)
-    with pytest.raises(InputError, match="must increase"):
-        navigate_by_attitude(imu.time[::-1].copy(), imu.dvel, q, start)
-    with pytest.raises(InputError, match="height has shape"):
-        navigate_by_attitude(imu.time, imu.dvel, q, start, height=[1.0])
-    with pytest.raises(InputError, match="gravity model"):
-        navigate_by_attitude(imu.time, imu.dvel, q, start, gravity="flat")
+    good = {"time": imu.time, "dvel": imu.dvel, "q_ib": q}
+
+    def with_value(name: str, row: int, value: object) -> dict[str, np.ndarray]:
+        changed = good[name].copy()
+        changed[row] = value
+        return {**good, name: changed}
+
+    wrong = [
+        ({**good, "q_ib": q[:-1]}, r"q_ib \(10, 4\) do not belong together"),
+        ({**good, "dvel": imu.dvel[0]}, r"dvel \(3,\)"),
+        ({**good, "dvel": 0.0}, r"dvel \(1,\)"),
+        ({**good, "dvel": [[1.0, 2.0], [3.0]]}, "dvel is no array of numbers"),
+        ({**good, "q_ib": "north"}, "q_ib is no array of numbers"),
+        ({"time": imu.time[:4], "dvel": imu.dvel[:3], "q_ib": q[:4]}, "N ≥ 5"),
+        (with_value("dvel", 3, [0.0, np.inf, 0.0]), r"dvel\[3\].*interval ending at t = 4.000000 s"),
+        (with_value("time", 2, np.nan), r"time\[2\] = nan s"),
+        (with_value("q_ib", 7, np.nan), r"q_ib\[7\]"),
+        (with_value("q_ib", 7, 0.0), r"q_ib\[7\].*unit quaternion"),
+        ({**good, "time": imu.time[::-1]}, "must increase"),
+    ]
+    for arguments, said in wrong:
+        with pytest.raises(InputError, match=said) as caught:
+            navigate_by_attitude(**arguments, initial=start)
+        assert "\n" not in str(caught.value)
+    for options, said in (
+        ({"vertical": "truth", "height": [1.0]}, "height has shape"),
+        ({"vertical": "truth"}, "needs height"),
+        ({"vertical": "barometer"}, "unknown vertical channel"),
+        ({"baro_time_constant": 0.0}, "baro_time_constant"),
+        ({"gravity": "flat"}, "gravity model"),
+    ):
+        with pytest.raises(InputError, match=said):
+            navigate_by_attitude(**good, initial=start, **options)
+    with pytest.raises(InputError, match=r"initial\.latitude"):
+        navigate_by_attitude(**good, initial=replace(start, latitude=np.array(50.0)))
+
+
+def test_numbers_that_run_away() -> None:
+    trajectory = Parked(0.8, 0.5, 150.0, (1.0, 0.0, 0.0, 0.0), 10.0)
+    imu = trajectory.increments(1.0)
+    q = inertial_attitude(trajectory.state(imu.time), imu.time)
+    with pytest.raises(RunError, match="ran away"):
+        navigate_by_attitude(imu.time, imu.dvel * 1e306, q, trajectory.state(0.0))

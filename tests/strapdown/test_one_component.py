@@ -102,11 +102,23 @@ def test_perfect_instruments_on_a_flight_second_order() -> None:
 
 def test_bad_input() -> None:
     time, dtheta, dvel = at_rest(10.0, 1.0)
-    with pytest.raises(InputError, match="shapes"):
-        simulate(time[:-1], dtheta, dvel)
     broken = dtheta.copy()
     broken[3] = np.nan
-    with pytest.raises(InputError, match=r"dtheta\[3\]"):
-        simulate(time, broken, dvel)
-    with pytest.raises(InputError, match="does not come after"):
-        simulate(np.zeros(11), dtheta, dvel)
+    late = time.copy()
+    late[4] = np.inf
+    wrong = [
+        ((time[:-1], dtheta, dvel), {}, r"time \(10,\), dtheta \(10,\) and dvel \(10, 2\) do not belong together"),
+        ((time, dtheta, dvel[:, 0]), {}, r"dvel \(10,\)"),
+        ((time, dtheta[:, None], dvel), {}, r"dtheta \(10, 1\)"),
+        (([0.0], [], np.zeros((0, 2))), {}, "N ≥ 1"),
+        ((time, [[1.0], [2.0, 3.0]], dvel), {}, "dtheta is no array of numbers"),
+        ((time, broken, dvel), {}, r"dtheta\[3\] = nan rad .* t = 4.000000 s"),
+        ((late, dtheta, dvel), {}, r"time\[4\] = inf s"),
+        ((np.zeros(11), dtheta, dvel), {}, r"time must increase: time\[0\]"),
+        ((time, dtheta, dvel), {"pitch": np.nan}, "pitch = nan rad"),
+        ((time, dtheta, dvel), {"radius": 0.0}, "radius = 0.0 m must be a finite number, more than 0"),
+    ]
+    for arguments, options, said in wrong:
+        with pytest.raises(InputError, match=said) as caught:
+            simulate(*arguments, **options)
+        assert "\n" not in str(caught.value)
