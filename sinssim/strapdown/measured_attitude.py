@@ -192,7 +192,7 @@ def navigate_by_attitude(
     if found := not_finite_in(altitude, velocity_ned, q_nb):
         name, row = found
         raise RunError(
-            f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s: velocity increments of "
-            f"up to {np.linalg.norm(dvel, axis=1).max():.3g} m/s in one interval are not those of a vehicle."
+            f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s: velocity increments "
+            f"of up to {np.abs(dvel).max():.3g} m/s in one interval are not those of a vehicle."
         )
     return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, MEASURED_ATTITUDE)
