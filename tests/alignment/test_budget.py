@@ -144,7 +144,7 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
     for error, mean in zip(report.error, report.mean, strict=True):
         # its coefficients are those of the determined angles, which are off by up to 4e-4 rad
         assert mean == pytest.approx(error, rel=1e-3)
-        assert abs(mean) > 3e-6
+        assert abs(mean) > 1e-7
 
 
 def test_quantisation_at_both_ends_of_a_session():
