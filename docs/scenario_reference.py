@@ -62,6 +62,13 @@ EXAMPLES: dict[str, Any] = {
     "aiding.gnss.jumps.to_s": 700.0,
     "aiding.gnss.ramps.from_s": 600.0,
     "aiding.gnss.ramps.to_s": 900.0,
+    "imu.faults.from_s": 600.0,
+    "imu.faults.to_s": 660.0,
+    "imu.faults.at_s": 630.0,
+    "imu.faults.sigma_ms": 0.1,
+    "imu.faults.gyro_deg_h": [0.0, 0.0, 10.0],
+    "imu.faults.gyro_arcsec": [0.0, 100.0, 0.0],
+    "imu.faults.gyro_deg_s": 10.0,
     "coordinate": "pitch",
     "rms_arcsec": 20.0,
     "rms_mm": 0.05,
@@ -78,6 +85,9 @@ CHOSEN = {
     "RacetrackLeg": {"leg_duration_s"},
     "STurnsLeg": {"turns"},
     "VibrationSection": {"rms_arcsec", "high_hz"},
+    "Spike": {"gyro_arcsec"},
+    "BiasStep": {"gyro_deg_h"},
+    "Saturation": {"gyro_deg_s"},
 }
 
 _TAGS = ("type", "on")  # keys that say which kind of table a table is

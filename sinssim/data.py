@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+SATURATED, DROPPED, FROZEN = 1, 2, 4
+"""Flags of a channel of a sample: cut at its range; not delivered; the one before delivered again."""
+
 
 @dataclass(frozen=True)
 class ImuData:
@@ -18,11 +21,14 @@ class ImuData:
         time: edges of the intervals, (N+1,) s.
         dtheta: component-wise integral of the inertial angular rate over each interval, (N, 3) rad.
         dvel: component-wise integral of the specific force over each interval, (N, 3) m/s.
+        flags: what the sensors report of each sample, for the three gyros and the three accelerometers, (N, 6): 0 or
+            a sum of SATURATED, DROPPED and FROZEN; None of sensors that have no limits and no faults.
     """
 
     time: Array
     dtheta: Array
     dvel: Array
+    flags: NDArray[np.uint8] | None = None
 
     def __len__(self) -> int:
         return len(self.dtheta)

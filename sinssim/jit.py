@@ -128,8 +128,11 @@ def inline(function: F) -> F:
 
 
 def strict_inline(function: F) -> F:
-    """Like `inline`, but the operations stay in the order in which they are written, whatever kernel calls them."""
-    return _jit(function, fastmath=False, forceinline=True)  # unsaid, numba takes over the caller's setting
+    """Like `inline`, but the operations stay in the order in which they are written, whatever kernel calls them.
+
+    It may take arrays, and not make any: numba counts no references in it, which would cost more than its arithmetic.
+    """
+    return _jit(function, fastmath=False, forceinline=True, _nrt=False)  # unsaid, numba takes over the caller's setting
 
 
 def with_constants(function: Any, name: str, **constants: int | bool) -> Any:

@@ -22,7 +22,6 @@ from sinssim.errors import SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
 from sinssim.recording.report import Material, run_report
-from sinssim.recording.sensed import sensed
 from sinssim.recording.summary import error_numbers, markdown_table, singularities, versions
 
 if TYPE_CHECKING:
@@ -138,10 +137,8 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
             measured = compensated = readings.imu
             if scenario.compensation is not None:
                 compensated = compensate(measured, draw_calibration(scenario.imu, scenario.compensation, scenario.seed))
-            freed = None if compensated is measured else compensated
             if writer is not None:
-                material.sensed = tuple(sensed(readings, perfect, ideal, freed))
-                writer.sensed(readings, perfect, freed, material.sensed)
+                writer.sensed(readings, perfect, None if compensated is measured else compensated)
         with stages("navigate"):
             solutions, errors = _navigate(scenario, trajectory, truth, replace(readings, imu=compensated))
             numbers = {name: error_numbers(error) for name, error in errors.items()}
@@ -230,15 +227,10 @@ def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellips
     Returns:
         The state, scalars.
     """
-    from sinssim.sensors.imu_errors import term_generator
+    from sinssim.sensors.random_numbers import normals
 
     def draw(term: str, *sigma: float) -> Array:
-        return np.array(
-            [
-                s * term_generator(seed, f"initial {term}", i).standard_normal() if s else 0.0
-                for i, s in enumerate(sigma)
-            ]
-        )
+        return np.array([s * normals(seed, f"initial {term}", i, 1)[0] if s else 0.0 for i, s in enumerate(sigma)])
 
     position = np.array([error.north_m, error.east_m, error.height_m])
     position += draw("position", error.position_sigma_m, error.position_sigma_m, error.height_sigma_m)

@@ -8,7 +8,7 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors.emulate import emulate
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw, warm_up
 
 # Each further triad of accelerometers draws from seeds of its own, far from any that a scenario uses.
 _APART = 1 << 32
@@ -64,7 +64,9 @@ def emulate_accelerometers(time: Array, force: Array, direction: Array, section:
         axis, errors = k % 3, triads[k // 3]
         own = force[:, k] @ axes_about(sensitive, axis).T
         block = ImuData(time, np.zeros_like(own), own)
-        measured[:, k] = emulate(block, ImuErrors(TriadErrors(), errors), seed + k // 3 * _APART).dvel[:, axis]
+        measured[:, k] = emulate(block, ImuErrors(accel=errors, warm_up=warm_up(section)), seed + k // 3 * _APART).dvel[
+            :, axis
+        ]
     return measured
 
 

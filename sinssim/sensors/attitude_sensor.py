@@ -12,7 +12,8 @@ from sinssim.earth_models import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.sensor_set import AttitudeSensor
-from sinssim.sensors.imu_errors import draw, term_generator
+from sinssim.sensors.imu_errors import draw
+from sinssim.sensors.random_numbers import normals
 from sinssim.units import ARCSEC
 
 
@@ -55,8 +56,8 @@ def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorEr
     if sensor.bias_arcsec is not None:
         bias = np.array(sensor.bias_arcsec)
     else:
-        normal = [term_generator(seed, "attitude sensor bias", i).standard_normal() for i in range(3)]
-        bias = (sensor.bias_sigma_arcsec or 0.0) * np.array(normal)
+        normal = [normals(seed, "attitude sensor bias", i, 1) for i in range(3)]
+        bias = (sensor.bias_sigma_arcsec or 0.0) * np.concatenate(normal)
     return AttitudeSensorErrors(bias * ARCSEC, drift, sensor.noise_arcsec * ARCSEC)
 
 
@@ -82,7 +83,7 @@ def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed:
         time: of the readings, (N,) s.
         q_ib: true attitudes, (N, 4).
         errors: of the sensor.
-        seed: the run's seed; each axis's noise has a generator of its own.
+        seed: the run's seed; each axis's noise has random numbers of its own.
 
     Returns:
         Measured attitudes, unit quaternions, (N, 4).
@@ -93,7 +94,7 @@ def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed:
     off = errors.bias + np.multiply.outer(time - time[0], errors.drift)
     measured = rotation.multiply(rotation.quaternion_from_rotation_vector(off), q_ib)
     if errors.noise:
-        white = [term_generator(seed, "attitude sensor noise", i).standard_normal(len(time)) for i in range(3)]
+        white = [normals(seed, "attitude sensor noise", i, len(time)) for i in range(3)]
         noise = rotation.quaternion_from_rotation_vector(errors.noise * np.stack(white, axis=1))
         measured = rotation.multiply(measured, noise)
     return rotation.normalize(measured)

@@ -52,13 +52,19 @@ all the others as they were.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from sinssim.checks import checked_increments
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw, term_generator
+from sinssim.sensors.elements import at_the_elements
+from sinssim.sensors.imu_errors import ImuErrors, draw
+from sinssim.units import ARCSEC
+
+_MOST_JITTER = 0.1  # of the interval
 
 
 def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuData:
@@ -67,75 +73,84 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
     Args:
         ideal: error-free increments.
         spec: the [imu] section of a scenario, from which this run's errors are drawn, or the errors themselves.
-        seed: the run's seed. Every axis of every term has a generator of its own, so that the draws of one term
+        seed: the run's seed. Every axis of every term has random numbers of its own, so that the draws of one term
             do not depend on which others are switched on.
 
     Returns:
-        Measured increments on the same times; where nothing is wrong, the ideal arrays themselves.
+        Measured increments on the same times, but for jitter of the stamps; where nothing is wrong, the ideal arrays
+        themselves.
 
     Raises:
-        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, or the section
-            is of a set of sensors without gyros.
+        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, the section is of
+            a set of sensors without gyros, an error is one that no sensor has, a pulse weighs more than the whole
+            signal, or a fault lies outside the run.
     """
-    checked_increments(ideal)
+    from sinssim.sensors import error_kernel as kernel
+    from sinssim.sensors.pack import pack
+    from sinssim.sensors.random_numbers import key
+
+    time, dtheta, _ = checked_increments(ideal)
     if isinstance(spec, ImuSection) and spec.sensor_set.type != "gyros":
         raise InputError(
             f'a block of three gyros and three accelerometers is emulated; sensor_set.type = "{spec.sensor_set.type}" '
             "is another one."
         )
+    key_0, key_1 = key(seed)
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
-    interval = np.diff(ideal.time)
-    return ImuData(
-        ideal.time,
-        _measure(ideal.dtheta, interval, errors.gyro, "gyro", seed),
-        _measure(ideal.dvel, interval, errors.accel, "accel", seed),
-    )
+    _check_faults(errors, time)
+    where = at_the_elements(ideal, errors.arms, errors.delay)
+    dvel = np.ascontiguousarray(where.dvel, dtype=np.float64)
+    _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, dtheta)
+    _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, dvel)
+    packed = pack([errors], float(time[0]))
+    stamps = _jittered(ideal.time, errors, seed)
+    if packed.nothing:
+        return where if stamps is ideal.time else replace(where, time=stamps)
+    gyro, accel = np.empty_like(dtheta), np.empty_like(dvel)
+    flagged = bool(packed.active & (kernel.LIMITED | kernel.FAULTY))
+    flags = np.zeros((len(dtheta) if flagged else 0, 6), dtype=np.uint8)
+    kernel.measure_all(
+        packed.active, time, dtheta, dvel, packed.conditions, packed.parameters, key_0, key_1,
+        packed.kinds, packed.spans, packed.amounts, gyro, accel, flags,
+    )  # fmt: skip
+    return ImuData(stamps, gyro, accel, flags if flagged else None)
 
 
-def _measure(ideal: Array, interval: Array, errors: TriadErrors, triad: str, seed: int) -> Array:
-    if not (
-        np.any(errors.bias)
-        or np.any(errors.scale)
-        or np.any(errors.misalignment)
-        or np.any(errors.quadratic)
-        or np.any(errors.cubic)
-        or errors.random_walk
-        or errors.quantum
-        or errors.instability
-    ):
-        return ideal
-    measured = np.empty_like(ideal)
-    for i in range(3):
-        # The whole axis at once in one contiguous column; no matrix product, whose rounding depends on the machine.
-        axis = ideal[:, i].copy()
-        for j in range(3):
-            if errors.misalignment[i, j]:
-                axis += errors.misalignment[i, j] * ideal[:, j]
-        if errors.quadratic[i] or errors.cubic[i]:
-            mean = axis / interval
-            axis += mean * (errors.quadratic[i] + errors.cubic[i] * mean) * axis
-        axis *= 1.0 + errors.scale[i]
-        axis += errors.bias[i] * interval  # (2)
-        if errors.instability:
-            axis += _instability(interval, errors, term_generator(seed, f"{triad} instability", i))
-        if errors.random_walk:
-            white = term_generator(seed, f"{triad} random walk", i).standard_normal(len(interval))
-            axis += errors.random_walk * np.sqrt(interval) * white
-        if errors.quantum:
-            # Whole pulses of the accumulated sum: the remainder stays in the counter, so nothing is lost.
-            axis = np.diff(np.rint(np.cumsum(axis) / errors.quantum), prepend=0.0) * errors.quantum
-        measured[:, i] = axis
-    return measured
+def _check_pulse(name: str, quantum: float, unit: float, true: Array) -> None:
+    """Refuse a pulse that weighs more than all that there is to count."""
+    signal = float(np.abs(np.cumsum(true, axis=0)).max()) if quantum else 0.0
+    if 0.0 < signal < quantum:
+        raise InputError(
+            f"imu.{name} = {quantum / unit:g} is more than the signal, which never accumulates beyond "
+            f"{signal / unit:.3g} in this run: no pulse would come. Allowed: from 0 to {signal / unit:.3g}."
+        )
 
 
-def _instability(interval: Array, errors: TriadErrors, generator: np.random.Generator) -> Array:
-    """Return the integral of a stationary first-order Gauss-Markov bias over each interval, (N,)."""
-    from sinssim.sensors.gauss_markov import gauss_markov
+def _check_faults(errors: ImuErrors, time: Array) -> None:
+    for number, fault in enumerate(errors.faults, start=1):
+        begins_before_the_end = fault.start <= time[-1] if fault.kind == "spike" else fault.start < time[-1]
+        if not (begins_before_the_end and fault.end > time[0]):
+            raise InputError(
+                f"imu.faults.{number}: a {fault.kind} from {fault.start:g} s to {fault.end:g} s lies outside the run, "
+                f"which lasts from {time[0]:g} s to {time[-1]:g} s."
+            )
+        if fault.kind == "jitter" and not fault.amount[0] <= _MOST_JITTER * np.diff(time).min():
+            raise InputError(
+                f"imu.faults.{number}: time stamps with a 1σ of {fault.amount[0]:g} s come out of order; at most "
+                f"{_MOST_JITTER * np.diff(time).min():g} s, a tenth of the interval, can be had."
+            )
 
-    bias = gauss_markov(
-        interval,
-        errors.correlation_time,
-        errors.instability * generator.standard_normal(len(interval) + 1),
-    )
-    # Trapezoid: the expected integral between two known values of the process, to (T/τ)²/12 of itself.
-    return 0.5 * (bias[:-1] + bias[1:]) * interval
+
+def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
+    """Return time stamps that are off at random, but for the first and the last; the ones given if all are right."""
+    from sinssim.sensors.random_numbers import normals
+
+    stamps = time
+    for number, fault in enumerate(errors.faults):
+        if fault.kind == "jitter":
+            inside = (time >= fault.start) & (time <= fault.end)
+            inside[[0, -1]] = False
+            # cut where a stamp would reach its neighbour's place
+            off = fault.amount[0] * np.clip(normals(seed, "time stamp jitter", number, len(time)), -4.9, 4.9)
+            stamps = np.where(inside, stamps + off, stamps)
+    return stamps

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.errors import InputError
-from sinssim.scenario.grades import CORRELATION_TIME, find_grade
+from sinssim.scenario.datasheet import QUANTITIES, Quantity
+from sinssim.scenario.faults import CHANNELS
+from sinssim.scenario.faults import Fault as FaultSection
+from sinssim.scenario.grades import CORRELATION_TIME, TriadGrade, find_grade
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.sensors.laser_gyro import LaserGyro
-from sinssim.units import (
-    ARCSEC,
-    DEG_H,
-    DEG_SQRT_H,
-    PPM,
-    PPM_PER_DEG2_S2,
-    PPM_PER_DEG_S,
-    UG,
-    UG_PER_G2,
-    UG_PER_G3,
-)
+from sinssim.units import ARCSEC, DEG, DEG_H, G0, UG
 
 _OFF_DIAGONAL = np.array([[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]])  # xy, xz, yx, yz, zx, zy
 
@@ -31,6 +23,8 @@ _OFF_DIAGONAL = np.array([[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]])  # xy
 @dataclass(frozen=True)
 class TriadErrors:
     """The errors of three gyros or three accelerometers, SI; all zero unless given.
+
+    What each does is written in `sinssim.sensors.emulate`.
 
     Attributes:
         bias: ω₀ or a₀ of equation (2), (3,) rad/s or m/s².
@@ -44,6 +38,17 @@ class TriadErrors:
         quantum: weight of one pulse of the accumulated angle or velocity, 0 for none, rad or m/s.
         instability: 1σ of the bias instability, rad/s or m/s².
         correlation_time: correlation time of the bias instability, s.
+        asymmetry: κ, relative scale factor of positive inputs less that of negative ones, (3,).
+        cross_axis: C, zero on its diagonal; C[i, j] times the product of the inputs along sensitive axis i and the
+            block's axis j is the error of sensor i, (3, 3) s/rad or s²/m.
+        g_sensitivity: G of gyros, bias of gyro i per specific force along the block's axis j, (3, 3) rad/s per m/s²;
+            accelerometers have none.
+        bias_temperature: β, bias per degree over the temperature of the calibration, (3,) rad/s/K or m/s²/K.
+        scale_temperature: k′, relative scale-factor error per degree, (3,) 1/K.
+        ramp: R, growth of the bias, (3,) rad/s² or m/s³.
+        rate_walk: rate random walk K, rad/s/√s or m/s²/√s.
+        flicker: B of the flicker bias instability, rad/s or m/s².
+        limit: range, both ways, 0 for none, rad/s or m/s².
     """
 
     bias: Array = field(default_factory=lambda: np.zeros(3))
@@ -55,6 +60,49 @@ class TriadErrors:
     quantum: float = 0.0
     instability: float = 0.0
     correlation_time: float = CORRELATION_TIME
+    asymmetry: Array = field(default_factory=lambda: np.zeros(3))
+    cross_axis: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    g_sensitivity: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    bias_temperature: Array = field(default_factory=lambda: np.zeros(3))
+    scale_temperature: Array = field(default_factory=lambda: np.zeros(3))
+    ramp: Array = field(default_factory=lambda: np.zeros(3))
+    rate_walk: float = 0.0
+    flicker: float = 0.0
+    limit: float = 0.0
+
+
+@dataclass(frozen=True)
+class WarmUp:
+    """Temperature of the block over that of its calibration: Θ∞ + (Θ₀ − Θ∞) exp(−t/τ), t from the first sample.
+
+    Attributes:
+        start: Θ₀, K.
+        steady: Θ∞, K.
+        time_constant: τ, s.
+    """
+
+    start: float = 0.0
+    steady: float = 0.0
+    time_constant: float = 600.0
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that goes wrong with the block.
+
+    Attributes:
+        kind: what goes wrong.
+        start: when it begins, of a spike when it is, s.
+        end: when it ends, s.
+        amount: of the six channels, gyros first, (6,): what a step adds to the rate or specific force, rad/s or m/s²;
+            what a spike adds to the increment, rad or m/s; the range that a saturation leaves, 0 for no change,
+            rad/s or m/s²; 1 for a channel that drops out or freezes. Of jitter the first holds the 1σ of the stamps, s.
+    """
+
+    kind: Literal["dropout", "freeze", "spike", "bias-step", "saturation", "jitter"]
+    start: float
+    end: float
+    amount: Array
 
 
 @dataclass(frozen=True)
@@ -64,30 +112,18 @@ class ImuErrors:
     Attributes:
         gyro: the three gyros.
         accel: the three accelerometers.
+        arms: places of the three accelerometers in the block, (3, 3) m, a row each.
+        delay: how much later than the gyros the accelerometers sample, s.
+        warm_up: the temperature.
+        faults: what goes wrong.
     """
 
     gyro: TriadErrors = field(default_factory=TriadErrors)
     accel: TriadErrors = field(default_factory=TriadErrors)
-
-
-def term_generator(seed: int, term: str, axis: int) -> np.random.Generator:
-    """Return the random generator that belongs to one axis of one error term and to nothing else.
-
-    Args:
-        seed: the run's seed, 0 or more.
-        term: name of the error term, for example "gyro bias".
-        axis: number of the axis (or of the angle, for misalignment).
-
-    Returns:
-        A generator in its initial state.
-
-    Raises:
-        InputError: the seed is not a whole number from 0 up.
-    """
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise InputError(f"the seed {seed!r} cannot start a random generator; it must be a whole number, 0 or more.")
-    key = zlib.crc32(term.encode())  # unlike hash(), the same in every process
-    return np.random.Generator(np.random.SFC64(np.random.SeedSequence(int(seed), spawn_key=(key, axis))))
+    arms: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    delay: float = 0.0
+    warm_up: WarmUp = field(default_factory=WarmUp)
+    faults: tuple[Fault, ...] = ()
 
 
 def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
@@ -103,80 +139,92 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
     Raises:
         InputError: the seed cannot be used.
     """
+    from sinssim.sensors.random_numbers import key
 
-    def turn_on(
-        term: str, count: int, fixed: tuple[float, ...] | None, sigma: float | None, unit: float, of_grade: float
-    ) -> Array:
-        if fixed is not None:
-            return np.array(fixed) * unit
-        one_sigma = of_grade if sigma is None else sigma * unit
-        return one_sigma * np.array([term_generator(seed, term, i).standard_normal() for i in range(count)])
-
-    def noise(value: float | None, unit: float, of_grade: float) -> float:
-        return of_grade if value is None else value * unit
-
-    s, grade = section, find_grade(section.grade)
-    gyro = TriadErrors(
-        bias=turn_on("gyro bias", 3, s.gyro_bias_deg_h, s.gyro_bias_sigma_deg_h, DEG_H, grade.gyro.bias),
-        scale=turn_on("gyro scale", 3, s.gyro_scale_ppm, s.gyro_scale_sigma_ppm, PPM, grade.gyro.scale),
-        misalignment=_matrix(
-            turn_on(
-                "gyro misalignment",
-                6,
-                s.gyro_misalignment_arcsec,
-                s.gyro_misalignment_sigma_arcsec,
-                ARCSEC,
-                grade.gyro.misalignment,
-            )
-        ),
-        quadratic=turn_on(
-            "gyro quadratic",
-            3,
-            s.gyro_quadratic_ppm_per_deg_s,
-            s.gyro_quadratic_sigma_ppm_per_deg_s,
-            PPM_PER_DEG_S,
-            0.0,
-        ),
-        cubic=turn_on(
-            "gyro cubic", 3, s.gyro_cubic_ppm_per_deg2_s2, s.gyro_cubic_sigma_ppm_per_deg2_s2, PPM_PER_DEG2_S2, 0.0
-        ),
-        random_walk=noise(s.gyro_arw_deg_sqrt_h, DEG_SQRT_H, grade.gyro.random_walk),
-        quantum=(s.gyro_quantum_arcsec or 0.0) * ARCSEC,
-        instability=noise(s.gyro_instability_deg_h, DEG_H, grade.gyro.instability),
-        correlation_time=noise(s.gyro_correlation_time_s, 1.0, CORRELATION_TIME),
-    )
-    if s.laser_gyro is not None:
-        ring = laser_gyro(s.laser_gyro)
+    key(seed)  # refuses what is none
+    grade = find_grade(section.grade)
+    gyro, accel = _triad(section, "gyro", grade.gyro, seed), _triad(section, "accel", grade.accel, seed)
+    if section.laser_gyro is not None:
+        ring = laser_gyro(section.laser_gyro)
         gyro = replace(gyro, random_walk=ring.random_walk, quantum=ring.pulse_weight)
-    accel = TriadErrors(
-        bias=turn_on("accel bias", 3, s.accel_bias_ug, s.accel_bias_sigma_ug, UG, grade.accel.bias),
-        scale=turn_on("accel scale", 3, s.accel_scale_ppm, s.accel_scale_sigma_ppm, PPM, grade.accel.scale),
-        misalignment=_matrix(
-            turn_on(
-                "accel misalignment",
-                6,
-                s.accel_misalignment_arcsec,
-                s.accel_misalignment_sigma_arcsec,
-                ARCSEC,
-                grade.accel.misalignment,
-            )
-        ),
-        quadratic=turn_on(
-            "accel quadratic", 3, s.accel_quadratic_ug_per_g2, s.accel_quadratic_sigma_ug_per_g2, UG_PER_G2, 0.0
-        ),
-        cubic=turn_on("accel cubic", 3, s.accel_cubic_ug_per_g3, s.accel_cubic_sigma_ug_per_g3, UG_PER_G3, 0.0),
-        random_walk=noise(s.accel_vrw_ug_sqrt_hz, UG, grade.accel.random_walk),
-        quantum=s.accel_quantum_mm_s * 1e-3,
-        instability=noise(s.accel_instability_ug, UG, grade.accel.instability),
-        correlation_time=noise(s.accel_correlation_time_s, 1.0, CORRELATION_TIME),
+    return ImuErrors(
+        gyro,
+        accel,
+        np.array(section.accel_arms_mm) * 1e-3,
+        section.accel_delay_ms * 1e-3,
+        warm_up(section),
+        tuple(fault(given) for given in section.faults),
     )
-    return ImuErrors(gyro, accel)
 
 
-def _matrix(angles: Array) -> Array:
-    matrix = np.zeros((3, 3))
-    matrix[_OFF_DIAGONAL[:, 0], _OFF_DIAGONAL[:, 1]] = angles
-    return matrix
+def warm_up(section: ImuSection) -> WarmUp:
+    """Return the temperature of the block that a scenario describes.
+
+    Args:
+        section: the [imu] section of a scenario.
+
+    Returns:
+        The temperature's course.
+    """
+    return WarmUp(section.temperature_start_c, section.temperature_steady_c, section.warm_up_time_s)
+
+
+def _triad(section: ImuSection, triad: str, grade: TriadGrade, seed: int) -> TriadErrors:
+    found: dict[str, Any] = {}
+    for quantity in QUANTITIES:
+        if quantity.triad != triad:
+            continue
+        name, given = quantity.field, getattr(section, quantity.key)
+        of_grade = getattr(grade, name, CORRELATION_TIME if name == "correlation_time" else 0.0)
+        if not quantity.drawn:
+            found[name] = of_grade if given is None else given * quantity.unit
+            continue
+        if given is None:
+            sigma = getattr(section, quantity.sigma_key)
+            values = _turn_on(seed, quantity, of_grade if sigma is None else sigma * quantity.unit)
+        else:
+            values = np.array(given) * quantity.unit
+        if quantity.size == 6:
+            matrix = np.zeros((3, 3))
+            matrix[_OFF_DIAGONAL[:, 0], _OFF_DIAGONAL[:, 1]] = values
+            values = matrix
+        found[name] = values.reshape(3, 3) if quantity.size == 9 else values
+    return TriadErrors(**found)
+
+
+def _turn_on(seed: int, quantity: Quantity, sigma: float) -> Array:
+    """Draw one number for each axis of a term, or each of its angles."""
+    if not sigma:
+        return np.zeros(quantity.size)
+    from sinssim.sensors.random_numbers import pairs
+
+    which = ("gyro", "accel").index(quantity.triad)
+    return sigma * np.array([pairs(seed, quantity.field, axis, 1)[which, 0] for axis in range(quantity.size)])
+
+
+def fault(section: FaultSection) -> Fault:
+    """Return a fault that a scenario describes.
+
+    Args:
+        section: one of [[imu.faults]].
+
+    Returns:
+        The fault, SI.
+    """
+    none = (0.0, 0.0, 0.0)
+    if section.type == "spike":
+        amount = np.array([*(section.gyro_arcsec or none), *(section.accel_mm_s or none)])
+        return Fault("spike", section.at_s, section.at_s, amount * ([ARCSEC] * 3 + [1e-3] * 3))
+    amount = np.zeros(6)
+    if section.type == "bias-step":
+        amount = np.array([*(section.gyro_deg_h or none), *(section.accel_ug or none)]) * ([DEG_H] * 3 + [UG] * 3)
+    elif section.type == "saturation":
+        amount[:3], amount[3:] = (section.gyro_deg_s or 0.0) * DEG, (section.accel_g or 0.0) * G0
+    elif section.type == "jitter":
+        amount[0] = section.sigma_ms * 1e-3
+    else:
+        amount[[CHANNELS.index(channel) for channel in section.channels]] = 1.0
+    return Fault(section.type, section.from_s, np.inf if section.to_s is None else section.to_s, amount)
 
 
 def laser_gyro(section: LaserGyroSection) -> LaserGyro:

@@ -1,4 +1,4 @@
-"""The random errors of aiding sensors; every axis of every term has a generator of its own."""
+"""The random errors of aiding sensors; every axis of every term has random numbers of its own."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.sensors.imu_errors import term_generator
+from sinssim.sensors.random_numbers import normals
 
 
 def white(seed: int, term: str, sigma: Sequence[float], count: int) -> Array:
@@ -22,7 +22,7 @@ def white(seed: int, term: str, sigma: Sequence[float], count: int) -> Array:
     Returns:
         (M, k).
     """
-    return np.column_stack([s * term_generator(seed, term, i).standard_normal(count) for i, s in enumerate(sigma)])
+    return np.column_stack([s * normals(seed, term, i, count) for i, s in enumerate(sigma)])
 
 
 def correlated(seed: int, term: str, sigma: Sequence[float], time: Array, correlation_time: float) -> Array:
@@ -60,4 +60,4 @@ def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int =
     Returns:
         The error, in the units of `fixed` and `sigma`.
     """
-    return sigma * float(term_generator(seed, term, axis).standard_normal()) if fixed is None else fixed
+    return sigma * float(normals(seed, term, axis, 1)[0]) if fixed is None else fixed

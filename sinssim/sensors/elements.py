@@ -1,0 +1,69 @@
+"""Where and when the sensors measure: each accelerometer at its own place, all of them a moment after the gyros.
+
+An accelerometer at r from the block's reference point, its sensitive axis along e, feels besides the force there
+
+    (1) e · [ω̇ × r + ω × (ω × r)]    (size effect)
+
+and one that samples δ after the gyros gives V(t_k − δ) − V(t_(k−1) − δ), V being the integral of its force. Both need
+what lies between the samples: a cubic spline through the integrals at the edges. All that follows in the emulator
+differs from run to run; this does not, so that an ensemble needs it once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
+
+_FEWEST = 4  # samples that a cubic spline needs
+
+
+def at_the_elements(ideal: ImuData, arms: Array, delay: float) -> ImuData:
+    """Return the ideal increments of the accelerometers where and when they measure.
+
+    Args:
+        ideal: ideal increments at the block's reference point.
+        arms: places of the forward, the right and the down accelerometer, (3, 3) m, a row each.
+        delay: how much later than the gyros they sample, s; negative for earlier.
+
+    Returns:
+        The increments; the gyros' are the ones given.
+
+    Raises:
+        InputError: a delay longer than an interval, or fewer samples than it takes to see between them.
+    """
+    if not np.any(arms) and not delay:
+        return ideal
+    if len(ideal) < _FEWEST:
+        raise InputError(
+            f"accelerometers with arms or a delay need at least {_FEWEST} samples to see between; here are "
+            f"{len(ideal)}."
+        )
+    from scipy.interpolate import CubicSpline
+
+    time, interval = ideal.time, np.diff(ideal.time)
+    dvel = ideal.dvel
+    if np.any(arms):
+        rate = CubicSpline(time, _integral(ideal.dtheta)).derivative()
+        edges, middles = rate(time), rate(time[:-1] + 0.5 * interval)
+        dvel = dvel.copy()
+        for i, arm in enumerate(arms):
+            if np.any(arm):
+                # ∫ω̇ dt is the difference over the interval; the products of rates by Simpson's rule
+                pull = [np.cross(w, np.cross(w, arm))[:, i] for w in (edges[:-1], middles, edges[1:])]
+                turning = np.cross(np.diff(edges, axis=0), arm)[:, i]
+                dvel[:, i] += turning + (pull[0] + 4.0 * pull[1] + pull[2]) * interval / 6.0  # (1)
+    if delay:
+        if abs(delay) > interval.min():
+            raise InputError(
+                f"the accelerometers sample {delay:g} s after the gyros, more than one interval of "
+                f"{interval.min():g} s."
+            )
+        # before the first or after the last edge the spline is continued
+        dvel = np.diff(CubicSpline(time, _integral(dvel))(time - delay), axis=0)
+    return ImuData(time, ideal.dtheta, dvel)
+
+
+def _integral(increments: Array) -> Array:
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)])

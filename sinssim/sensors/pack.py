@@ -1,0 +1,149 @@
+"""The errors of one or many runs as the arrays that the kernels of `sinssim.sensors.error_kernel` take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.sensors import error_kernel as kernel
+from sinssim.sensors.imu_errors import Fault, ImuErrors, TriadErrors
+
+_NEXT, _OTHER = (1, 2, 0), (2, 0, 1)  # the axes after x, y, z
+_MOST_TILT = 0.2  # rad
+
+_KINDS = {
+    "bias-step": kernel.STEP,
+    "spike": kernel.SPIKE,
+    "saturation": kernel.NARROW,
+    "dropout": kernel.DROP,
+    "freeze": kernel.FREEZE,
+}
+
+_PER_AXIS = {
+    "bias": kernel.BIAS,
+    "scale": kernel.SCALE,
+    "asymmetry": kernel.ASYMMETRY,
+    "quadratic": kernel.QUADRATIC,
+    "cubic": kernel.CUBIC,
+    "scale_temperature": kernel.SCALE_WARM,
+    "bias_temperature": kernel.BIAS_WARM,
+    "ramp": kernel.RAMP,
+    "random_walk": kernel.RANDOM_WALK,
+    "instability": kernel.INSTABILITY,
+    "rate_walk": kernel.RATE_WALK,
+    "flicker": kernel.FLICKER,
+    "limit": kernel.LIMIT,
+    "quantum": kernel.QUANTUM,
+}
+_PAIRS = {
+    "misalignment": (kernel.TILT_NEXT, kernel.TILT_OTHER),
+    "cross_axis": (kernel.CROSS_NEXT, kernel.CROSS_OTHER),
+}
+
+# Which parameters make which stage necessary
+_STAGES = {
+    kernel.TILTED: (kernel.TILT_NEXT, kernel.TILT_OTHER),
+    kernel.BENT: (kernel.ASYMMETRY, kernel.QUADRATIC, kernel.CUBIC, kernel.CROSS_NEXT, kernel.CROSS_OTHER),
+    kernel.WARMING: (kernel.SCALE_WARM, kernel.BIAS_WARM),
+    kernel.RAMPING: (kernel.RAMP,),
+    kernel.G_SENSITIVE: (kernel.G_X, kernel.G_Y, kernel.G_Z),
+    kernel.WHITE: (kernel.RANDOM_WALK,),
+    kernel.WANDERING: (kernel.INSTABILITY,),
+    kernel.RATE_WALKING: (kernel.RATE_WALK,),
+    kernel.FLICKERING: (kernel.FLICKER,),
+    kernel.LIMITED: (kernel.LIMIT,),
+    kernel.QUANTISED: (kernel.QUANTUM,),
+}
+
+
+class Packed(NamedTuple):
+    """The errors of R runs.
+
+    Attributes:
+        active: the stages that any run needs.
+        parameters: (PARAMETERS, 6, R).
+        conditions: what all runs share, at the start, (CONDITIONS,).
+        kinds: of the faults, (F,).
+        spans: their begins and ends, (F, 2) s.
+        amounts: what they do to each channel, (F, 6).
+    """
+
+    active: int
+    parameters: Array
+    conditions: Array
+    kinds: NDArray[np.int64]
+    spans: Array
+    amounts: Array
+
+    @property
+    def nothing(self) -> bool:
+        """Whether there is no error in any run."""
+        return not self.active and not self.parameters.any()
+
+
+def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
+    """Put the errors of runs into arrays.
+
+    Args:
+        runs: errors of each; correlation times, warm-up and faults are the same in all.
+        start: first edge of the samples, s.
+
+    Returns:
+        The arrays.
+
+    Raises:
+        InputError: an error that no sensor has: a negative noise, a correlation time of zero, axes that lie far from
+            the block's.
+    """
+    parameters = np.zeros((kernel.PARAMETERS, 6, len(runs)))
+    for run, errors in enumerate(runs):
+        for first, triad, name in ((0, errors.gyro, "gyro"), (3, errors.accel, "accelerometer")):
+            _check(triad, name)
+            three = slice(first, first + 3)
+            for field, parameter in _PER_AXIS.items():
+                parameters[parameter, three, run] = getattr(triad, field)
+            for field, (after, other) in _PAIRS.items():
+                matrix = getattr(triad, field)
+                parameters[after, three, run] = matrix[range(3), _NEXT]
+                parameters[other, three, run] = matrix[range(3), _OTHER]
+        for j, parameter in enumerate((kernel.G_X, kernel.G_Y, kernel.G_Z)):
+            parameters[parameter, :3, run] = errors.gyro.g_sensitivity[:, j]
+    one = runs[0]
+    if not one.warm_up.time_constant > 0.0:
+        raise InputError(f"the warm-up's time constant, {one.warm_up.time_constant:g} s, must be positive.")
+    faults = [fault for fault in one.faults if fault.kind != "jitter"]
+    active = sum(stage for stage, needed in _STAGES.items() if parameters[needed, :, :].any())
+    conditions = np.zeros(kernel.CONDITIONS)
+    conditions[kernel.START] = start
+    conditions[kernel.STEADY], conditions[kernel.WARM_UP] = one.warm_up.steady, one.warm_up.time_constant
+    conditions[kernel.EXCESS] = one.warm_up.start - one.warm_up.steady
+    conditions[kernel.GYRO_TIME], conditions[kernel.ACCEL_TIME] = one.gyro.correlation_time, one.accel.correlation_time
+    return Packed(active + (kernel.FAULTY if faults else 0), parameters, conditions, *_faults(faults))
+
+
+def _faults(faults: Sequence[Fault]) -> tuple[NDArray[np.int64], Array, Array]:
+    return (
+        np.array([_KINDS[fault.kind] for fault in faults], dtype=np.int64),
+        np.array([(fault.start, fault.end) for fault in faults]).reshape(-1, 2),
+        np.array([fault.amount for fault in faults]).reshape(-1, 6),
+    )
+
+
+def _check(triad: TriadErrors, name: str) -> None:
+    for field in ("random_walk", "quantum", "instability", "rate_walk", "flicker", "limit"):
+        value = getattr(triad, field)
+        if not 0.0 <= value < np.inf:
+            raise InputError(f"{name} {field} = {value} (SI) must be finite and at least 0.")
+    if not triad.correlation_time > 0.0:
+        raise InputError(f"{name} correlation_time = {triad.correlation_time} s must be greater than 0.")
+    far = np.abs(triad.misalignment).max()
+    if not far <= _MOST_TILT or np.any(np.diagonal(triad.misalignment)):
+        raise InputError(
+            f"{name} misalignment = {triad.misalignment.tolist()} rad is not small angles beside a diagonal of zeros; "
+            f"at most {_MOST_TILT:g} rad either way can be had."
+        )
