@@ -200,7 +200,7 @@ def compare(
                 plan, directory, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
             )
     except KeyboardInterrupt as interrupt:
-        typer.echo(f"Interrupted. {_notes(interrupt) or 'No case had been done yet.'}", err=True)
+        typer.echo(f"Interrupted. {_notes(interrupt) or 'Nothing had been done yet.'}", err=True)
         raise typer.Exit(130) from None
     if as_json:
         from sinssim.studies.write import results

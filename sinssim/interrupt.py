@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import signal
 import sys
 import threading
@@ -11,6 +12,8 @@ from types import FrameType
 from typing import NoReturn
 
 _SOON = 0.01  # [s]
+_COMPILER = re.compile(r"[/\\](numba|llvmlite)[/\\]")
+"""Its files; compiled kernels have none, so that they are interrupted."""
 
 
 @contextlib.contextmanager
@@ -18,8 +21,9 @@ def interruptible(*signals: signal.Signals) -> Iterator[None]:
     """Raise KeyboardInterrupt when one of the signals comes, so that what is to be tidied up then is tidied up.
 
     Python's own handler raises wherever it is. Inside the import system that can leave the import lock taken, and a
-    thread that imports waits for ever; inside a finalizer the exception is printed and forgotten. Here the one is put
-    off, and the other is raised again.
+    thread that imports waits for ever; inside the compiler of kernels it can leave half a kernel, and errors of its own
+    come instead; inside a finalizer the exception is printed and forgotten. Here the first two are put off, and the
+    last is raised again.
 
     Args:
         *signals: which; main thread only.
@@ -34,7 +38,7 @@ def interruptible(*signals: signal.Signals) -> Iterator[None]:
         again[-1].start()
 
     def stop(number: int, frame: FrameType | None) -> None:
-        if frame is not None and frame.f_code.co_filename.startswith("<frozen importlib"):
+        if frame is not None and (frame.f_code.co_filename.startswith("<frozen importlib") or _compiles(frame)):
             soon(number)
         else:
             _stop()
@@ -55,6 +59,15 @@ def interruptible(*signals: signal.Signals) -> Iterator[None]:
         for number, handler in before.items():
             signal.signal(number, handler)
         sys.unraisablehook = hook
+
+
+def _compiles(frame: FrameType | None) -> bool:
+    """Return whether the compiler of kernels is at work in a frame or above it."""
+    while frame is not None:
+        if _COMPILER.search(frame.f_code.co_filename):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _stop() -> NoReturn:

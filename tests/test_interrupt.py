@@ -50,6 +50,15 @@ def test_in_the_import_system() -> None:
     assert done["finished"] == 1
 
 
+def test_in_the_compiler() -> None:
+    """A kernel is finished, however deep the compiler is in something else at the time."""
+    done: dict[str, Any] = {"come": come}
+    code = compile("come()\nfinished = 1", "/lib/site-packages/numba/core/dispatcher.py", "exec")
+    with pytest.raises(KeyboardInterrupt):
+        interrupted(lambda: exec(code, done))
+    assert done["finished"] == 1
+
+
 def test_in_a_finalizer() -> None:
     """Python drops an exception there."""
 

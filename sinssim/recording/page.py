@@ -22,7 +22,7 @@ summary { margin: 1rem 0 .2rem; font-weight: 600; cursor: pointer; }
 p { max-width: 52rem; } .lead { font-size: 1.08rem; } .note { color: var(--soft); font-size: .9rem; }
 table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0 1.2rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .18rem .6rem; text-align: right; border-bottom: 1px solid var(--hair); white-space: nowrap; }
-th { background: var(--head); font-weight: 600; } td.name, th.name { text-align: left; }
+th { background: var(--head); font-weight: 600; white-space: normal; } td.name, th.name { text-align: left; }
 td.text, td.text ul { text-align: left; white-space: normal; } td.text { min-width: 16rem; }
 td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
@@ -107,7 +107,7 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, 
     """Return a table.
 
     Args:
-        heads: HTML of the column heads.
+        heads: HTML of the column heads; one that is a whole `<th…>` is taken as it is.
         lines: HTML of the cells, row by row; a cell that is a whole `<td…>` is taken as it is.
         names: how many columns, from the left, are words and not numbers.
         above: a row of heads above the heads, a whole `<tr>`.
@@ -118,7 +118,7 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, 
 
     def cells(tag: str, values: Sequence[str]) -> str:
         return "".join(
-            value if value.startswith("<td") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
+            value if value.startswith(f"<{tag}") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
             for i, value in enumerate(values)
         )
 

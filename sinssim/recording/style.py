@@ -42,6 +42,9 @@ _OTHERS: tuple[Rgb, ...] = (
 )  # fmt: skip
 
 
+_ROUNDS = (0.0, 0.4, -0.3)
+"""When the other colours are used up they come again: towards white, then towards black."""
+
 _ORDER = re.compile(r"-(\d+p?)(-\w+)?$")
 _SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
 """Towards white (positive) or black, by an algorithm's order or number of samples."""
@@ -64,9 +67,19 @@ def _known(name: str) -> Rgb | None:
     order = _ORDER.search(name)
     if name in COLORS or order is None or family(name) not in COLORS:
         return COLORS.get(name)
-    shade = _SHADES.get(order[1], 0.0)
-    r, g, b = (round(c + shade * (255 - c if shade > 0.0 else c)) for c in COLORS[family(name)])
+    return _shaded(COLORS[family(name)], _SHADES.get(order[1], 0.0))
+
+
+def _shaded(color: Rgb, shade: float) -> Rgb:
+    """Return a colour nearer to white (positive) or to black."""
+    r, g, b = (round(c + shade * (255 - c if shade > 0.0 else c)) for c in color)
     return (r, g, b)
+
+
+def _other(place: int) -> Rgb:
+    """Return the colour of a name that is not in the table, by its place among these."""
+    turn, number = divmod(place, len(_OTHERS))
+    return _shaded(_OTHERS[number], _ROUNDS[turn % len(_ROUNDS)])
 
 
 def colors(names: Sequence[str]) -> list[Rgb]:
@@ -79,7 +92,7 @@ def colors(names: Sequence[str]) -> list[Rgb]:
         Red, green, blue of 0…255 each.
     """
     others = [name for name in names if _known(name) is None]
-    return [_known(n) or _OTHERS[others.index(n) % len(_OTHERS)] for n in names]
+    return [_known(n) or _other(others.index(n)) for n in names]
 
 
 def stacked_widths(count: int) -> list[float]:

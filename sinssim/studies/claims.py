@@ -44,16 +44,23 @@ def decide(comparison: Comparison) -> list[Verdict]:
         comparison: what the study found out.
 
     Returns:
-        A verdict for each, in the order of the chapter; "undecided" where a study that was broken off, or that was
-        put together otherwise, lacks a number.
+        A verdict for each, in the order of the chapter; "undecided" where a study was broken off before it had all
+        numbers, or was put together otherwise and lacks one.
     """
     verdicts = []
     for claim, sentence in CLAIMS.items():
-        titles = [part.title for part in comparison.study.parts if claim in part.decides]
+        parts = [part for part in comparison.study.parts if claim in part.decides]
+        titles = [part.title for part in parts]
         if not titles:
             continue
+        planned = sum(part.cases * len(part.motions) for part in parts)
+        done = sum(row.part in titles for row in comparison.rows)
+        if comparison.status != "finished" and done < planned:  # part of the numbers could say anything
+            outcome = _undecided(f"{planned - done} of its {planned} navigations were not reached")
+            verdicts.append(Verdict(claim, sentence, *outcome))
+            continue
         rows = [row for row in comparison.rows if row.part in titles and row.status == "done"]
-        facts = {row.motion: comparison.motions[row.motion] for row in rows}
+        facts = {row.motion: comparison.motions[row.part, row.motion] for row in rows}
         outcome = _DECIDERS[claim](rows, facts)
         verdicts.append(Verdict(claim, sentence, *outcome))
     return verdicts

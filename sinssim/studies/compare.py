@@ -13,15 +13,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData
-from sinssim.errors import InputError, RunError
+from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.nav_error import navigation_error
+from sinssim.rates import check_parts
 from sinssim.studies import cost, motions
 from sinssim.studies.results import Case, Comparison, History, Row, fit_orders
 from sinssim.studies.schema import Part, Study, StudyMotion
 from sinssim.studies.variants import with_set
 
 if TYPE_CHECKING:
+    from sinssim.recording.directory import RunDirectory
     from sinssim.strapdown.sensor_sets import Readings
     from sinssim.truth.trajectory import Trajectory
 
@@ -37,6 +40,7 @@ _INSTANTS = 4096  # at which errors are evaluated
 _KEPT = 512  # of which are kept for plots over time
 _SAMPLE_SECONDS = 1.5e-6  # to make one sample of the truth
 _CASE_SECONDS = 0.03  # to check, and to compare with the truth
+_SAMPLE_BYTES = 300  # that a sample of a block's highest rate takes, with the solutions that are under way
 _FLIGHT_SPEED = 250.0  # how many times faster than real time JSBSim flies
 
 
@@ -51,7 +55,7 @@ def compare(
 ) -> Comparison:
     """Run a study, decide its claims, and write its report.
 
-    An interrupted study leaves a report of what was done; it never replaces one that was there.
+    A study that is interrupted or fails leaves a report of what was done; it never replaces one that was there.
 
     Args:
         study: what to compare.
@@ -70,23 +74,32 @@ def compare(
     """
     from sinssim.recording.directory import RunDirectory
 
+    if not limit_minutes >= 0.0:
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf is no limit.")
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
     comparison = Comparison(study)
     begin = time.perf_counter()
+    told = progress or (lambda what, fraction: None)
     try:
         try:
-            _run(comparison, limit_minutes, progress or (lambda what, fraction: None), say or (lambda text: None))
-        except KeyboardInterrupt as interrupt:
-            comparison.status = "interrupted"
+            _run(comparison, limit_minutes, told, say or (lambda text: None))
+        except (KeyboardInterrupt, SinssimError) as stop:
+            comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
+            comparison.seconds = time.perf_counter() - begin
             if folder is not None and comparison.rows:
-                comparison.seconds = time.perf_counter() - begin
-                place = _finish(comparison, folder, beside="interrupted")
-                interrupt.add_note(f"{len(comparison.rows)} cases were done; their report is {place / 'report.html'}.")
+                place = _finish(comparison, folder, beside=comparison.status)
+                stop.add_note(f"{_navigations(comparison)} done; their report is {place / 'report.html'}.")
             raise
         comparison.seconds = time.perf_counter() - begin
         if folder is not None:
-            (progress or (lambda what, fraction: None))("Writing the report", 1.0)
-        _finish(comparison, folder)
+            told("Writing the report", 1.0)
+        try:
+            _finish(comparison, folder)
+        except KeyboardInterrupt as interrupt:  # what took long is done: it is written all the same, unless asked again
+            if folder is not None:
+                place = _finish(comparison, folder) if folder.path.exists() else folder.target
+                interrupt.add_note(f"{_navigations(comparison)} done; their report is {place / 'report.html'}.")
+            raise
     except BaseException:
         if folder is not None and folder.path.exists():
             folder.discard()
@@ -94,16 +107,20 @@ def compare(
     return comparison
 
 
-def _finish(comparison: Comparison, folder: object, beside: str = "") -> Path:
+def _navigations(comparison: Comparison) -> str:
+    count = len(comparison.rows)
+    return "1 navigation was" if count == 1 else f"{count} navigations were"
+
+
+def _finish(comparison: Comparison, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and put the directory in its place."""
-    from sinssim.recording.directory import RunDirectory
     from sinssim.studies.claims import decide
 
     comparison.orders = [
         order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
     ]
     comparison.verdicts = decide(comparison)
-    if not isinstance(folder, RunDirectory):
+    if folder is None:
         return Path()
     from sinssim.studies.write import write_study
 
@@ -116,6 +133,10 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
     study = comparison.study
     engines = list(dict.fromkeys((a, f) for part in study.parts for a in part.algorithms for f in part.frames))
     expected = {id(m): motions.expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
+    for part, motion in _pairs(study):
+        _check_part(part)
+        if motion.scenario is None or motion.duration_s is not None:  # a flight's length is known when it was flown
+            _check_length(part, motion, expected[id(motion)])
     for number, (algorithm, frame) in enumerate(engines):
         progress(f"Timing {algorithm}", 0.0)
         comparison.costs[algorithm, frame] = cost.measure(algorithm, frame)
@@ -129,16 +150,25 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
         flown.add((motion.scenario, motion.set))
         plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
-    cases = sum(_count(block.part) for block in plan)
+    cases = sum(block.part.cases for block in plan)
     steps = sum(
-        expected[id(b.motion)] * rate * _count(b.part) / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
+        expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
     )
-    text = f"{cases} navigations of {steps / 1e6:.3g} million samples, about {duration_words(total)}"
+    navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
+    text = f"{navigations} of {steps / 1e6:.3g} million samples, about {duration_words(total)}"
     if total > 60.0 * limit_minutes:
         raise InputError(
             f"the study {study.name} would take too long: {text}, more than the limit of "
-            f"{duration_words(60.0 * limit_minutes)}. Compare fewer rates, algorithms or motions, or raise the limit "
+            f"{limit_minutes:g} min. Compare fewer rates, algorithms or motions, or raise the limit "
             f"with --limit-minutes {int(np.ceil(total / 60.0 * 1.2))}."
+        )
+    largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
+    samples = expected[id(largest.motion)] * largest.part.highest_hz
+    if samples * _SAMPLE_BYTES > _memory():
+        raise InputError(
+            f"the study {study.name} would need too much memory: {samples / 1e6:.3g} million samples of "
+            f"{largest.motion.label} at {largest.part.highest_hz:g} Hz take about {samples * _SAMPLE_BYTES / 1e9:.0f} "
+            f"GB, and there are {_memory() / 1e9:.0f} GB. A shorter motion or a lower highest rate is needed."
         )
     if total > LONG_SECONDS:
         say(f"{study.name}: {text}.")
@@ -155,6 +185,14 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
             done += share
 
 
+def _memory() -> float:
+    """Return this machine's memory in bytes; infinite where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):  # Windows has no sysconf
+        return float("inf")
+
+
 @dataclass(frozen=True)
 class _Block:
     """All cases of one part on one motion."""
@@ -168,12 +206,33 @@ def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
     return ((part, motion) for part in study.parts for motion in part.motions)
 
 
-def _engines(part: Part) -> list[tuple[str, str, str, str]]:
-    return list(itertools.product(part.algorithms, part.frames, part.gravities, part.curvatures))
+def _check_part(part: Part) -> None:
+    """Raise for algorithms and frames that cannot be run at a schedule's rates."""
+    if not part.schedules_hz:
+        return
+    for algorithm, frame in itertools.product(part.algorithms, part.frames):
+        try:
+            check_parts(algorithm, frame)
+        except InputError as mistake:
+            raise InputError(f"part {part.title!r}: {mistake}") from mistake
 
 
-def _count(part: Part) -> int:
-    return len(_engines(part)) * len(part.pace) * len(part.sensors) * len(part.variants)
+def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
+    """Raise for a motion that is shorter than what an algorithm, or a schedule's slow part, needs at once."""
+    from sinssim.strapdown.functional_iteration import WINDOW
+
+    for rate, schedule, _ in part.pace:
+        slowest = schedule[2] if schedule else rate
+        for algorithm in part.algorithms:
+            entry = REGISTRY[algorithm]
+            needed = WINDOW if entry.windowed else entry.samples
+            if duration * slowest < needed - 1e-6:
+                raise InputError(
+                    f"part {part.title!r}: the motion {motion.label!r} lasts {duration:g} s; {algorithm} at "
+                    f"{slowest:g} Hz needs {needed / slowest:g} s at least"
+                    + (f", {needed} samples" if needed > 1 else "")
+                    + ". A longer motion or a higher rate is needed."
+                )
 
 
 def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple[str, str], cost.Cost]) -> float:
@@ -182,7 +241,7 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple
     each = len(part.gravities) * len(part.curvatures) * len(part.sensors) * len(part.variants)
     ns = sum(costs[algorithm, frame].ns_per_step for algorithm in part.algorithms for frame in part.frames)
     samples = sum(duration * rate for rate, *_ in part.pace)
-    seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * _count(part)) / threads
+    seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * part.cases) / threads
     vibrating = 1 + 40 * bool(motion.vibration)
     seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
     return seconds
@@ -208,17 +267,18 @@ def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, 
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Moving: {motion.label}", 0.0)
     trajectory = motions.make(motion)
+    _check_length(part, motion, trajectory.end - trajectory.start)
     ideal = trajectory.increments(part.highest_hz)
-    comparison.motions.setdefault(motion.label, motions.facts(trajectory))
+    comparison.motions[part.title, motion.label] = motions.facts(trajectory)
     truth = _Truth(trajectory, ideal.time)
-    count, finished = _count(part), 0
+    count, finished = part.cases, 0
     for grade, variant in itertools.product(part.sensors, part.variants):
         section = with_set(comparison.study.block(grade), variant, part.highest_hz)
         _, readings = read(trajectory, ideal, section, seed)
         cases = []
         for rate, schedule, slow in part.pace:
             slower = readings.at(round(part.highest_hz / rate))
-            for algorithm, frame, gravity, curvature in _engines(part):
+            for algorithm, frame, gravity, curvature in part.engines:
                 case = Case(
                     part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate,
                     schedule or (), slow,

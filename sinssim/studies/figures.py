@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim.recording.page import css
 from sinssim.recording.style import COLORS, colors, family
+from sinssim.studies.naming import Label, Paint
 from sinssim.studies.results import Comparison, Order, Row
 
 if TYPE_CHECKING:
@@ -17,31 +19,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MARKERS = {"1": "o", "1p": "P", "2": "s", "3": "^", "4": "D"}
-_PALETTE = ("quaternion", "poisson", "euler", "two-quaternions", "rotation-vector", "functional-iteration", "reference")
 _FLOOR = 1e-16  # a smaller number is drawn as this one: logarithms know no zero
+_COLUMNS = 3  # panels side by side; with more of them their text would be too small to read
 
-Label = Callable[[Row], str]
 
-
-def color_of(name: str, position: int = 0) -> str:
-    """Return the colour that an algorithm has everywhere, or for another name the palette's of its position.
+def color_of(algorithm: str) -> str:
+    """Return the colour that an algorithm has everywhere.
 
     Args:
-        name: of an algorithm or anything else.
-        position: among the names of its kind.
+        algorithm: one of `sinssim.ALGORITHMS`.
 
     Returns:
         "#rrggbb".
     """
-    known = family(name) in COLORS
-    return "#{:02x}{:02x}{:02x}".format(*colors([name if known else _PALETTE[position % len(_PALETTE)]])[0])
+    return css(colors([algorithm])[0])
 
 
-def _line(name: str, position: int) -> dict[str, Any]:
-    """Line style: colour by family, marker by order, dashed and hollow if corrected after each step."""
+def _line(name: str, color: str) -> dict[str, Any]:
+    """Line style: marker by order, dashed and hollow if corrected after each step."""
     order = re.search(r"-(\d+p?)", name)
     corrected = name.endswith(("-ortho", "-norm"))
-    color = color_of(name, position)
     return {
         "color": color,
         "marker": _MARKERS.get(order[1] if order else "", "*" if family(name) in COLORS else "o"),
@@ -135,47 +132,50 @@ _QUANTITIES = (
 )
 
 
-def against_rate(rows: Sequence[Row], label: Label) -> Figure:
+def against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Figure:
     """Draw errors over the sample rate: a column for each motion, a line for each algorithm (or whatever varies).
 
     Args:
         rows: of one part.
         label: what a line is called.
+        paint: its colour by name.
 
     Returns:
         The figure.
     """
-    return _lines(rows, label, _QUANTITIES, "rate")
+    return _lines(rows, label, paint, _QUANTITIES, "rate")
 
 
-def against_cost(rows: Sequence[Row], label: Label) -> Figure:
+def against_cost(rows: Sequence[Row], label: Label, paint: Paint) -> Figure:
     """Draw errors over the processor time that one second of motion takes.
 
     Args:
         rows: of one part.
         label: what a line is called.
+        paint: its colour by name.
 
     Returns:
         The figure.
     """
-    return _lines(rows, label, _QUANTITIES[:1], "cost")
+    return _lines(rows, label, paint, _QUANTITIES[:1], "cost")
 
 
-def defect_against_rate(rows: Sequence[Row], label: Label) -> Figure:
+def defect_against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Figure:
     """Draw the loss of norm or orthogonality over the sample rate.
 
     Args:
         rows: of one part.
         label: what a line is called.
+        paint: its colour by name.
 
     Returns:
         The figure.
     """
     kept = [row for row in rows if row.max_defect > 0.0]
-    return _lines(kept, label, (("max_defect", "greatest defect of norm\nor orthogonality"),), "rate")
+    return _lines(kept, label, paint, (("max_defect", "greatest defect of norm\nor orthogonality"),), "rate")
 
 
-def _lines(rows: Sequence[Row], label: Label, quantities: Sequence[tuple[str, str]], over: str) -> Figure:
+def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence[tuple[str, str]], over: str) -> Figure:
     motions = list(dict.fromkeys(row.motion for row in rows))
     names = list(dict.fromkeys(label(row) for row in rows))
     figure, grid = _panels(motions, len(quantities), len(names))
@@ -183,12 +183,12 @@ def _lines(rows: Sequence[Row], label: Label, quantities: Sequence[tuple[str, st
     for column, motion in enumerate(motions):
         for line, (quantity, title) in enumerate(quantities):
             axes: Axes = grid[line, column]
-            for position, name in enumerate(names):
+            for name in names:
                 found = [r for r in rows if r.motion == motion and label(r) == name and r.status == "done"]
                 found.sort(key=lambda r: r.rate_hz)
                 x = [r.rate_hz if over == "rate" else r.rate_hz * r.ns_per_step * 1e-3 for r in found]
                 y = [max(getattr(r, quantity), _FLOOR) for r in found]
-                axes.plot(x, y, label=name, **_line(name, position))
+                axes.plot(x, y, label=name, **_line(name, paint[name]))
             axes.set_yscale("log")
             _style_axes(axes)
             if over == "rate":
@@ -211,12 +211,14 @@ def _lines(rows: Sequence[Row], label: Label, quantities: Sequence[tuple[str, st
     return figure
 
 
-def bars(rows: Sequence[Row], label: Label) -> Figure:
+def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Figure:
     """Draw errors as bars, for comparisons at one rate.
 
     Args:
         rows: of one part.
         label: what a bar is called.
+        line: what a bar's line over time is called, whose colour it has.
+        paint: colours of lines by name.
 
     Returns:
         The figure.
@@ -226,14 +228,17 @@ def bars(rows: Sequence[Row], label: Label) -> Figure:
     done = [row for row in rows if row.status == "done"]
     motions = list(dict.fromkeys(row.motion for row in done))
     names = list(dict.fromkeys(label(row) for row in rows))
-    figure = _figure(max(7.5, 2.4 + 3.2 * len(motions)), 0.9 + 0.24 * len(names) * 1.0 + 0.5)
-    grid = figure.subplots(1, len(motions), squeeze=False, sharey=True)
-    for column, motion in enumerate(motions):
-        axes: Axes = grid[0, column]
+    columns = min(len(motions), _COLUMNS)
+    lines = -(-len(motions) // columns)
+    figure = _figure(max(7.5, 2.4 + 3.2 * columns), lines * (1.0 + 0.24 * len(names)) + 0.4)
+    grid = figure.subplots(lines, columns, squeeze=False, sharey=True)
+    for axes in grid.flat[len(motions) :]:
+        axes.remove()
+    for axes, motion in zip(grid.flat, motions, strict=False):
         for row in (r for r in done if r.motion == motion):
             place = names.index(label(row))
             value = max(row.max_horizontal_error_m, _FLOOR)
-            axes.barh(place, value, color=color_of(row.algorithm), height=0.7)
+            axes.barh(place, value, color=paint[line(row)], height=0.7)
             axes.annotate(
                 _short(value), (value, place), xytext=(3, 0), textcoords="offset points", va="center", fontsize=7.5
             )

@@ -75,9 +75,11 @@ def expected_seconds(motion: StudyMotion) -> float:
         Duration, s: exact except for a flight.
 
     Raises:
-        InputError: there is no such scenario, or it has mistakes.
+        InputError: there is no such scenario, it has mistakes, or the motion does not last as long as is asked for.
     """
     whole = flight_seconds(motion)
+    if motion.scenario is None:
+        _check_duration(motion, whole)
     return min(whole, motion.duration_s or whole)
 
 
@@ -129,12 +131,16 @@ def make(motion: StudyMotion) -> Trajectory:
     trajectory = fly(scenario_of(motion))
     if motion.duration_s is None:
         return trajectory
-    if motion.duration_s > trajectory.end - trajectory.start + 1e-6:
-        raise InputError(
-            f"the motion {motion.label!r} lasts {trajectory.end - trajectory.start:.1f} s, less than its duration_s = "
-            f"{motion.duration_s:g} s; at most what it lasts can be asked for."
-        )
+    _check_duration(motion, trajectory.end - trajectory.start)
     return Beginning(trajectory, motion.duration_s)
+
+
+def _check_duration(motion: StudyMotion, lasts: float) -> None:
+    if motion.duration_s is not None and motion.duration_s > lasts + 1e-6:
+        raise InputError(
+            f"the motion {motion.label!r} lasts {lasts:.1f} s, less than its duration_s = {motion.duration_s:g} s; at "
+            "most what it lasts can be asked for."
+        )
 
 
 class Beginning:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
 
 from sinssim.data import Array
-from sinssim.recording import style
 from sinssim.recording.blueprints import RunInfo, all_views
 from sinssim.recording.page import capital, number
 from sinssim.recording.rrd import Recording
 from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.studies import figures
-from sinssim.studies.report import labeller, over_rates
+from sinssim.studies.naming import Paint, labeller, line_labeller, over_rates, palette
 from sinssim.studies.results import Comparison, History, Row
 from sinssim.studies.schema import Part
 
@@ -41,8 +39,9 @@ def record(comparison: Comparison, path: Path) -> None:
     algorithms = tuple(dict.fromkeys(row.algorithm for row in comparison.rows))
     run = RunInfo(comparison.study.name, 0.0, float(max(ends, default=1.0)), algorithms, labels={"kind": "study"})
     with Recording(path, run.application, all_views(run)) as recording:
-        panels = _draw_growth(recording, comparison)
-        pictures = _draw_figures(recording, comparison)
+        paint = palette(comparison)
+        panels = _draw_growth(recording, comparison, paint)
+        pictures = _draw_figures(recording, comparison, paint)
         recording.document("comparison/verdicts", _markdown(comparison))
         run = RunInfo(
             run.name,
@@ -56,21 +55,13 @@ def record(comparison: Comparison, path: Path) -> None:
         recording.blueprint(all_views(run))
 
 
-def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str, str, float, bool]]:
+def _draw_growth(recording: Recording, comparison: Comparison, paint: Paint) -> list[tuple[str, str, float, bool]]:
     """Record how errors grew over the motion, below `comparison/growth`.
 
     Returns:
         Entity, title, end of the motion and whether there is room for a legend, of each panel.
     """
     panels: list[tuple[str, str, float, bool]] = []
-    everything = [
-        _label(part, rows)(row)
-        for part in comparison.study.parts
-        if (rows := comparison.of_part(part.title))
-        for row in rows
-    ]
-    names = list(dict.fromkeys(everything))
-    colors = dict(zip(names, style.colors(names), strict=True))  # one name, one colour in all panels
     for number_, part in enumerate(comparison.study.parts, start=1):
         rows = comparison.of_part(part.title)
         for motion in dict.fromkeys(row.motion for row in rows):
@@ -78,7 +69,7 @@ def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str
             if not here:
                 continue
             shown = _shown(part, here)
-            label = _label(part, rows)
+            label = line_labeller(part, rows)
             histories = [comparison.histories[_case(comparison, row)] for row in shown]
             end = min(history.time[-1] for history in histories)
             time = np.linspace(histories[0].time[0], end, _POINTS)
@@ -87,16 +78,11 @@ def _draw_growth(recording: Recording, comparison: Comparison) -> list[tuple[str
             kind = "attitude" if over_rates(part) else "horizontal"
             values = np.column_stack([_log_error(history, kind, time) for history in histories])
             values[0] = np.nan  # no error at the start, and no logarithm of it
-            recording.series(entity, time, values, names, colors=[colors[name] for name in names], widths=1.6)
+            recording.series(entity, time, values, names, colors=[_rgb(paint[name]) for name in names], widths=1.6)
             what = "attitude, log₁₀ ″" if kind == "attitude" else "horizontal, log₁₀ m"
             rate = f", {shown[0].rate_hz:g} Hz" if part.rates_hz else ""
             panels.append((entity, f"{motion}{rate}: {what}", float(end), len(names) <= _LEGEND))
     return panels[:_PANELS]
-
-
-def _label(part: Part, rows: list[Row]) -> Callable[[Row], str]:
-    """Return what a line is called: all lines of a panel have one rate, unless there are schedules."""
-    return labeller(rows, pace=bool(part.schedules_hz))
 
 
 def _shown(part: Part, rows: list[Row]) -> list[Row]:
@@ -122,8 +108,13 @@ def _log_error(history: History, kind: str, time: Array) -> Array:
     return np.log10(np.maximum(np.interp(time, history.time, errors), _LEAST))
 
 
-def _draw_figures(recording: Recording, comparison: Comparison) -> list[tuple[str, str]]:
-    """Record the report's figures of the first part that has any, and the costs, as pictures.
+def _rgb(color: str) -> tuple[int, int, int]:
+    r, g, b = bytes.fromhex(color.removeprefix("#"))
+    return r, g, b
+
+
+def _draw_figures(recording: Recording, comparison: Comparison, paint: Paint) -> list[tuple[str, str]]:
+    """Record the report's figures, and the costs, as pictures.
 
     Returns:
         Entity and title of each.
@@ -141,18 +132,12 @@ def _draw_figures(recording: Recording, comparison: Comparison) -> list[tuple[st
         entity = f"comparison/figures/{number_}"
         if over_rates(part):
             label = labeller(rows)
-            picture(
-                f"{entity}/rate",
-                f"{part.title}: accuracy against rate",
-                figures.to_png(figures.against_rate(rows, label)),
-            )
-            picture(
-                f"{entity}/cost",
-                f"{part.title}: accuracy against cost",
-                figures.to_png(figures.against_cost(rows, label)),
-            )
+            for over, draw in (("rate", figures.against_rate), ("cost", figures.against_cost)):
+                drawn = draw(rows, label, paint)
+                picture(f"{entity}/{over}", f"{part.title}: accuracy against {over}", figures.to_png(drawn))
         else:
-            picture(f"{entity}/bars", part.title, figures.to_png(figures.bars(rows, labeller(rows, pace=True))))
+            drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
+            picture(f"{entity}/bars", part.title, figures.to_png(drawn))
     if comparison.costs:
         picture("comparison/figures/costs", "Cost of a step", figures.to_png(figures.costs(comparison)))
     return pictures
@@ -164,12 +149,14 @@ def _markdown(comparison: Comparison) -> str:
         lines += [f"**{verdict.verdict.upper()}**: {capital(verdict.sentence)}. {verdict.reason}", ""]
         lines += [*(f"- {point}" for point in verdict.points), ""]
     for part in comparison.study.parts:
-        rows = [row for row in comparison.of_part(part.title) if row.status == "done"]
+        rows = comparison.of_part(part.title)
         if not rows:
             continue
         lines += [f"## {part.title}", ""]
         lines += _rates_table(rows) if over_rates(part) else _cases_table(rows)
-        lines.append("")
+        label = labeller(rows, pace=True)
+        failed = [row for row in rows if row.status == "failed"]
+        lines += ["", *(f"- **{row.motion} · {label(row)}** failed: {row.message}" for row in failed), ""]
     return "\n".join(lines)
 
 

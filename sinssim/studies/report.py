@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from sinssim.recording.page import capital, number, page, swatch, table, words
 from sinssim.studies import figures
+from sinssim.studies.naming import Label, Paint, labeller, line_labeller, over_rates, palette, varying
 from sinssim.studies.results import ERRORS, Comparison, Row, Verdict
 from sinssim.studies.schema import Part
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
-
-_DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
-_RATES_FOR_LINES = 3  # from so many rates on, errors are drawn over the rate
 
 _METRICS = (
     ("max_horizontal_error_m", "horizontal max, m"),
@@ -35,50 +32,6 @@ _STYLE = """
 """
 
 
-def varying(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return the dimensions in which rows differ, apart from motion and rate.
-
-    Args:
-        rows: of one part.
-
-    Returns:
-        Names of attributes of `Row`.
-    """
-    return tuple(d for d in _DIMENSIONS if len({getattr(row, d) for row in rows}) > 1)
-
-
-def labeller(rows: Sequence[Row], pace: bool = False) -> Callable[[Row], str]:
-    """Return what tells rows of one motion apart, in words.
-
-    Args:
-        rows: of one part.
-        pace: whether the rate belongs to it, where it differs.
-
-    Returns:
-        A function of a row.
-    """
-    dimensions = varying(rows)
-    several = pace and len({row.pace for row in rows}) > 1
-
-    def label(row: Row) -> str:
-        parts = [str(getattr(row, d)) for d in dimensions] + ([f"{row.pace} Hz"] if several else [])
-        return " · ".join(parts) or row.algorithm
-
-    return label
-
-
-def over_rates(part: Part) -> bool:
-    """Return whether a part is seen best as lines over the rate.
-
-    Args:
-        part: of a study.
-
-    Returns:
-        Whether it has several plain rates.
-    """
-    return len(part.rates_hz) >= _RATES_FOR_LINES and not part.schedules_hz
-
-
 def html_report(comparison: Comparison, about: dict[str, str]) -> str:
     """Return the report.
 
@@ -92,27 +45,26 @@ def html_report(comparison: Comparison, about: dict[str, str]) -> str:
     study = comparison.study
     body = [f"<h1>{words(study.name)}</h1>", f'<p class="lead">{words(study.description)}</p>']
     count = len(comparison.rows)
-    status = (
-        ""
-        if comparison.status == "finished"
-        else " <strong>The study was interrupted: these are the cases that were done.</strong>"
-    )
-    body.append(f'<p class="note">{count} navigations in {comparison.seconds:.0f} s, seed {study.seed}.{status}</p>')
+    broken_off = {"interrupted": "was interrupted", "failed": "failed"}.get(comparison.status)
+    status = f" <strong>The study {broken_off}: these are the cases that were done.</strong>" if broken_off else ""
+    navigations = "1 navigation" if count == 1 else f"{count} navigations"
+    body.append(f'<p class="note">{navigations} in {comparison.seconds:.0f} s, seed {study.seed}.{status}</p>')
     if comparison.verdicts:
         body += ["<h2>Claims and verdicts</h2>", _verdicts(comparison)]
+    paint = palette(comparison)
     for number_, part in enumerate(study.parts, start=1):
         rows = comparison.of_part(part.title)
         body.append(f"<h2>{number_}. {words(part.title)}</h2>")
         if part.text:
             body.append(f"<p>{words(part.text)}</p>")
-        body += _part(comparison, part, rows, f"part{number_}") if rows else ["<p>Not reached.</p>"]
+        body += _part(comparison, part, rows, paint, f"part{number_}") if rows else ["<p>Not reached.</p>"]
     body += ["<h2>Cost of a step</h2>", *_costs(comparison)]
     body += ["<h2>Motions</h2>", _motions(comparison), "<h2>How it was measured</h2>", _method(comparison, about)]
     return page(f"{study.name}: comparison", body, _STYLE)
 
 
-def _swatch(name: str, position: int = 0) -> str:
-    return swatch(figures.color_of(name, position))
+def _swatch(algorithm: str) -> str:
+    return swatch(figures.color_of(algorithm))
 
 
 def _verdicts(comparison: Comparison) -> str:
@@ -133,30 +85,31 @@ def _points(verdict: Verdict) -> str:
     return f"<ul>{points}</ul>" if points else ""
 
 
-def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> list[str]:
+def _part(comparison: Comparison, part: Part, rows: list[Row], paint: Paint, name: str) -> list[str]:
     body: list[str] = []
     failed = [row for row in rows if row.status == "failed"]
     if over_rates(part):
         label = labeller(rows)
-        body += ["<h3>Accuracy against rate</h3>", figures.to_svg(figures.against_rate(rows, label), f"{name}rate")]
-        body += ["<h3>Accuracy against cost</h3>", figures.to_svg(figures.against_cost(rows, label), f"{name}cost")]
+        for over, draw in (("rate", figures.against_rate), ("cost", figures.against_cost)):
+            body += [f"<h3>Accuracy against {over}</h3>", figures.to_svg(draw(rows, label, paint), f"{name}{over}")]
         for quantity, title in zip(ERRORS, ("Greatest attitude error, ″", "Greatest horizontal error, m"), strict=True):
             for motion in dict.fromkeys(row.motion for row in rows):
                 here = [row for row in rows if row.motion == motion]
                 unfold = " open" if quantity == ERRORS[0] else ""
                 body.append(f"<details{unfold}><summary>{title}: {words(motion)}</summary>")
-                body.append(_pivot(here, quantity, label) + "</details>")
+                body.append(_pivot(here, quantity, label, paint) + "</details>")
         body += _orders(comparison, part, name)
         if any(row.max_defect > 0.0 for row in rows):
             body += [
                 "<h3>Loss of norm or orthogonality</h3>",
                 "<p class=note>|‖q‖ − 1| of quaternions, the greatest element of |BBᵀ − I| of direction cosines, both "
                 "of the algorithm's own variables; Euler angles have none. At 1e-13 it is rounding.</p>",
-                figures.to_svg(figures.defect_against_rate(rows, label), f"{name}defect"),
+                figures.to_svg(figures.defect_against_rate(rows, label, paint), f"{name}defect"),
             ]
     else:
         if any(row.status == "done" for row in rows):
-            body.append(figures.to_svg(figures.bars(rows, labeller(rows, pace=True)), f"{name}bars"))
+            drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
+            body.append(figures.to_svg(drawn, f"{name}bars"))
         body.append(_long_table(rows))
     passed = [row for row in rows if row.passages]
     if passed:
@@ -172,7 +125,7 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], name: str) -> lis
     return body
 
 
-def _pivot(rows: list[Row], quantity: str, label: Callable[[Row], str]) -> str:
+def _pivot(rows: list[Row], quantity: str, label: Label, paint: Paint) -> str:
     rates = sorted({row.rate_hz for row in rows})
     values = {(label(row), row.rate_hz): getattr(row, quantity) for row in rows}
     finite = [v for v in values.values() if math.isfinite(v) and v > 0.0]
@@ -185,9 +138,9 @@ def _pivot(rows: list[Row], quantity: str, label: Callable[[Row], str]) -> str:
         return f'<td style="background:rgba(0,158,115,{0.45 * good:.2f})">{number(value)}</td>'
 
     lines = []
-    for position, name in enumerate(dict.fromkeys(label(row) for row in rows)):
+    for name in dict.fromkeys(label(row) for row in rows):
         cells = [cell(values.get((name, rate), math.nan)) for rate in rates]
-        lines.append((_swatch(name, position) + words(name), *cells))
+        lines.append((swatch(paint[name]) + words(name), *cells))
     return table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
 
 
@@ -238,19 +191,8 @@ def _passages(rows: list[Row]) -> str:
          number(r.max_horizontal_error_m), f'<td class="text">{words(r.message)}</td>')
         for r in rows
     ]  # fmt: skip
-    return table(
-        (
-            "",
-            "motion",
-            "rate, Hz",
-            "passages",
-            "greatest damage, ′",
-            "horizontal max, m",
-            "<th class=name>what happened</th>",
-        ),
-        lines,
-        2,
-    )
+    heads = ("", "motion", "rate, Hz", "passages", "greatest damage, ′", "horizontal max, m")
+    return table((*heads, "<th class=name>what happened</th>"), lines, 2)
 
 
 def _costs(comparison: Comparison) -> list[str]:
@@ -302,7 +244,8 @@ def _motions(comparison: Comparison) -> str:
             f"{f.latitude_rate_deg_h:.3f}",
             f"{f.max_latitude_deg:.2f}",
         )
-        for name, f in comparison.motions.items()
+        # a motion of several parts once; one that lasts longer in another part is another one
+        for name, f in dict.fromkeys((name, facts) for (_, name), facts in comparison.motions.items())
     ]
     return table(heads, lines)
 
@@ -338,13 +281,16 @@ def show(comparison: Comparison, console: Console) -> None:
                 _show_rates(f"{part.title}: {motion}, greatest attitude error in arcsec", here, labeller(rows), console)
             else:
                 _show_cases(f"{part.title}: {motion}, greatest errors", here, labeller(rows, pace=True), console)
+    failed = sum(row.status == "failed" for row in comparison.rows)
+    if failed:
+        console.print(f"{failed} of {len(comparison.rows)} could not be navigated; the report says why.", markup=False)
     for verdict in comparison.verdicts:
         console.print(f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.reason}", markup=False)
         for point in verdict.points:
             console.print(f"  - {point}", markup=False)
 
 
-def _show_rates(title: str, rows: list[Row], label: Callable[[Row], str], console: Console) -> None:
+def _show_rates(title: str, rows: list[Row], label: Label, console: Console) -> None:
     names = list(dict.fromkeys(label(row) for row in rows))
     rates = sorted({row.rate_hz for row in rows})
     # As many rates as there is room for, the lowest and the highest among them; no number is cut off.
@@ -362,7 +308,7 @@ def _show_rates(title: str, rows: list[Row], label: Callable[[Row], str], consol
     console.print(console_table)
 
 
-def _show_cases(title: str, rows: list[Row], label: Callable[[Row], str], console: Console) -> None:
+def _show_cases(title: str, rows: list[Row], label: Label, console: Console) -> None:
     console.print(title, markup=False)
     console_table = _console_table()
     console_table.add_column("", overflow="fold")

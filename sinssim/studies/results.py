@@ -161,11 +161,11 @@ class Comparison:
 
     Attributes:
         study: the study.
-        status: "finished" or "interrupted".
+        status: "finished", "interrupted" or "failed".
         seconds: how long it took.
         rows: one for each case that was run.
         histories: growth of the errors by case.
-        motions: numbers of each motion by its name.
+        motions: numbers of each motion by its part's title and its name.
         costs: cost by algorithm and frame.
         orders: orders of convergence.
         verdicts: the claims.
@@ -176,7 +176,7 @@ class Comparison:
     seconds: float = 0.0
     rows: list[Row] = field(default_factory=list)
     histories: dict[Case, History] = field(default_factory=dict)
-    motions: dict[str, MotionFacts] = field(default_factory=dict)
+    motions: dict[tuple[str, str], MotionFacts] = field(default_factory=dict)
     costs: dict[tuple[str, str], Cost] = field(default_factory=dict)
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)

@@ -166,6 +166,16 @@ class Part(Section):
         schedules = ((s[0], s, slow) for s in self.schedules_hz for slow in self.slow_quantities)
         return (*((rate, None, "") for rate in self.rates_hz), *schedules)
 
+    @property
+    def engines(self) -> tuple[tuple[str, str, str, str], ...]:
+        """Every combination of algorithm, frame, gravity and curvature."""
+        return tuple(itertools.product(self.algorithms, self.frames, self.gravities, self.curvatures))
+
+    @property
+    def cases(self) -> int:
+        """Number of navigations on each motion."""
+        return len(self.engines) * len(self.pace) * len(self.sensors) * len(self.variants)
+
 
 def divides(slow: float, fast: float) -> bool:
     """Return whether one rate is a whole fraction of another.

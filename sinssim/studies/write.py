@@ -33,7 +33,9 @@ def results(comparison: Comparison) -> dict[str, Any]:
         "seed": study.seed,
         "seconds": round(comparison.seconds, 2),
         "verdicts": [asdict(verdict) for verdict in comparison.verdicts],
-        "motions": {name: asdict(facts) for name, facts in comparison.motions.items()},
+        "motions": [
+            {"part": part, "motion": name, **asdict(facts)} for (part, name), facts in comparison.motions.items()
+        ],
         "costs": [{**asdict(cost), "operations_per_step": cost.operations.total} for cost in comparison.costs.values()],
         "orders": [asdict(order) for order in comparison.orders],
         "cases": [asdict(row) for row in comparison.rows],

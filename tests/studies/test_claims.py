@@ -27,7 +27,7 @@ def verdict(claim: str, *rows: Row, facts: MotionFacts = FACTS) -> Verdict:
         "motions": ({"name": "flight", "parked": {"latitude_deg": 0.0, "duration_s": 1.0}},),
     }  # fmt: skip
     study = Study.model_validate({"name": "s", "parts": (part,)})
-    comparison = Comparison(study, rows=list(rows), motions={r.motion: facts for r in rows})
+    comparison = Comparison(study, rows=list(rows), motions={(r.part, r.motion): facts for r in rows})
     (decided,) = decide(comparison)
     assert decided.claim == claim
     return decided

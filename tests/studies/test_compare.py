@@ -70,7 +70,7 @@ def test_rows_are_complete(cones):
         assert row.ns_per_step > 1.0
         assert row.operations_per_step > 100.0
         assert math.isfinite(row.max_horizontal_error_m)
-    facts = cones.motions["coning"]
+    facts = cones.motions["p", "coning"]
     assert facts.duration_s == 20.0
     assert facts.max_pitch_deg == pytest.approx(1.0, abs=1e-3)
     history = next(iter(cones.histories.values()))
@@ -115,8 +115,34 @@ def test_three_rates():
 
 def test_a_window_longer_than_the_data():
     short = ({"parked": {**PARKED, "duration_s": 0.3}},)
-    with pytest.raises(InputError, match=r"functional-iteration.*at 20 Hz.*windows of 8 samples; the data hold 6"):
+    with pytest.raises(
+        InputError, match=r"'p': the motion 'parked' lasts 0.3 s; functional-iteration at 20 Hz.* 0.4 s"
+    ):
         compare(study(algorithms=("functional-iteration",), motions=short))
+
+
+def test_what_is_too_short_is_found_before_anything_is_done(monkeypatch):
+    monkeypatch.setattr(module.cost, "measure", lambda *_: pytest.fail("it started"))
+    with pytest.raises(InputError, match=r"'p': the motion 'coning' lasts 20 s; quaternion at 0.01 Hz needs 100 s"):
+        compare(study(rates_hz=(0.01, 100.0)))
+    with pytest.raises(InputError, match=r"coning' lasts 0.001 s; quaternion at 20 Hz needs 0.05 s"):
+        compare(study(motions=({"motion": CONE, "duration_s": 0.001},)))
+    slow = {"rates_hz": (), "schedules_hz": ((100.0, 50.0, 0.02),)}
+    with pytest.raises(InputError, match=r"coning' lasts 20 s; quaternion at 0.02 Hz needs 50 s"):
+        compare(study(**slow))
+    with pytest.raises(InputError, match=r"part 'p': .*three-rate schedule works in the frame level, not in wander"):
+        compare(study(rates_hz=(), schedules_hz=((100.0, 50.0, 10.0),), frames=("wander",)))
+    with pytest.raises(InputError, match="limit_minutes = nan"):
+        compare(study(), limit_minutes=math.nan)
+
+
+def test_a_study_that_does_not_fit_into_memory(monkeypatch):
+    monkeypatch.setattr(module, "_memory", lambda: 16e9)
+    long = study(motions=({"parked": {**PARKED, "duration_s": 1e6}},))
+    with pytest.raises(
+        InputError, match=r"80 million samples of parked at 80 Hz take about 24 GB, and there are 16 GB"
+    ):
+        compare(long, limit_minutes=1e9)
 
 
 def test_more_than_the_motion_lasts():
@@ -134,6 +160,7 @@ def test_a_study_of_hours_is_refused_before_it_starts(monkeypatch):
 def test_a_long_study_says_so(monkeypatch):
     said: list[str] = []
     monkeypatch.setattr(module, "_run_block", lambda *_: None)
+    monkeypatch.setattr(module, "_memory", lambda: math.inf)
     compare(study(motions=({"parked": {**PARKED, "duration_s": 2e6}},)), limit_minutes=1e9, say=said.append)
     assert re.search(r"small: 3 navigations of 280 million samples, about \d+ (s|min)", said[0])
 
@@ -221,11 +248,61 @@ def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
     two = study(algorithms=("quaternion",), motions=({"parked": PARKED}, {"motion": CONE}))
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(two, tmp_path / "s")
-    assert "3 cases were done" in interrupt.value.__notes__[0]
+    assert "3 navigations were done" in interrupt.value.__notes__[0]
     results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "interrupted"
     assert {case["motion"] for case in results["cases"]} == {"parked"}
     assert "The study was interrupted" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")
+
+
+def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatch):
+    whole = module._run_block
+    calls = iter(range(10))
+
+    def second_is_interrupted(*arguments):
+        if next(calls) == 1:
+            raise KeyboardInterrupt
+        whole(*arguments)
+
+    monkeypatch.setattr(module, "_run_block", second_is_interrupted)
+    both = study(
+        algorithms=("two-quaternions",), decides=("orthogonality",), motions=({"parked": PARKED}, {"motion": CONE})
+    )
+    with pytest.raises(KeyboardInterrupt):
+        compare(both, tmp_path / "s")
+    (verdict,) = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))["verdicts"]
+    assert verdict["verdict"] == "undecided"
+    assert "3 of its 6 navigations were not reached" in verdict["reason"]
+
+
+def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, monkeypatch):
+    from sinssim.studies import record
+
+    whole = record.record
+    asked = iter((True, False))
+
+    def interrupted_once(comparison, path):
+        whole(comparison, path)
+        if next(asked):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(record, "record", interrupted_once)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        compare(study(algorithms=("quaternion",)), tmp_path / "s")
+    assert "3 navigations were done" in interrupt.value.__notes__[0]
+    assert json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))["status"] == "finished"
+    assert [p.name for p in tmp_path.iterdir()] == ["s"]
+
+
+def test_a_failure_keeps_what_is_done(tmp_path):
+    """The second motion is a flight that does not last as long as it is asked for; that is known when it was flown."""
+    short = {"name": "late", "scenario": "parked", "duration_s": 1e5}
+    with pytest.raises(InputError, match="less than its duration_s") as failure:
+        compare(study(algorithms=("quaternion",), motions=({"parked": PARKED}, short)), tmp_path / "s")
+    assert "3 navigations were done" in failure.value.__notes__[0]
+    results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
+    assert results["status"] == "failed"
+    assert "The study failed" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")
 
 
 def test_interrupted_before_anything_was_done_leaves_nothing(tmp_path, monkeypatch):
