@@ -137,6 +137,7 @@ class Measurements:
         value: (M, k).
         sigma: 1σ of each component that the filter is told, (M, k), or (M, 3) for an attitude.
         lever_arm: from the sensor block to the sensor or its antenna, body axes, (3,) m.
+        name: of the sensor, to tell two of one kind apart; the kind if not given.
     """
 
     kind: str
@@ -145,6 +146,12 @@ class Measurements:
     value: Array
     sigma: Array
     lever_arm: Array = field(default_factory=lambda: np.zeros(3))
+    name: str = ""
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def label(self) -> str:
+        """Name of the sensor, or else its kind."""
+        return self.name or self.kind

@@ -1,0 +1,226 @@
+"""What the filter estimates: the errors of inertial navigation and of the sensors, a block of states each.
+
+The state is an error. For navigation it is solution minus truth, as `sinssim.nav_error` has it: position and velocity
+north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true. For a parameter of a sensor it is its true
+value less the one that is compensated, so that what is left of a gyro's bias is the bias of the increments that the
+engine gets.
+
+Every block is one of three processes, ẋ = −x/τ + w: a constant (w = 0, τ = ∞), a random walk (τ = ∞), or a stationary
+first-order Gauss-Markov process, whose noise follows from its standard deviation, w = σ √(2/τ) per √Hz.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+
+_NED = ("north", "east", "down")
+_BODY = ("forward", "right", "down")
+_ANGLES = ("xy", "xz", "yx", "yz", "zx", "zy")
+
+NAVIGATION = ("position", "velocity", "attitude")
+"""The blocks that every model has, in this order, at its beginning."""
+
+BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
+    "position": (_NED, "m"),
+    "velocity": (_NED, "m/s"),
+    "attitude": (_NED, "rad"),
+    "gyro bias": (_BODY, "rad/s"),
+    "accelerometer bias": (_BODY, "m/s²"),
+    "gyro instability": (_BODY, "rad/s"),
+    "accelerometer instability": (_BODY, "m/s²"),
+    "gyro scale": (_BODY, ""),
+    "accelerometer scale": (_BODY, ""),
+    "gyro misalignment": (_ANGLES, "rad"),
+    "accelerometer misalignment": (_ANGLES, "rad"),
+    "gnss lever arm": (_BODY, "m"),
+}
+"""The blocks by name: their axes and unit. Instability is a second part of a bias, a Gauss-Markov process beside the
+constant; ij of a misalignment is the tilt of sensitive axis i towards the block's axis j.
+
+Beside them an aiding sensor, called by `Measurements.label`, may have blocks of its own: "<sensor> bias", as many
+components as its readings (added to the true reading; of an attitude a rotation about the body's axes), and
+"<sensor> scale", one relative error of a reading of one component."""
+
+OF_SENSORS = (" bias", " scale")
+"""How the names of the aiding sensors' blocks end."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some states that belong together.
+
+    Attributes:
+        name: one of `BLOCKS`, or a sensor's block.
+        sigma: 1σ at the start, one for all components or one for each, SI.
+        random_walk: density of the white noise that drives a random walk, as `sigma`, SI unit/√s.
+        correlation_time: τ of a Gauss-Markov process, s; infinite for a constant or a random walk.
+    """
+
+    name: str
+    sigma: ArrayLike
+    random_walk: ArrayLike = 0.0
+    correlation_time: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.name not in BLOCKS and not self.name.endswith(OF_SENSORS):
+            raise unknown_name("block of states", self.name, [*BLOCKS, "<sensor> bias", "<sensor> scale"])
+        sigma, walk = np.asarray(self.sigma, dtype=np.float64), np.asarray(self.random_walk, dtype=np.float64)
+        for what, value in (("sigma", sigma), ("random_walk", walk)):
+            if not (np.all(np.isfinite(value)) and np.all(value >= 0.0)):
+                raise InputError(f"block {self.name!r}: {what} = {value} must be finite and not negative.")
+            if value.ndim > 1 or (value.ndim == 1 and self.name in BLOCKS and len(value) != self.size):
+                raise InputError(f"block {self.name!r}: {what} = {value} must be one number or one for each state.")
+        if not self.correlation_time > 0.0:
+            raise InputError(f"block {self.name!r}: correlation_time = {self.correlation_time} s must be positive.")
+        if math.isfinite(self.correlation_time) and np.any(walk):
+            raise InputError(
+                f"block {self.name!r}: a Gauss-Markov process takes its noise from sigma and correlation_time; "
+                "random_walk belongs to a process without correlation_time."
+            )
+
+    @cached_property
+    def size(self) -> int:
+        """Number of states."""
+        return len(BLOCKS[self.name][0]) if self.name in BLOCKS else np.size(self.sigma)
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the states; "" for pure numbers, and for a sensor's block, whose unit is that of its readings."""
+        return BLOCKS[self.name][1] if self.name in BLOCKS else ""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, for example "gyro bias right"."""
+        axes = BLOCKS[self.name][0] if self.name in BLOCKS else tuple(map(str, range(1, self.size + 1)))
+        return (self.name,) if len(axes) == 1 else tuple(f"{self.name} {axis}" for axis in axes)
+
+    @property
+    def density(self) -> Array:
+        """Density of the white noise that drives the states, one for each, unit/√s."""
+        if math.isfinite(self.correlation_time):
+            return np.broadcast_to(np.asarray(self.sigma) * math.sqrt(2.0 / self.correlation_time), self.size)
+        return np.broadcast_to(np.asarray(self.random_walk, dtype=np.float64), self.size)
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """Composition of blocks, and the white noise of the inertial sensors.
+
+    Attributes:
+        blocks: position, velocity and attitude first; the others in any order, each once.
+        gyro_noise: angle random walk N, rad/√s.
+        accel_noise: velocity random walk, m/s/√s.
+    """
+
+    blocks: tuple[Block, ...]
+    gyro_noise: float
+    accel_noise: float
+
+    def __post_init__(self) -> None:
+        names = [block.name for block in self.blocks]
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise InputError(f"state block {twice[0]!r} is named twice; every block can be there once.")
+        if tuple(names[: len(NAVIGATION)]) != NAVIGATION:
+            raise InputError(f"an error model begins with the blocks {', '.join(NAVIGATION)}, not {names[:3]}.")
+        for name, value in (("gyro_noise", self.gyro_noise), ("accel_noise", self.accel_noise)):
+            if not (math.isfinite(value) and value >= 0.0):
+                raise InputError(f"error model: {name} = {value} must be finite and not negative.")
+
+    @cached_property
+    def slices(self) -> dict[str, slice]:
+        """Where each block's states are, by name."""
+        ends = np.cumsum([block.size for block in self.blocks])
+        return {b.name: slice(int(end) - b.size, int(end)) for b, end in zip(self.blocks, ends, strict=True)}
+
+    @cached_property
+    def states(self) -> tuple[str, ...]:
+        """Names of all states."""
+        return tuple(state for block in self.blocks for state in block.states)
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.states)
+
+    @cached_property
+    def sigma(self) -> Array:
+        """1σ of every state at the start, (n,)."""
+        return np.concatenate([np.broadcast_to(np.asarray(b.sigma, dtype=np.float64), b.size) for b in self.blocks])
+
+    @cached_property
+    def decay(self) -> Array:
+        """1/τ of every state, (n,) 1/s."""
+        return np.concatenate([np.full(b.size, 1.0 / b.correlation_time) for b in self.blocks])
+
+    @cached_property
+    def density(self) -> Array:
+        """Density of each state's own driving noise, (n,) unit/√s."""
+        return np.concatenate([b.density for b in self.blocks])
+
+    @cached_property
+    def fed_back(self) -> NDArray[np.bool_]:
+        """Which states the closed loop puts into engine and compensator: all but Gauss-Markov processes, (n,).
+
+        What is compensated stays as it is, and a Gauss-Markov process does not; its estimate stays in the filter.
+        """
+        return np.asarray(self.decay == 0.0)
+
+
+IMU_BLOCKS = ("gyro bias", "accelerometer bias")
+"""The blocks of the inertial sensors that a filter has at least."""
+
+
+def error_model(
+    sigma: ImuErrors,
+    *,
+    position: ArrayLike = (10.0, 10.0, 10.0),
+    velocity: ArrayLike = (0.1, 0.1, 0.1),
+    attitude: ArrayLike = (1e-3, 1e-3, 1e-2),
+    imu: Sequence[str] = IMU_BLOCKS,
+    extra: Iterable[Block] = (),
+) -> ErrorModel:
+    """Compose a model from the description of the inertial sensors and of the start.
+
+    Args:
+        sigma: standard deviations of the sensor block's errors, and its noise; see
+            `sinssim.alignment.budget.expected_errors`, which makes them of a scenario's [imu] section.
+        position, velocity, attitude: 1σ of the initial state, one number or north, east, down; m, m/s, rad.
+        imu: which blocks of the inertial sensors; the instabilities come by themselves if `sigma` has any.
+        extra: other blocks, of aiding sensors for example.
+
+    Returns:
+        The model.
+
+    Raises:
+        InputError: an unknown block, one that is named twice, a standard deviation that is none.
+    """
+    triads = {"gyro": sigma.gyro, "accelerometer": sigma.accel}
+    blocks = [Block("position", position), Block("velocity", velocity), Block("attitude", attitude)]
+    names = list(imu)
+    names += [f"{n} instability" for n, t in triads.items() if t.instability and f"{n} instability" not in names]
+    for name in names:
+        triad_name, _, what = name.partition(" ")
+        if name not in BLOCKS or triad_name not in triads:
+            raise unknown_name("block of the inertial sensors", name, [n for n in BLOCKS if n.split()[0] in triads])
+        blocks.append(_imu_block(name, what, triads[triad_name]))
+    return ErrorModel((*blocks, *extra), sigma.gyro.random_walk, sigma.accel.random_walk)
+
+
+def _imu_block(name: str, what: str, triad: TriadErrors) -> Block:
+    if what == "instability":
+        return Block(name, triad.instability, correlation_time=triad.correlation_time)
+    if what == "misalignment":
+        return Block(name, triad.misalignment[~np.eye(3, dtype=bool)])
+    return Block(name, triad.bias if what == "bias" else triad.scale)

@@ -1,0 +1,70 @@
+"""Composition of error models: blocks by name, their processes, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.initial import STATES
+from sinssim.errors import InputError
+from sinssim.estimation import Block, ErrorModel, error_model
+from sinssim.scenario.imu import ImuSection
+
+NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))
+
+
+def test_the_fifteen_states_are_those_of_the_alignment() -> None:
+    model = error_model(expected_errors(ImuSection(grade="laser-standard")).sigma)
+    assert model.states == STATES
+
+
+def test_noise_and_sigmas_come_from_the_sensor_description() -> None:
+    model = error_model(expected_errors(ImuSection(grade="mems-industrial")).sigma)
+    deg_h = np.pi / 180 / 3600
+    assert [block.name for block in model.blocks][3:] == ["gyro bias", "accelerometer bias", "gyro instability"]
+    assert model.gyro_noise == pytest.approx(0.1 * np.pi / 180 / 60)
+    assert model.accel_noise == pytest.approx(0.1 / 60)
+    np.testing.assert_allclose(model.sigma[model.slices["gyro bias"]], 25 * deg_h)
+    np.testing.assert_allclose(model.sigma[model.slices["accelerometer bias"]], 2e-3 * 9.80665)
+    np.testing.assert_allclose(model.sigma[model.slices["gyro instability"]], 2 * deg_h)
+    # A stationary Gauss-Markov process: variance σ² = q τ/2.
+    density = model.density[model.slices["gyro instability"]]
+    np.testing.assert_allclose(density**2 * 3600.0 / 2.0, (2 * deg_h) ** 2)
+    assert not model.fed_back[model.slices["gyro instability"]].any()
+    assert model.fed_back[:15].all()
+
+
+def test_what_a_scenario_fixes_is_known_and_needs_no_spread() -> None:
+    sigma = expected_errors(ImuSection(grade="laser-standard", gyro_bias_deg_h=(0.1, 0.0, 0.0))).sigma
+    model = error_model(sigma, imu=("gyro bias", "gyro misalignment", "gyro scale"))
+    np.testing.assert_array_equal(model.sigma[model.slices["gyro bias"]], 0.0)
+    assert model.slices["gyro misalignment"] == slice(12, 18)
+    np.testing.assert_allclose(model.sigma[12:18], 5 * np.pi / 180 / 3600)
+    np.testing.assert_allclose(model.sigma[18:21], 10e-6)
+
+
+def test_a_sensors_block_is_as_large_as_its_sigma() -> None:
+    model = ErrorModel((*NAVIGATION, Block("gnss-position bias", (2.0, 2.0, 4.0), correlation_time=300.0)), 0.0, 0.0)
+    assert model.size == 12
+    assert model.states[-1] == "gnss-position bias 3"
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: ErrorModel((*NAVIGATION, Block("gyro bias", 1.0), Block("gyro bias", 1.0)), 0.0, 0.0), "named twice"),
+        (lambda: ErrorModel((Block("gyro bias", 1.0), *NAVIGATION), 0.0, 0.0), "begins with"),
+        (lambda: ErrorModel(NAVIGATION, -1.0, 0.0), "gyro_noise = -1"),
+        (lambda: Block("gyro biass", 1.0), "gyro bias"),
+        (lambda: Block("gyro bias", -1.0), "not negative"),
+        (lambda: Block("gyro bias", (1.0, 2.0)), "one for each"),
+        (lambda: Block("gyro bias", np.nan), "finite"),
+        (lambda: Block("gyro bias", 1.0, correlation_time=0.0), "must be positive"),
+        (lambda: Block("gyro bias", 1.0, random_walk=1.0, correlation_time=9.0), "Gauss-Markov"),
+        (lambda: error_model(expected_errors(ImuSection()).sigma, imu=("position",)), "inertial sensors"),
+    ],
+)
+def test_refused(make: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        make()  # type: ignore[operator]
