@@ -11,6 +11,7 @@ from typing import Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from sinssim.scenario.grades import find_grade
 from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
 
 
@@ -84,6 +85,7 @@ class GnssSection(AidingSensor):
     )
     correlation_time_s: Positive = Field(default=300.0, description="correlation time of these")
     lever_arm_m: Vector3 = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
+    lever_arm_sigma_m: NotNegative = Field(default=0.0, description="1σ of what each of these is told wrong")
     jumps: tuple[Jump, ...] = Field(default=(), description="constant errors for a while")
     ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow: spoofing")
 
@@ -98,7 +100,7 @@ class BarometerSection(AidingSensor):
     """A barometric altimeter, which reads a height above the ellipsoid."""
 
     sigma_m: Positive = Field(default=1.0, description="white noise")
-    bias_m: float = Field(default=0.0, description="constant error, of which the filter is told nothing")
+    bias_m: float = Field(default=0.0, description="constant error of which the filter is told nothing")
     bias_sigma_m: NotNegative = Field(default=10.0, description="1σ of the pressure field's error, Gauss-Markov")
     bias_correlation_time_s: Positive = Field(default=7200.0, description="correlation time of that")
     scale_ppm: float | None = Field(default=None, description="error in parts of the height: the error itself")
@@ -136,9 +138,8 @@ class AirspeedSection(AidingSensor):
     scale_ppm: float | None = Field(default=None, description="error in parts of the airspeed: the error itself")
     scale_sigma_ppm: NotNegative = Field(default=0.0, description="1σ to draw it from")
     lag_s: NotNegative = Field(default=0.0, description="time constant of its first-order lag")
-    wind_sigma_mps: NotNegative = Field(
-        default=10.0, description="1σ of the wind along the flight: the filter takes the reading for a ground speed"
-    )
+    wind_sigma_mps: NotNegative = Field(default=10.0, description="1σ of the wind along the flight, for the filter")
+    wind_correlation_time_s: Positive = Field(default=1200.0, description="correlation time of it, for the filter")
 
     @model_validator(mode="after")
     def _fixed_or_drawn(self) -> Self:
@@ -194,6 +195,25 @@ class StarTrackerSection(AidingSensor):
     bias_sigma_arcsec: NotNegative = Field(default=0.0, description="1σ of its mounting's error about each axis")
 
 
+class MasterSection(AidingSensor):
+    """A better inertial system on the same vehicle, which runs from the same start: transfer alignment."""
+
+    grade: str = Field(default="laser-navigation", description="its sensors, see `sinssim list grades`")
+    lever_arm_m: Vector3 = Field(default=(0.0, 0.0, 0.0), description="from the block to it: forward, right, down")
+    velocity: bool = Field(default=True, description="whether its velocity is used")
+    attitude: bool = Field(default=False, description="whether its attitude is used")
+    velocity_sigma_mps: Positive = Field(default=0.05, description="white noise between the two: bending, vibration")
+    attitude_sigma_arcmin: Positive = Field(default=1.0, description="white noise between the two, each axis")
+    mounting_sigma_arcmin: NotNegative = Field(default=0.0, description="1σ of what they are mounted askew, each axis")
+
+    @model_validator(mode="after")
+    def _gives_something(self) -> Self:
+        find_grade(self.grade)
+        if not (self.velocity or self.attitude):
+            raise ValueError("velocity = false and attitude = false leave nothing of the better system to use")
+        return self
+
+
 class AidingSection(Section):
     """What the filter corrects inertial navigation by: each table switches a sensor on."""
 
@@ -206,6 +226,7 @@ class AidingSection(Section):
     zero_rate: ZeroRateSection | None = None
     attitude: AttitudeSection | None = None
     star_tracker: StarTrackerSection | None = None
+    master: MasterSection | None = None
 
     @model_validator(mode="after")
     def _something(self) -> Self:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.data import Array, Measurements
+from sinssim import rotation
+from sinssim.data import Array
 from sinssim.scenario.aiding import AirspeedSection
 from sinssim.sensors.aiding.lag import lagged
 from sinssim.sensors.aiding.noise import turn_on, white
-from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import PPM
 
 
-def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) -> Measurements:
+def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) -> Sensed:
     """Return what an airspeed sensor reads: (1 + k) V + b + ν, with V lagged.
 
     Args:
@@ -22,7 +23,7 @@ def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) ->
         seed: the run's seed.
 
     Returns:
-        Speeds along the forward axis; the 1σ that the filter is told is that of the noise and of the wind.
+        Speeds. For the filter they are speeds over ground along the forward axis, the wind being a bias of theirs.
 
     Raises:
         InputError: the motion is over before the first reading, or the seed cannot be used.
@@ -39,5 +40,8 @@ def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) ->
     scale = PPM * turn_on(seed, "airspeed scale", s.scale_ppm, s.scale_sigma_ppm)
     bias = turn_on(seed, "airspeed bias", s.bias_mps, s.bias_sigma_mps)
     value = (1.0 + scale) * lagged(speed, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
-    value += white(seed, "airspeed noise", (s.sigma_mps,), len(time))
-    return readings("speed", s, time, value, (np.hypot(s.sigma_mps, s.wind_sigma_mps),))
+    state = trajectory.state(time)
+    forward = rotation.rotate(rotation.conjugate(state.q_nb), state.velocity_ned)[:, :1]
+    true = {"airspeed bias": value - forward}
+    value = value + white(seed, "airspeed noise", (s.sigma_mps,), len(time))
+    return sensed("airspeed", "speed", s, time, value, (s.sigma_mps,), true)

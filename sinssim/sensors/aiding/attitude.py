@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim import rotation
-from sinssim.data import Array, Measurements
+from sinssim.data import Array
 from sinssim.scenario.aiding import AttitudeSection, StarTrackerSection
 from sinssim.sensors.aiding.noise import correlated, turn_on, white
-from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCMIN, ARCSEC
 
 
-def attitude_reference(trajectory: Trajectory, section: AttitudeSection, seed: int = 0) -> Measurements:
+def attitude_reference(trajectory: Trajectory, section: AttitudeSection, seed: int = 0) -> Sensed:
     """Return what an attitude reference gives: q_nb ∘ q(ε), ε noise and drift about the block's axes.
 
     Args:
@@ -29,13 +29,14 @@ def attitude_reference(trajectory: Trajectory, section: AttitudeSection, seed: i
     """
     s = section
     time = epochs(trajectory, s)
-    error = white(seed, "attitude noise", s.sigma_arcmin, len(time))
-    error += correlated(seed, "attitude drift", (s.bias_sigma_arcmin,) * 3, time, s.bias_correlation_time_s)
-    value = _turned(trajectory, time, ARCMIN * error)
-    return readings("attitude", s, time, value, ARCMIN * np.array(s.sigma_arcmin))
+    slow = (ARCMIN * s.bias_sigma_arcmin,) * 3
+    bias = correlated(seed, "attitude drift", slow, time, s.bias_correlation_time_s)
+    sigma = ARCMIN * np.array(s.sigma_arcmin)
+    value = _turned(trajectory, time, bias + white(seed, "attitude noise", sigma, len(time)))
+    return sensed("attitude", "attitude", s, time, value, sigma, {"attitude bias": bias})
 
 
-def star_tracker(trajectory: Trajectory, section: StarTrackerSection, seed: int = 0) -> Measurements:
+def star_tracker(trajectory: Trajectory, section: StarTrackerSection, seed: int = 0) -> Sensed:
     """Return what a star tracker gives: the attitude among the stars, taken to the local level of the true place.
 
     What an error of the position turns the local level by, 0.03″ a metre, is not in it.
@@ -53,9 +54,10 @@ def star_tracker(trajectory: Trajectory, section: StarTrackerSection, seed: int 
     """
     s = section
     time = epochs(trajectory, s)
-    mounting = [turn_on(seed, "star tracker mounting", None, s.bias_sigma_arcsec, i) for i in range(3)]
-    error = white(seed, "star tracker noise", s.sigma_arcsec, len(time)) + mounting
-    return readings("attitude", s, time, _turned(trajectory, time, ARCSEC * error), ARCSEC * np.array(s.sigma_arcsec))
+    bias = np.array([turn_on(seed, "star tracker mounting", None, ARCSEC * s.bias_sigma_arcsec, i) for i in range(3)])
+    sigma = ARCSEC * np.array(s.sigma_arcsec)
+    value = _turned(trajectory, time, bias + white(seed, "star tracker noise", sigma, len(time)))
+    return sensed("star-tracker", "attitude", s, time, value, sigma, {"star-tracker bias": bias})
 
 
 def _turned(trajectory: Trajectory, time: Array, error: Array) -> Array:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.data import Array, Measurements
+from sinssim.data import Array
 from sinssim.scenario.aiding import BarometerSection
 from sinssim.sensors.aiding.lag import lagged
 from sinssim.sensors.aiding.noise import correlated, turn_on, white
-from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import PPM
 
 
-def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) -> Measurements:
+def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) -> Sensed:
     """Return what a barometric altimeter reads: (1 + k) h + b + b(t) + ν, with h lagged.
 
     Args:
@@ -34,7 +34,8 @@ def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) 
         return trajectory.state(t).height
 
     scale = PPM * turn_on(seed, "baro scale", s.scale_ppm, s.scale_sigma_ppm)
-    value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + s.bias_m
-    value += correlated(seed, "baro bias", (s.bias_sigma_m,), time, s.bias_correlation_time_s)
+    bias = s.bias_m + correlated(seed, "baro bias", (s.bias_sigma_m,), time, s.bias_correlation_time_s)
+    value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
     value += white(seed, "baro noise", (s.sigma_m,), len(time))
-    return readings("baro-height", s, time, value, (s.sigma_m,))
+    true = {"baro bias": bias, "baro scale": np.array([scale])}
+    return sensed("baro", "baro-height", s, time, value, (s.sigma_m,), true)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim import earth
-from sinssim.data import Array, Measurements
+from sinssim.data import Array
 from sinssim.scenario.aiding import GnssSection
 from sinssim.sensors.aiding.lever_arm import state_at
 from sinssim.sensors.aiding.noise import correlated, white
-from sinssim.sensors.aiding.readings import epochs, readings, within
+from sinssim.sensors.aiding.readings import Sensed, epochs, sensed, within
 from sinssim.truth.trajectory import Trajectory
 
 
-def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Measurements]:
+def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Sensed]:
     """Return what a satellite receiver gives.
 
     Args:
@@ -23,7 +23,7 @@ def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Me
 
     Returns:
         Positions (latitude, longitude, height) and velocities (north, east, down) of the antenna; the section may
-        want only one of them.
+        want only one of them. The lever arm that the filter is told is off by what the section says.
 
     Raises:
         InputError: the motion is over before the first fix, or the seed cannot be used.
@@ -31,13 +31,16 @@ def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Me
     s = section
     time = epochs(trajectory, s)
     antenna = state_at(trajectory, time, s.lever_arm_m)
+    off = white(seed, "gnss lever arm", (s.lever_arm_sigma_m,) * 3, 1)[0]
+    arm = {"gnss lever arm": -off}
+    told = np.array(s.lever_arm_m) + off
     moved, drift = _faults(s, time)
     given = []
     if s.position:
         sigma = (s.position_sigma_m, s.position_sigma_m, s.height_sigma_m)
         slow = (s.correlated_position_sigma_m, s.correlated_position_sigma_m, s.correlated_height_sigma_m)
-        error = moved + white(seed, "gnss position noise", sigma, len(time))
-        error += correlated(seed, "gnss position drift", slow, time, s.correlation_time_s)
+        bias = correlated(seed, "gnss position drift", slow, time, s.correlation_time_s)
+        error = moved + bias + white(seed, "gnss position noise", sigma, len(time))  # north, east, up
         r1, r2 = earth.radii(antenna.latitude, trajectory.ellipsoid)
         value = np.column_stack(
             (
@@ -46,13 +49,16 @@ def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Me
                 antenna.height + error[:, 2],
             )
         )
-        given.append(readings("gnss-position", s, time, value, sigma, s.lever_arm_m))
+        true = {"gnss-position bias": bias, **arm}
+        given.append(sensed("gnss-position", "gnss-position", s, time, value, sigma, true, lever_arm=told))
     if s.velocity:
         sigma = (s.velocity_sigma_mps,) * 3
         slow = (s.correlated_velocity_sigma_mps,) * 3
-        error = drift * (1.0, 1.0, -1.0) + white(seed, "gnss velocity noise", sigma, len(time))
-        error += correlated(seed, "gnss velocity drift", slow, time, s.correlation_time_s)
-        given.append(readings("gnss-velocity", s, time, antenna.velocity_ned + error, sigma, s.lever_arm_m))
+        bias = correlated(seed, "gnss velocity drift", slow, time, s.correlation_time_s)
+        value = antenna.velocity_ned + drift * (1.0, 1.0, -1.0) + bias
+        value += white(seed, "gnss velocity noise", sigma, len(time))
+        true = {"gnss-velocity bias": bias, **arm}
+        given.append(sensed("gnss-velocity", "gnss-velocity", s, time, value, sigma, true, lever_arm=told))
     return given
 
 

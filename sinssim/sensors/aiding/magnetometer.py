@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim import rotation
-from sinssim.data import Measurements
 from sinssim.scenario.aiding import MagnetometerSection
 from sinssim.sensors.aiding.noise import turn_on, white
-from sinssim.sensors.aiding.readings import epochs, readings
+from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG
 
 
-def magnetometer(trajectory: Trajectory, section: MagnetometerSection, seed: int = 0) -> Measurements:
+def magnetometer(trajectory: Trajectory, section: MagnetometerSection, seed: int = 0) -> Sensed:
     """Return what a magnetic compass reads: ψ + b + A sin ψ + B cos ψ + ν.
 
     Args:
@@ -32,7 +31,7 @@ def magnetometer(trajectory: Trajectory, section: MagnetometerSection, seed: int
     heading = rotation.euler_from_quaternion(trajectory.state(time).q_nb)[2]
     bias = turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)
     a, b = (turn_on(seed, "magnetometer deviation", None, s.deviation_sigma_deg, i) for i in range(2))
-    error = bias + a * np.sin(heading) + b * np.cos(heading)
-    error += white(seed, "magnetometer noise", (s.sigma_deg,), len(time))[:, 0]
-    value = np.mod(heading + DEG * error, 2.0 * np.pi)[:, np.newaxis]
-    return readings("heading", s, time, value, (DEG * s.sigma_deg,))
+    error = DEG * (bias + a * np.sin(heading) + b * np.cos(heading))[:, np.newaxis]
+    noise = DEG * white(seed, "magnetometer noise", (s.sigma_deg,), len(time))
+    value = np.mod(heading[:, np.newaxis] + error + noise, 2.0 * np.pi)
+    return sensed("magnetometer", "heading", s, time, value, (DEG * s.sigma_deg,), {"magnetometer bias": error})

@@ -10,7 +10,7 @@ from sinssim.data import Array
 from sinssim.sensors.random_numbers import normals
 
 
-def white(seed: int, term: str, sigma: Sequence[float], count: int) -> Array:
+def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> Array:
     """Return white noise.
 
     Args:
@@ -25,7 +25,7 @@ def white(seed: int, term: str, sigma: Sequence[float], count: int) -> Array:
     return np.column_stack([s * normals(seed, term, i, count) for i, s in enumerate(sigma)])
 
 
-def correlated(seed: int, term: str, sigma: Sequence[float], time: Array, correlation_time: float) -> Array:
+def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array, correlation_time: float) -> Array:
     """Return a stationary first-order Gauss-Markov process.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,24 +57,44 @@ def within(time: Array, spans: Spans) -> Mask:
     return inside
 
 
-def readings(
+@dataclass(frozen=True)
+class Sensed:
+    """What an aiding sensor gives, and the truth about it.
+
+    Attributes:
+        measurements: what the filter gets.
+        time: instants of all readings, those in outages too, (M,) s.
+        parameters: true values of what a filter may estimate of the sensor, by block of states: constants (k,), or at
+            `time` (M, k).
+    """
+
+    measurements: Measurements
+    time: Array
+    parameters: dict[str, Array]
+
+
+def sensed(
+    name: str,
     kind: str,
     section: AidingSensor,
     time: Array,
     value: Array,
     sigma: ArrayLike,
-    lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+    parameters: dict[str, Array],
     *,
+    lever_arm: ArrayLike = (0.0, 0.0, 0.0),
     there: Mask | None = None,
-) -> Measurements:
+) -> Sensed:
     """Return readings as the filter gets them. All have been drawn before: an outage leaves the others' noise alone.
 
     Args:
+        name: of the sensor.
         kind: what is measured, see `Measurements`.
         section: the sensor, for its outages and latency.
         time: instants of all readings, (M,) s.
         value: all readings, (M, k).
         sigma: 1σ of each component that the filter is told, (k,).
+        parameters: see `Sensed`.
         lever_arm: from the block to the sensor, body axes, (3,) m.
         there: which readings there are, outages apart, (M,); all if not given.
 
@@ -84,5 +105,6 @@ def readings(
     if there is not None:
         kept &= there
     told = np.tile(np.asarray(sigma, dtype=np.float64), (int(np.count_nonzero(kept)), 1))
-    when = time[kept]
-    return Measurements(kind, when, when + section.latency_s, value[kept], told, np.asarray(lever_arm, np.float64))
+    when, arm = time[kept], np.asarray(lever_arm, dtype=np.float64)
+    given = Measurements(kind, when, when + section.latency_s, value[kept], told, arm, name)
+    return Sensed(given, time, parameters)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.data import Array, Measurements
+from sinssim.data import Array
 from sinssim.scenario.aiding import ZeroRateSection, ZeroVelocitySection
 from sinssim.sensors.aiding.lever_arm import turning
 from sinssim.sensors.aiding.noise import white
-from sinssim.sensors.aiding.readings import Mask, epochs, readings, within
+from sinssim.sensors.aiding.readings import Mask, Sensed, epochs, sensed, within
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG, DEG_H
 
@@ -17,7 +17,7 @@ _AT_REST = 0.05 * DEG
 """Slower than this, m/s and rad/s, a vehicle stands."""
 
 
-def zero_velocity(trajectory: Trajectory, section: ZeroVelocitySection, seed: int = 0) -> Measurements:
+def zero_velocity(trajectory: Trajectory, section: ZeroVelocitySection, seed: int = 0) -> Sensed:
     """Return zero velocities for the times when the vehicle stands, off by what shakes it.
 
     Args:
@@ -33,11 +33,13 @@ def zero_velocity(trajectory: Trajectory, section: ZeroVelocitySection, seed: in
     """
     s = section
     time = epochs(trajectory, s)
-    value = white(seed, "zero velocity noise", (s.sigma_mps,) * 3, len(time))
-    return readings("zero-velocity", s, time, value, (s.sigma_mps,) * 3, there=_stops(trajectory, section, time))
+    sigma = (s.sigma_mps,) * 3
+    value = white(seed, "zero velocity noise", sigma, len(time))
+    there = _stops(trajectory, section, time)
+    return sensed("zero-velocity", "zero-velocity", s, time, value, sigma, {}, there=there)
 
 
-def zero_rate(trajectory: Trajectory, section: ZeroRateSection, seed: int = 0) -> Measurements:
+def zero_rate(trajectory: Trajectory, section: ZeroRateSection, seed: int = 0) -> Sensed:
     """Return zero rates of the block relative to the Earth for the times when the vehicle stands.
 
     Args:
@@ -55,7 +57,7 @@ def zero_rate(trajectory: Trajectory, section: ZeroRateSection, seed: int = 0) -
     time = epochs(trajectory, s)
     sigma = (DEG_H * s.sigma_deg_h,) * 3
     value = white(seed, "zero rate noise", sigma, len(time))
-    return readings("zero-rate", s, time, value, sigma, there=_stops(trajectory, section, time))
+    return sensed("zero-rate", "zero-rate", s, time, value, sigma, {}, there=_stops(trajectory, section, time))
 
 
 def _stops(trajectory: Trajectory, section: ZeroVelocitySection | ZeroRateSection, time: Array) -> Mask:
