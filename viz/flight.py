@@ -48,7 +48,10 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         rrb.TextLogView(
             origin="/events",
             name="Events",
-            columns=rrb.TextLogColumns(timeline_columns=["sim_time"], text_log_columns=["Body"]),
+            # the viewer's own column of times is too narrow for fractions of a second; the texts begin with them
+            columns=rrb.TextLogColumns(
+                timeline_columns=[rrb.encodings.TimelineColumn("sim_time", visible=False)], text_log_columns=["Body"]
+            ),
         ),
         rrb.TextDocumentView(origin="/about/scenario", name="Scenario"),
     )

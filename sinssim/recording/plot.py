@@ -245,7 +245,7 @@ def plot(
     start, end = span
     lines = [_finite(line) for line in lines]
     inner = width - _LEFT - _RIGHT
-    legend, top = _legend(lines, width)
+    names, top = legend(lines, width)
     named = [m for m in marks if m.text]
     top += 16 if named else 4
     bottom = top + height
@@ -256,7 +256,7 @@ def plot(
     y_ticks = [bottom - (v - low) * to_y for v in at]
     times, t_step, t_unit, t_size = time_ticks(start, end)
     x_ticks = [_LEFT + (t * t_size - start) * to_x for t in times]
-    body = [text(_LEFT, 15, f"{title} [{unit}]" if unit else title, more='font-weight="600"'), legend]
+    body = [text(_LEFT, 15, f"{title} [{unit}]" if unit else title, more='font-weight="600"'), names]
     count = len(y_ticks)
     body.append(segments([_LEFT] * count, y_ticks, [_LEFT + inner] * count, y_ticks, "grid"))
     body.append(segments(x_ticks, [top] * len(x_ticks), x_ticks, [bottom] * len(x_ticks), "grid"))
@@ -285,11 +285,20 @@ def _finite(line: Line) -> Line:
     return replace(line, time=line.time[rows], values=line.values[rows])
 
 
-def _legend(lines: Sequence[Line], width: int) -> tuple[str, int]:
-    """Return the names of several lines, and where they end."""
+def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
+    """Return the names of several lines, each beside a piece of it.
+
+    Args:
+        lines: as drawn.
+        width: of the drawing, px.
+        top: baseline of the first row, px.
+
+    Returns:
+        SVG, and where it ends, px; nothing where there is but one line.
+    """
     if len(lines) < 2:
-        return "", 22
-    parts, x, y = [], float(_LEFT), 34
+        return "", top - 12
+    parts, x, y = [], float(_LEFT), top
     for line in lines:
         long = _ENTRY + _LETTER * len(line.label)
         if x > _LEFT and x + long > width - _RIGHT:

@@ -33,7 +33,6 @@ _STYLE = f"""{plot.STYLE}{TRACK_STYLE}
 @media screen and (max-width: 820px) {{ .pair {{ grid-template-columns: minmax(0, 1fr); }} }}
 pre {{ background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
   white-space: pre-wrap; overflow-wrap: anywhere; }}
-.entry {{ white-space: nowrap; margin-right: .5rem; }}
 .broken {{ border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }}
 th.group {{ text-align: center; }} .first {{ border-left: 1px solid var(--line); }}
 @media print {{ .errors table, .events table {{ font-size: 7.5pt; }} .errors th, .errors td {{ padding: .1rem .3rem; }}
@@ -188,9 +187,6 @@ def _flight(run: Material, trajectory: Trajectory, truth: NavState) -> Iterator[
         *map(page.css, style.colors(names)),
     ]
     chart = draw_map(time, truth, run.solutions, colors, trajectory.ellipsoid)
-    legend = " ".join(
-        f'<span class="entry">{page.swatch(c)}{words(n)}</span>' for n, c in zip(["truth", *names], colors, strict=True)
-    )
     facts = [
         ("duration", _clock(float(time[-1] - time[0]))),
         ("way over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
@@ -208,7 +204,7 @@ def _flight(run: Material, trajectory: Trajectory, truth: NavState) -> Iterator[
         ("true motion of the sensor block", ""), [(words(k), f'<td class="text">{v}</td>') for k, v in facts]
     )
     yield (
-        f'<div class="pair"><div>{chart}<p class="note">{legend}<br>Azimuthal equidistant about the middle of the true '
+        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant about the middle of the true '
         "track, whose east and north the axes have; dotted: meridians and parallels.</p></div>"
         f"<div>{listed}</div></div>"
     )

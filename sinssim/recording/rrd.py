@@ -269,7 +269,7 @@ class Recording:
         self.static(entity, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN))
 
     def events(self, events: Sequence[FlightEvent], entity: str = "events") -> None:
-        """Record what happened as a text log.
+        """Record what happened as a text log, the instant before each text.
 
         Args:
             events: instants and sentences.
@@ -280,5 +280,5 @@ class Recording:
             self.columns(
                 entity,
                 np.array([event.time for event in events]),
-                rr.TextLog.columns(text=[event.text for event in events], level=levels),
+                rr.TextLog.columns(text=[f"{event.time:.3f} s  {event.text}" for event in events], level=levels),
             )

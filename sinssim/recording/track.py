@@ -141,28 +141,34 @@ def draw_map(
     size, unit = (1000.0, "km") if frame.width > 2000.0 else (1.0, "m")
     at_e, step_e = ticks(frame.west / size, (frame.west + frame.width) / size, 7)
     at_n, step_n = ticks((frame.north - frame.height) / size, frame.north / size, 7)
-    bottom = _TOP + height
+    widths = [6.0 if tracks else 2.0, *[1.8] * len(tracks)]
+    dashes = ["", *plot.dashes(len(tracks))]
+    nowhere = np.empty(0)
+    entries = zip(("truth", *tracks), colors, widths, dashes, strict=True)
+    legend, top = plot.legend([plot.Line(n, nowhere, nowhere, c, w, d) for n, c, w, d in entries], width, 15)
+    top += _TOP
+    bottom = top + height
     x = [_LEFT + (v * size - frame.west) * frame.scale for v in at_e]
-    y = [_TOP + (frame.north - v * size) * frame.scale for v in at_n]
-    body = [plot.segments(x, [_TOP] * len(x), x, [bottom] * len(x), "grid")]
+    y = [top + (frame.north - v * size) * frame.scale for v in at_n]
+    body = [legend, plot.segments(x, [top] * len(x), x, [bottom] * len(x), "grid")]
     body.append(plot.segments([_LEFT] * len(y), y, [_LEFT + inner] * len(y), y, "grid"))
     body += [plot.text(_LEFT - 6, b + 4, plot.label(v, step_n), "end", "soft") for v, b in zip(at_n, y, strict=True)]
     body += [plot.text(a, bottom + 15, plot.label(v, step_e), "middle", "soft") for v, a in zip(at_e, x, strict=True)]
     body.append(plot.text(_LEFT + inner, bottom + 32, f"east [{unit}]", "end", "soft"))
-    body.append(plot.text(14, _TOP, f"north [{unit}]", "end", "soft", f'transform="rotate(-90 14 {_TOP})"'))
-    body.append(f'<svg x="{_LEFT}" y="{_TOP}" width="{inner}" height="{height}">')
+    body.append(plot.text(14, top, f"north [{unit}]", "end", "soft", f'transform="rotate(-90 14 {top})"'))
+    body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
     body.append(_graticule(projection, frame))
-    body.append(plot.path(*_sparse(*frame.pixels(east, north)), colors[0], 6.0 if tracks else 2.0))
-    for solution, color, dashes in zip(tracks.values(), colors[1:], plot.dashes(len(tracks)), strict=True):
+    body.append(plot.path(*_sparse(*frame.pixels(east, north)), colors[0], widths[0]))
+    for solution, color, thick, dashed in zip(tracks.values(), colors[1:], widths[1:], dashes[1:], strict=True):
         k = _some(len(solution.time))
         k = k[np.isfinite(solution.latitude[k] + solution.longitude[k])]
         if not len(k):
             continue
         place = projection.plane(solution.latitude[k], solution.longitude[k])
-        body.append(plot.path(*_sparse(*frame.pixels(*place)), color, 1.8, dashes))
+        body.append(plot.path(*_sparse(*frame.pixels(*place)), color, thick, dashed))
     body += _instants(time, truth, projection, frame)
     body.append("</svg>")
-    body.append(plot.segments([_LEFT, _LEFT], [_TOP, bottom], [_LEFT, _LEFT + inner], [bottom, bottom], "axis"))
+    body.append(plot.segments([_LEFT, _LEFT], [top, bottom], [_LEFT, _LEFT + inner], [bottom, bottom], "axis"))
     return plot.element(width, bottom + _BOTTOM, "map of the track", "".join(body))
 
 

@@ -9,7 +9,7 @@ from math import acos, atan2, cos, pi, radians, sin
 import numpy as np
 import pytest
 
-from sinssim.data import NavState
+from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
 from sinssim.recording.track import Projection, degrees, draw_map
 
@@ -98,3 +98,18 @@ def test_round_times_are_where_the_vehicle_was():
 )  # fmt: skip
 def test_angles_with_their_sides(value, signs, places, text):
     assert degrees(value, signs, places) == text
+
+
+def test_the_map_says_whose_track_is_which():
+    time = np.arange(101.0)
+    truth = state(np.full(101, 10.0), 0.04 * time)
+    alone = draw_map(time, truth, {}, ["#009e73"], WGS84)
+    assert "truth" not in names(alone)
+    solution = NavSolution(time, truth.latitude, truth.longitude, truth.height, truth.velocity_ned, truth.q_nb, time)
+    svg = draw_map(time, truth, {"euler": solution, "poisson": solution}, ["#009e73", "#cc79a7", "#e69f00"], WGS84)
+    assert names(svg)[:3] == ["truth", "euler", "poisson"]
+    drawing = ET.fromstring(svg)
+    beside = drawing.findall(f"{SVG}polyline")
+    on_the_map = drawing.find(f"{SVG}svg").findall(f"{SVG}polyline")[-3:]
+    for look in ("stroke", "stroke-width", "stroke-dasharray"):
+        assert [line.get(look) for line in beside] == [line.get(look) for line in on_the_map]
