@@ -55,7 +55,8 @@ def test_ideal_sensors_of_every_set_close_the_loop() -> None:
 def test_without_gyros_the_error_grows_by_the_law(arm: float, bias_ug: float) -> None:
     """Δp = ½ δf t² ∓ g δω̇ t⁴/24 of the biases that this run drew, combined by hand for the cube.
 
-    To first order in the tilt and in the Earth's turn, each half a hundredth of a radian at the end: within 1 %.
+    To first order in the tilt and in the Earth's turn, each half a hundredth of a radian at the end, by which one
+    axis shows in the other: within 1 % of the whole.
     """
     imu = {**ONLY_BIAS, "accel_bias_sigma_ug": bias_ug, "rate_hz": 20.0}
     result = run(scenario({"type": "accelerometers", "arm_m": arm}, {"vertical": "truth"}, imu, parked=LEVEL))
@@ -69,7 +70,7 @@ def test_without_gyros_the_error_grows_by_the_law(arm: float, bias_ug: float) ->
         row = int(np.searchsorted(error.time, t))
         north = 0.5 * push[0] * t**2 - 9.811 * growth[1] * t**4 / 24.0
         east = 0.5 * push[1] * t**2 + 9.811 * growth[0] * t**4 / 24.0
-        assert error.position_ned[row, :2] == pytest.approx([north, east], rel=0.01)
+        assert np.abs(error.position_ned[row, :2] - [north, east]).max() < 0.01 * np.hypot(north, east)
         # the sensors' own error: a ramp of the rate, its integral
         made = np.cumsum(result.measured.dtheta - result.ideal.dtheta, axis=0)[row - 1]
         assert made[:2] == pytest.approx(0.5 * growth * t**2, rel=1e-6)
