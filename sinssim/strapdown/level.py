@@ -10,7 +10,8 @@ Frame rate:            ω_in = ω_ie + ω_en,  ω_ie = (ω cos φ, 0, −ω sin 
                        ω_en = (v_E/(R₂+h), −v_N/(R₁+h), −v_E tan φ/(R₂+h))
 
 The engine is a template over the attitude algorithm: `start_k`, `dcm_k`, `step_k` and `quaternion_k`, imported here
-from the quaternion, are bound to each algorithm's own by `sinssim.jit.bind`.
+from the quaternion, are bound to each algorithm's own by `sinssim.jit.bind`. The increments may begin before the
+first interval that is navigated, which is their number `first`, and go on beyond the last: the fit wants neighbours.
 """
 
 from __future__ import annotations
@@ -64,6 +65,7 @@ def _navigate(
     dvel: Array,
     weights: Array,
     uniform: bool,
+    first: int,
     p: EarthParameters,
     gravity: int,
     simplified: bool,
@@ -98,7 +100,7 @@ def _navigate(
         dt = time[k + 1] - time[k]
 
         # --- the body's rotation and specific force over the interval
-        b = turn_k(dtheta, dvel, weights, uniform, k)
+        b = turn_k(dtheta, dvel, weights, uniform, first + k)
 
         # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then runs
         # beside the body's and waits for nothing of it. The position found in the end corrects it to first order.

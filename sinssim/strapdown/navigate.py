@@ -140,12 +140,12 @@ def navigate(
     elif own is not None:
         own(time, dtheta, dvel, uniform, earth, gravity_model, simplified, *channel, rule, pole, *out)
     elif frame == "level":
-        level.engine(algorithm)(*data, simplified, *channel, *out)
+        level.engine(algorithm)(*data[:5], 0, *data[5:], simplified, *channel, *out)
     elif frame == "inertial":
         inertial.engine(algorithm)(*data, *channel, *out)
     else:
         azimuth.engine(algorithm)(*data, simplified, *channel, rule, pole, *out)
-    _check_solution(frame, algorithm, time, latitude, height_out, velocity, q_nb, dtheta, dvel)
+    check_solution(frame, algorithm, time, latitude, height_out, velocity, q_nb, dtheta, dvel)
     solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
     if algorithm != "euler":
         return solution
@@ -187,7 +187,7 @@ def _route_pole(route: tuple[float, float, float, float] | None, lat0: float, lo
     return np.asarray(pole / np.linalg.norm(pole))
 
 
-def _check_solution(
+def check_solution(
     frame: str,
     algorithm: str,
     time: Array,
@@ -198,7 +198,18 @@ def _check_solution(
     dtheta: Array,
     dvel: Array,
 ) -> None:
-    """Raise if the frame met a pole or the numbers ran away."""
+    """Raise if the frame met a pole or the numbers ran away.
+
+    Args:
+        frame: navigation frame.
+        algorithm: attitude algorithm.
+        time: of the rows, (N+1,) s.
+        latitude, height, velocity, q_nb: the solution, N+1 rows.
+        dtheta, dvel: the increments that it comes from.
+
+    Raises:
+        RunError: it did.
+    """
     if frame == "level" and not max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
         row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
         if not abs(latitude[row]) <= 0.5 * math.pi:  # no step of a vehicle leads from 89.9° to beyond the pole
