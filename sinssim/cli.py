@@ -369,6 +369,53 @@ def align(
         report.show(Console(highlight=False))
 
 
+@app.command("sensors")
+def explain_sensors(
+    grade: Annotated[str, typer.Argument(metavar="GRADE", help="See `sinssim list grades`.", show_default=False)],
+    latitude: Annotated[
+        float, typer.Option("--latitude", metavar="DEG", min=-90.0, max=90.0, help="Latitude of the vehicle.")
+    ] = 45.0,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="What differs from the grade, by its key in a scenario's [imu]; may be given several times.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Say what a grade of sensors means: each error, and the position error that it alone makes in an hour.
+
+    By closed forms, before anything is simulated: a vehicle at rest navigates unaided from a perfect start, and errors
+    that show in motion only are told for one turn or one acceleration. See docs/sensors.md.
+
+    Examples:
+
+        sinssim sensors laser-standard --latitude 60
+        sinssim sensors tactical --set gyro_bias_sigma_deg_h=0.3 --set gyro_quantum_arcsec=2.0
+    """
+    from sinssim.scenario.imu import ImuSection
+    from sinssim.scenario.load import override
+    from sinssim.scenario.toml_file import validate
+
+    data: dict[str, object] = {"grade": grade}
+    overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
+    section = validate(ImuSection, data, "", f"sensors {grade}", overridden)
+    from sinssim.sensors.expectation import expect
+    from sinssim.sensors.expectation_report import show, to_json
+
+    expectation = expect(section, math.radians(latitude))
+    if as_json:
+        print(json.dumps(to_json(expectation), indent=2, ensure_ascii=False))
+    else:
+        from rich.console import Console
+
+        show(expectation, Console(highlight=False))
+
+
 @app.command("list")
 def list_names(
     kind: Annotated[Kind, typer.Argument(help="What to list.", show_default=False)],
@@ -391,6 +438,8 @@ def list_names(
     width = max((len(name) for name in names), default=0)
     for name, sentence in names.items():
         print(f"{name:<{width}}  {sentence}".rstrip())
+    if kind is Kind.GRADES:
+        typer.echo("What one means, term by term: sinssim sensors GRADE", err=True)
 
 
 def _names(kind: Kind) -> Mapping[str, str]:

@@ -68,7 +68,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"sinssim {sinssim.__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["run", "check", "view", "list"])
+@pytest.mark.parametrize("command", ["run", "check", "view", "list", "sensors"])
 def test_every_command_has_help_with_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert call(command, "--help") == 0
     out = capsys.readouterr().out
@@ -106,6 +106,47 @@ def test_list_shows_a_broken_scenario_beside_the_others(folder: Path, capsys: py
     assert "broken" in out
     assert "cannot be used" in out
     assert "first_flight" in out
+
+
+def test_list_of_grades_says_where_they_are_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("list", "grades") == 0
+    assert "sinssim sensors GRADE" in capsys.readouterr().err
+
+
+# Sensors
+
+
+def test_what_a_grade_means(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("sensors", "laser-standard", "--latitude", "45") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "1,355 0.732 gyro bias, north at rest" in out
+    assert "gyro_bias 0.01 deg/h 4.848e-08 rad/s" in out
+    assert "Half of all runs end within 0.97 nmi an hour" in out
+
+
+def test_what_a_grade_means_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    setting = "imu.gyro_quantum_arcsec=1.6"
+    assert call("sensors", "laser-navigation", "--json", "--set", setting) == 0
+    result = json.loads(capsys.readouterr().out)
+    positions = [row["position_m"] for row in result["contributions"]]
+    assert positions == sorted(positions, reverse=True)
+    assert result["root_sum_square_m"] == pytest.approx(sum(p * p for p in positions) ** 0.5)
+    assert {"name": "gyro_quantum", "value": 1.6, "unit": "arcsec"}.items() <= result["terms"][4].items()
+    assert result["linear"] is True
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["laser-standrd"], "Did you mean 'laser-standard'?"),
+        (["tactical", "--set", "gyro_quantum_arcsec=-1"], "gyro_quantum_arcsec = -1 must be at least 0"),
+        (["tactical", "--set", "gyro_quantum=1"], "unknown key 'gyro_quantum'"),
+        (["tactical", "--latitude", "91"], "--latitude"),
+    ],
+)
+def test_sensors_that_are_not(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("sensors", *arguments) == 2
+    assert said in capsys.readouterr().err
 
 
 # Check

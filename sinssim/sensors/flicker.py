@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from sinssim.data import Array
+
 RATES = (
     0.627007, 0.166908, 0.0332484, 0.00624162, 0.0011587, 0.000214654, 3.97503e-5, 7.36058e-6, 1.36294e-6, 2.52373e-7,
 )  # fmt: skip
@@ -52,3 +54,17 @@ def _stationary() -> np.ndarray:
 
 STATIONARY = _stationary()
 """Turns ten independent normal numbers into the x_m of a noise that has gone on for ever, (10, 10)."""
+
+
+def covariance(lag: Array) -> Array:
+    """Return the covariance of flicker noise of B = 1 with itself.
+
+    Args:
+        lag: distance in samples, (...); beyond the first few samples it need not be whole.
+
+    Returns:
+        Σ w_m d_m^lag Σ cov(x_m, x_n) w_n, (...), without the share of w₀.
+    """
+    weights, kept = np.array(WEIGHTS), 1.0 - np.array(RATES)
+    shares = weights * (STATIONARY @ STATIONARY.T @ weights)
+    return np.asarray(np.power.outer(kept, np.asarray(lag, dtype=np.float64)).T @ shares)

@@ -1,0 +1,348 @@
+"""What a sensor block's errors mean, and the position error that each alone would make: before anything is simulated.
+
+A level vehicle, heading north, navigates unaided from a perfect initial state; see `schuler` for the closed forms. What
+shows in motion only is told for one manoeuvre: at the start the vehicle turns by 90° at 3°/s, or gathers 250 m/s to the
+north at a quarter of g. All standard deviations are of the length of the horizontal error, the root of the sum of
+squares of north and east; a fixed error of the scenario counts like a standard deviation of its size.
+
+With b, k, M … the standard deviations, S and h the responses to a step and to an impulse of `schuler`, Δψ and V the
+turn and the speed, t′ the time since the middle of the manoeuvre:
+
+    gyro bias                       b S (tilt for north and east, azimuth for down)
+    gyro scale factor               at rest k_i ω_i as a bias, ω = (U cos φ, 0, −U sin φ); in the turn k_z Δψ h(t′)
+    gyro misalignment               at rest M_ij ω_j as a bias; in the turn the tilt M_xz sin Δψ − M_yz (1 − cos Δψ) to
+                                    the north, M_xz (1 − cos Δψ) + M_yz sin Δψ to the east, times h(t′)
+    asymmetry κ, quadratic, cubic   in the turn ½κ, K₂ψ̇, K₃ψ̇² like k_z
+    g-sensitivity                   G_iz g as a bias
+    angle random walk N, rate random walk, bias instability, flicker
+                                    the root of ∫∫ h(t−u) h(t−v) C(u, v) du dv with their covariance C
+    accelerometer bias              b S; misalignment M_xz g and M_yz g likewise
+    accelerometer scale factor      gathering speed k_x V h(t′); κ, K₂ and K₃ as ½κ, K₂a, K₃a²
+    misalignment, cross axis        gathering speed M_yx V h(t′), C_xz g V h(t′)
+    velocity random walk            N times the root of ∫h²
+    quantum Q, sampled every T      every sample an independent error of variance Q²/12: of the tilt, which moves the
+                                    velocity like a random walk g Q √(T/12); of the velocity, Q √(T/12) √(∫cos² ωu du)
+    temperature                     as a bias and a scale factor that follow the warm-up
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.scenario.datasheet import QUANTITIES, Quantity
+from sinssim.scenario.grades import CORRELATION_TIME, find_grade
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import flicker
+from sinssim.sensors.imu_errors import laser_gyro, warm_up
+from sinssim.sensors.schuler import Response, Schuler
+from sinssim.units import DEG, G0
+
+TURN, TURN_RATE = 90.0 * DEG, 3.0 * DEG
+SPEED, GATHERING = 250.0, 0.25 * G0
+
+AT_REST, TURNING, ACCELERATING = "at rest", "turning 90°", "speeding up"
+ASSUMPTIONS = {
+    AT_REST: "level, heading north",
+    TURNING: "at 3°/s at the start, then at rest",
+    ACCELERATING: "northwards to 250 m/s at 0.25 g at the start, then at that speed",
+}
+"""What the vehicle does."""
+
+MEANINGS = {
+    "bias": "reading when there is nothing to read, constant in a run",
+    "scale": "part by which it exaggerates",
+    "misalignment": "lean of a sensitive axis towards each of the others",
+    "asymmetry": "scale factor of positive inputs less that of negative ones",
+    "quadratic": "error that grows with the square of the input",
+    "cubic": "error that grows with the cube of the input",
+    "cross_axis": "error that grows with the product of the inputs along and across the sensitive axis",
+    "g_sensitivity": "rate that an acceleration feigns",
+    "bias_temperature": "bias that a degree of warming brings",
+    "scale_temperature": "scale-factor error that a degree of warming brings",
+    "ramp": "steady growth of the bias",
+    "random_walk": "white noise: how the {integral} wanders, with √t",
+    "quantum": "weight of one pulse of the accumulated output",
+    "instability": "slow wandering of the bias within a run",
+    "correlation_time": "how long the bias remembers where it was",
+    "flicker": "bias instability B, floor of the Allan deviation over 0.664",
+    "rate_walk": "how the bias itself wanders, with √t",
+    "limit": "largest input that the sensor can tell",
+}
+"""What the errors are, in plain words, by the field of `TriadErrors`."""
+
+UNITS = {
+    "deg_h": "deg/h",
+    "deg_h_per_g": "deg/h/g",
+    "deg_h_per_c": "deg/h/°C",
+    "deg_h_per_h": "deg/h/h",
+    "deg_sqrt_h": "deg/√h",
+    "deg_h_sqrt_h": "deg/h/√h",
+    "deg_s": "deg/s",
+    "ppm_per_deg_s": "ppm/(deg/s)",
+    "ppm_per_deg2_s2": "ppm/(deg/s)²",
+    "ppm_per_c": "ppm/°C",
+    "ug": "µg",
+    "ug_per_g2": "µg/g²",
+    "ug_per_g3": "µg/g³",
+    "ug_per_c": "µg/°C",
+    "ug_per_h": "µg/h",
+    "ug_sqrt_hz": "µg/√Hz",
+    "ug_sqrt_h": "µg/√h",
+    "mm_s": "mm/s",
+}
+"""Units of scenarios as people write them, where that is not the key's own way."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One error of a sensor block.
+
+    Attributes:
+        name: of the quantity, as in [imu] without the unit.
+        value: 1σ of what is drawn, or the value of a noise, in `unit`; the largest if it differs from axis to axis.
+        unit: that of scenarios.
+        si: the same in `si_unit`.
+        si_unit: SI.
+        meaning: plain words.
+    """
+
+    name: str
+    value: float
+    unit: str
+    si: float
+    si_unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """The position error that one term alone makes.
+
+    Attributes:
+        term: which, and what of it.
+        assumes: what the vehicle does.
+        position: standard deviation of the horizontal position error, m.
+    """
+
+    term: str
+    assumes: str
+    position: float
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What a sensor block's errors mean.
+
+    Attributes:
+        section: the sensor block.
+        latitude: of the vehicle, rad.
+        duration: of the navigation, s.
+        terms: its errors.
+        contributions: position errors, the largest first.
+    """
+
+    section: ImuSection
+    latitude: float
+    duration: float
+    terms: tuple[Term, ...]
+    contributions: tuple[Contribution, ...]
+
+    @property
+    def total(self) -> float:
+        """Root of the sum of squares of the contributions, m."""
+        return math.hypot(*(c.position for c in self.contributions))
+
+    @property
+    def height(self) -> float:
+        """What the accelerometer's bias alone makes of an unaided height, b (cosh(√2 ωt) − 1)/2ω², m."""
+        (bias,) = [term.si for term in self.terms if term.name == "accel_bias"] or [0.0]
+        w = Schuler.at(self.latitude).frequency
+        return bias * (math.cosh(math.sqrt(2.0) * w * self.duration) - 1.0) / (2.0 * w**2)
+
+
+def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Expectation:
+    """Say what a sensor block's errors mean.
+
+    Args:
+        section: the [imu] section of a scenario: a grade, and what differs from it.
+        latitude: of the vehicle, rad.
+        duration: of the navigation, s, longer than the manoeuvres; the closed forms hold to about an hour.
+
+    Returns:
+        Its errors, and the position error that each alone makes.
+    """
+    terms, sizes = [], {}
+    for quantity in QUANTITIES:
+        size = _size(section, quantity)
+        sizes[quantity.triad, quantity.field] = size
+        if size.any() and (quantity.field != "correlation_time" or sizes[quantity.triad, "instability"]):
+            terms.append(_term(quantity, float(size.max())))
+    block = _Block(section, Schuler.at(latitude), duration)
+    found = [
+        *block.gyros({field: size for (triad, field), size in sizes.items() if triad == "gyro"}),
+        *block.accelerometers({field: size for (triad, field), size in sizes.items() if triad == "accel"}),
+    ]
+    found = sorted((c for c in found if c.position > 0.0), key=lambda c: -c.position)
+    return Expectation(section, latitude, duration, tuple(terms), tuple(found))
+
+
+def _size(section: ImuSection, quantity: Quantity) -> Array:
+    """Return the standard deviation of one error, or the size of a fixed one, SI: (), (3,) or (3, 3)."""
+    if section.laser_gyro is not None and quantity.name in ("gyro_arw", "gyro_quantum"):
+        ring = laser_gyro(section.laser_gyro)
+        return np.asarray(ring.random_walk if quantity.name == "gyro_arw" else ring.pulse_weight)
+    grade = getattr(find_grade(section.grade), quantity.triad)
+    of_grade = getattr(grade, quantity.field, CORRELATION_TIME if quantity.field == "correlation_time" else 0.0)
+    given = getattr(section, quantity.key)
+    if not quantity.drawn:
+        return np.asarray(of_grade if given is None else given * quantity.unit)
+    sigma = getattr(section, quantity.sigma_key)
+    size = np.full(quantity.size, of_grade if sigma is None else sigma * quantity.unit)
+    if given is not None:
+        size = np.abs(given) * quantity.unit
+    if quantity.size == 6:
+        matrix = np.zeros((3, 3))
+        matrix[~np.eye(3, dtype=bool)] = size  # row by row: xy, xz, yx, yz, zx, zy
+        return matrix
+    return size.reshape(3, 3) if quantity.size == 9 else size
+
+
+def _term(quantity: Quantity, si: float) -> Term:
+    unit = next(iter(quantity.units))
+    meaning = MEANINGS[quantity.field].format(integral="angle" if quantity.triad == "gyro" else "velocity")
+    value = float(f"{si / quantity.unit:.12g}")  # 5, not 4.9999999999999996
+    return Term(quantity.name, value, UNITS.get(unit, unit), si, _si_unit(quantity), meaning)
+
+
+def _si_unit(quantity: Quantity) -> str:
+    """Return the SI unit of a quantity: that of its field, with the sensor's own input u and its integral U in it."""
+    integral, rate = ("rad", "rad/s") if quantity.triad == "gyro" else ("m/s", "m/s²")
+    return {
+        "bias": rate,
+        "scale": "1",
+        "misalignment": "rad",
+        "asymmetry": "1",
+        "quadratic": f"1/({rate})",
+        "cubic": f"1/({rate})²",
+        "cross_axis": f"1/({rate})",
+        "g_sensitivity": "rad/s/(m/s²)",
+        "bias_temperature": f"{rate}/K",
+        "scale_temperature": "1/K",
+        "ramp": f"{rate}/s",
+        "random_walk": f"{integral}/√s",
+        "quantum": integral,
+        "instability": rate,
+        "correlation_time": "s",
+        "flicker": rate,
+        "rate_walk": f"{rate}/√s",
+        "limit": rate,
+    }[quantity.field]
+
+
+@dataclass(frozen=True)
+class _Block:
+    """A sensor block on a vehicle: what moves the navigator's position."""
+
+    section: ImuSection
+    earth: Schuler
+    duration: float
+
+    def _rest(self, rates: Array) -> float:
+        """Return what constant errors of the gyros make, (3,) rad/s, m."""
+        tilt, azimuth = (float(self.earth.step(kind, np.asarray(self.duration))) for kind in ("tilt", "azimuth"))
+        return math.hypot(tilt * rates[0], tilt * rates[1], azimuth * rates[2])
+
+    def _warmth(self, t: Array) -> Array:
+        """Return the temperature over that of the calibration, (N,) K."""
+        w = warm_up(self.section)
+        return np.asarray(w.steady + (w.start - w.steady) * np.exp(-t / w.time_constant))
+
+    def _wandering(self, kind: Response, size: dict[str, Array]) -> Iterator[tuple[str, float]]:
+        """Yield what an error that changes at random makes along one axis, m."""
+        t = self.duration
+        if size["instability"]:
+            tau = float(size["correlation_time"])
+            sigma = self.earth.correlated(kind, t, lambda u, v: np.exp(-np.abs(u - v) / tau))
+            yield "bias instability", float(size["instability"]) * sigma
+        if size["rate_walk"]:
+            yield "rate random walk", float(size["rate_walk"]) * self.earth.correlated(kind, t, np.minimum)
+        if size["flicker"]:
+            spacing = 1.0 / self.section.rate_hz
+            sigma = self.earth.correlated(kind, t, lambda u, v: flicker.covariance(np.abs(u - v) / spacing))
+            yield "flicker", float(size["flicker"]) * sigma
+
+    def gyros(self, size: dict[str, Array]) -> Iterator[Contribution]:
+        """Yield the contributions of the gyros."""
+        earth, t = self.earth, self.duration
+        spin = np.abs([earth.north_rate, 0.0, earth.down_rate])
+        after = np.asarray(t - 0.5 * TURN / TURN_RATE)
+        turned = TURN * float(earth.impulse("azimuth", after))
+        for i, axis in enumerate(("north", "east", "down")):
+            yield Contribution(f"gyro bias, {axis}", AT_REST, self._rest(size["bias"] * np.eye(3)[i]))
+        for name, at_rest, in_the_turn in (
+            ("scale factor", size["scale"], size["scale"]),
+            ("asymmetry", 0.5 * size["asymmetry"], 0.5 * size["asymmetry"]),
+            ("quadratic non-linearity", size["quadratic"] * spin, size["quadratic"] * TURN_RATE),
+            ("cubic non-linearity", size["cubic"] * spin**2, size["cubic"] * TURN_RATE**2),
+        ):
+            yield Contribution(f"gyro {name}, of the Earth's rate", AT_REST, self._rest(at_rest * spin))
+            yield Contribution(f"gyro {name}, of a turn", TURNING, float(in_the_turn[2]) * turned)
+        m = size["misalignment"]
+        yield Contribution("gyro misalignment, to the Earth's rate", AT_REST, self._rest(np.sqrt(m**2 @ spin**2)))
+        tilt = math.hypot(m[0, 2], m[1, 2]) * 2.0 * math.sin(0.5 * TURN)
+        yield Contribution("gyro misalignment, to a turn", TURNING, tilt * float(earth.impulse("tilt", after)))
+        yield Contribution("gyro g-sensitivity", AT_REST, self._rest(size["g_sensitivity"][:, 2] * earth.gravity))
+        channels: tuple[tuple[str, Response, int], ...] = (("level", "tilt", 2), ("down", "azimuth", 1))
+        for name, kind, axes in channels:
+            across = size["ramp"][:2] if kind == "tilt" else size["ramp"][2:]
+            yield Contribution(f"gyro ramp, {name}", AT_REST, math.hypot(*across) * earth.ramp(kind, t))
+            white = float(size["random_walk"]) * earth.white(kind, t)
+            yield Contribution(f"angle random walk, {name}", AT_REST, white * math.sqrt(axes))
+            for noise, position in self._wandering(kind, size):
+                yield Contribution(f"gyro {noise}, {name}", AT_REST, position * math.sqrt(axes))
+            warmed = earth.driven(kind, t, self._warmth)
+            drift = size["bias_temperature"], size["scale_temperature"] * spin
+            for what, rates in zip(("bias", "scale factor"), drift, strict=True):
+                across = rates[:2] if kind == "tilt" else rates[2:]
+                yield Contribution(f"gyro {what} by temperature, {name}", AT_REST, math.hypot(*across) * abs(warmed))
+        walk = earth.gravity * float(size["quantum"]) / math.sqrt(12.0 * self.section.rate_hz)
+        yield Contribution("angle quantisation", AT_REST, math.sqrt(2.0) * walk * earth.white("velocity", t))
+
+    def accelerometers(self, size: dict[str, Array]) -> Iterator[Contribution]:
+        """Yield the contributions of the accelerometers."""
+        earth, t = self.earth, self.duration
+        step = float(earth.step("velocity", np.asarray(t)))
+        gathered = SPEED * abs(float(earth.impulse("velocity", np.asarray(t - 0.5 * SPEED / GATHERING))))
+        m, cross = size["misalignment"], size["cross_axis"]
+        for i, axis in enumerate(("north", "east")):
+            yield Contribution(f"accelerometer bias, {axis}", AT_REST, float(size["bias"][i]) * step)
+        leaning = math.hypot(m[0, 2], m[1, 2]) * earth.gravity
+        yield Contribution("accelerometer misalignment, to gravity", AT_REST, leaning * step)
+        for name, part in (
+            ("scale factor", size["scale"][0]),
+            ("asymmetry", 0.5 * size["asymmetry"][0]),
+            ("quadratic non-linearity", size["quadratic"][0] * GATHERING),
+            ("cubic non-linearity", size["cubic"][0] * GATHERING**2),
+            ("misalignment, to an acceleration", m[1, 0]),
+            ("cross-axis term", cross[0, 2] * earth.gravity),
+        ):
+            yield Contribution(f"accelerometer {name}", ACCELERATING, float(part) * gathered)
+        ramp = math.hypot(*size["ramp"][:2]) * earth.ramp("velocity", t)
+        yield Contribution("accelerometer ramp", AT_REST, ramp)
+        white = float(size["random_walk"]) * earth.white("velocity", t)
+        yield Contribution("velocity random walk", AT_REST, math.sqrt(2.0) * white)
+        for noise, position in self._wandering("velocity", size):
+            yield Contribution(f"accelerometer {noise}", AT_REST, math.sqrt(2.0) * position)
+        warmed = earth.driven("velocity", t, self._warmth)
+        yield Contribution(
+            "accelerometer bias by temperature", AT_REST, math.hypot(*size["bias_temperature"][:2]) * abs(warmed)
+        )
+        w = earth.frequency
+        pulses = float(size["quantum"]) / math.sqrt(12.0 * self.section.rate_hz)
+        held = math.sqrt(0.5 * t + math.sin(2.0 * w * t) / (4.0 * w))
+        yield Contribution("velocity quantisation", AT_REST, math.sqrt(2.0) * pulses * held)

@@ -1,0 +1,238 @@
+"""What each term of a sensor block is expected to do, against the navigator on emulated sensors, term by term."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from sinssim import earth
+from sinssim.data import ImuData
+from sinssim.nav_error import navigation_error
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import emulate
+from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
+from sinssim.strapdown import navigate
+from sinssim.truth.analytic import OnEarth
+from sinssim.truth.curve import Curve
+from sinssim.truth.parked import Parked
+from sinssim.truth.rotation_table import Dwell, RotationTable, Turn
+from sinssim.truth.trajectory import Trajectory
+
+HOUR = 3600.0
+LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
+NORTHERN = np.radians(45.0)
+
+
+def block(**errors: Any) -> ImuSection:
+    return ImuSection(grade="ideal", **{"rate_hz": 1.0, **errors})
+
+
+def end_error(truth: Trajectory, ideal: ImuData, measured: ImuData) -> np.ndarray:
+    """Return the horizontal position error that the sensors' errors make by the end, (2,) m."""
+    there = truth.state(ideal.time)
+    errors = []
+    for imu in (measured, ideal):  # less what the samples' rate leaves
+        solution = navigate(imu, truth.state(0.0), vertical="truth", height=there.height)
+        errors.append(navigation_error(there, solution, truth.ellipsoid).position_ned[-1, :2])
+    return errors[0] - errors[1]
+
+
+def standing(latitude: float) -> Trajectory:
+    return Parked(latitude, 0.3, 0.0, LEVEL, HOUR)
+
+
+def turning(latitude: float) -> Trajectory:
+    table = RotationTable((Turn((0.0, 0.0, 1.0), TURN, TURN_RATE, 0.5), Dwell(HOUR - TURN / TURN_RATE - 0.5)))
+    return OnEarth(table, latitude, 0.3, 0.0, LEVEL, HOUR)
+
+
+def gathering(latitude: float) -> Trajectory:
+    """North along the meridian: a quarter of g until 250 m/s, with ramps of 2 s, then on."""
+    knots, ramp = np.arange(-2.0, HOUR + 2.5, 0.5), 2.0
+    whole = SPEED / GATHERING
+
+    def speed(t: float) -> float:
+        def ramped(x: float) -> float:  # integral of a smooth step from 0 to 1 over the ramp
+            x = min(max(x, 0.0), ramp) if x < ramp else x
+            return 0.5 * x - ramp / (2.0 * np.pi) * np.sin(np.pi * x / ramp) if x < ramp else x - 0.5 * ramp
+
+        return GATHERING * (ramped(t) - ramped(t - whole))
+
+    def north(t: float, y: np.ndarray) -> list[float]:
+        return [speed(t) / float(earth.radii(y[0])[0])]
+
+    options: dict[str, Any] = {"t_eval": knots, "rtol": 1e-10, "atol": 1e-14, "max_step": 1.0}
+    path = solve_ivp(north, (knots[0], knots[-1]), [latitude], **options).y[0]
+    longitude = np.full_like(path, 0.3)
+    position = earth.geodetic_to_ecef(path, longitude, np.zeros_like(path))
+    return Curve(knots + 2.0, position, earth.q_en(path, longitude))
+
+
+MOTIONS = {AT_REST: standing, TURNING: turning, ACCELERATING: gathering}
+RATE = {AT_REST: 1.0, TURNING: 10.0, ACCELERATING: 10.0}
+
+FIXED: list[tuple[str, str, float, dict[str, Any]]] = [
+    # term, motion, latitude, error
+    ("gyro bias, north", AT_REST, NORTHERN, {"gyro_bias_deg_h": (0.01, 0.0, 0.0)}),
+    ("gyro bias, east", AT_REST, -NORTHERN, {"gyro_bias_deg_h": (0.0, 0.01, 0.0)}),
+    ("gyro bias, down", AT_REST, NORTHERN, {"gyro_bias_deg_h": (0.0, 0.0, 0.1)}),
+    ("gyro scale factor, of the Earth's rate", AT_REST, NORTHERN, {"gyro_scale_ppm": (100.0, 0.0, 0.0)}),
+    ("gyro scale factor, of the Earth's rate", AT_REST, NORTHERN, {"gyro_scale_ppm": (0.0, 0.0, 1000.0)}),
+    ("gyro scale factor, of a turn", TURNING, 0.0, {"gyro_scale_ppm": (0.0, 0.0, 100.0)}),
+    ("gyro asymmetry, of a turn", TURNING, 0.0, {"gyro_asymmetry_ppm": (0.0, 0.0, 100.0)}),
+    ("gyro quadratic non-linearity, of a turn", TURNING, 0.0, {"gyro_quadratic_ppm_per_deg_s": (0.0, 0.0, 30.0)}),
+    ("gyro cubic non-linearity, of a turn", TURNING, 0.0, {"gyro_cubic_ppm_per_deg2_s2": (0.0, 0.0, 10.0)}),
+    ("gyro misalignment, to the Earth's rate", AT_REST, NORTHERN, {"gyro_misalignment_arcsec": (0, 50.0, 0, 0, 0, 0)}),
+    ("gyro misalignment, to the Earth's rate", AT_REST, NORTHERN, {"gyro_misalignment_arcsec": (0, 0, 50.0, 0, 0, 0)}),
+    ("gyro misalignment, to the Earth's rate", AT_REST, NORTHERN, {"gyro_misalignment_arcsec": (0, 0, 0, 0, 500.0, 0)}),
+    ("gyro misalignment, to a turn", TURNING, 0.0, {"gyro_misalignment_arcsec": (0, 20.0, 0, 0, 0, 0)}),
+    ("gyro misalignment, to a turn", TURNING, 0.0, {"gyro_misalignment_arcsec": (0, 0, 0, 20.0, 0, 0)}),
+    ("gyro g-sensitivity", AT_REST, NORTHERN, {"gyro_g_sensitivity_deg_h_per_g": (0, 0, 0, 0, 0, 0.01, 0, 0, 0)}),
+    ("gyro ramp, level", AT_REST, NORTHERN, {"gyro_ramp_deg_h_per_h": (0.01, 0.0, 0.0)}),
+    ("gyro ramp, down", AT_REST, NORTHERN, {"gyro_ramp_deg_h_per_h": (0.0, 0.0, 0.1)}),
+    ("accelerometer bias, north", AT_REST, NORTHERN, {"accel_bias_ug": (50.0, 0.0, 0.0)}),
+    ("accelerometer bias, east", AT_REST, 0.0, {"accel_bias_ug": (0.0, 50.0, 0.0)}),
+    ("accelerometer misalignment, to gravity", AT_REST, NORTHERN, {"accel_misalignment_arcsec": (0, 5.0, 0, 0, 0, 0)}),
+    ("accelerometer ramp", AT_REST, NORTHERN, {"accel_ramp_ug_per_h": (50.0, 0.0, 0.0)}),
+    ("accelerometer scale factor", ACCELERATING, NORTHERN, {"accel_scale_ppm": (50.0, 0.0, 0.0)}),
+    ("accelerometer asymmetry", ACCELERATING, NORTHERN, {"accel_asymmetry_ppm": (50.0, 0.0, 0.0)}),
+    ("accelerometer quadratic non-linearity", ACCELERATING, NORTHERN, {"accel_quadratic_ug_per_g2": (100.0, 0.0, 0.0)}),
+    ("accelerometer cubic non-linearity", ACCELERATING, NORTHERN, {"accel_cubic_ug_per_g3": (1000.0, 0.0, 0.0)}),
+    (
+        "accelerometer misalignment, to an acceleration",
+        ACCELERATING,
+        NORTHERN,
+        {"accel_misalignment_arcsec": (0, 0, 20.0, 0, 0, 0)},
+    ),
+    ("accelerometer cross-axis term", ACCELERATING, NORTHERN, {"accel_cross_axis_ug_per_g2": (0, 50.0, 0, 0, 0, 0)}),
+]
+
+
+@pytest.fixture(scope="module")
+def motions() -> dict[tuple[str, float], tuple[Trajectory, ImuData]]:
+    return {}
+
+
+@pytest.mark.parametrize(("term", "assumes", "latitude", "errors"), FIXED, ids=lambda value: str(value)[:40])
+def test_each_term_alone(
+    motions: dict[tuple[str, float], tuple[Trajectory, ImuData]],
+    term: str,
+    assumes: str,
+    latitude: float,
+    errors: dict[str, Any],
+) -> None:
+    if (assumes, latitude) not in motions:
+        truth = MOTIONS[assumes](latitude)
+        motions[assumes, latitude] = truth, truth.increments(RATE[assumes])
+    truth, ideal = motions[assumes, latitude]
+    section = block(rate_hz=RATE[assumes], **errors)
+    found = np.linalg.norm(end_error(truth, ideal, emulate(ideal, section)))
+    (expected,) = [c for c in expect(section, latitude).contributions if c.term == term and c.assumes == assumes]
+    assert expected.position > 2.0
+    assert found == pytest.approx(expected.position, rel=0.035)
+
+
+NOISES: list[tuple[dict[str, Any], tuple[str, ...]]] = [
+    ({"gyro_arw_deg_sqrt_h": 0.003}, ("angle random walk, level", "angle random walk, down")),
+    ({"accel_vrw_ug_sqrt_hz": 100.0}, ("velocity random walk",)),
+    (
+        {"gyro_instability_deg_h": 0.01, "gyro_correlation_time_s": 1200.0},
+        ("gyro bias instability, level", "gyro bias instability, down"),
+    ),
+    ({"accel_instability_ug": 50.0, "accel_correlation_time_s": 600.0}, ("accelerometer bias instability",)),
+    ({"gyro_rrw_deg_h_sqrt_h": 0.01}, ("gyro rate random walk, level", "gyro rate random walk, down")),
+    ({"accel_rrw_ug_sqrt_h": 50.0}, ("accelerometer rate random walk",)),
+    ({"gyro_flicker_deg_h": 0.01}, ("gyro flicker, level", "gyro flicker, down")),
+    ({"accel_flicker_ug": 20.0}, ("accelerometer flicker",)),
+]
+
+
+@pytest.mark.parametrize(("errors", "terms"), NOISES, ids=lambda value: str(value)[:40])
+def test_each_noise_alone(errors: dict[str, Any], terms: tuple[str, ...]) -> None:
+    """Root mean square over 300 runs: twice as many numbers, which tell it to 1/√1200 = 2.9 %."""
+    runs, truth = 300, standing(NORTHERN)
+    ideal = truth.increments(0.1)
+    section = block(rate_hz=0.1, **errors)
+    there, start = truth.state(ideal.time), truth.state(0.0)
+    square = 0.0
+    for seed in range(runs):
+        solution = navigate(emulate(ideal, section, seed), start, vertical="truth", height=there.height)
+        square += float(np.sum(navigation_error(there, solution, truth.ellipsoid).position_ned[-1, :2] ** 2)) / runs
+    expected = expect(section, NORTHERN)
+    assert {c.term for c in expected.contributions} == set(terms)
+    assert np.sqrt(square) == pytest.approx(expected.total, rel=3.0 * 0.029)
+
+
+@pytest.mark.parametrize("errors", [{"gyro_quantum_arcsec": 100.0}, {"accel_quantum_mm_s": 500.0}], ids=str)
+def test_quantisation_alone(errors: dict[str, Any]) -> None:
+    """What the pulses add to a noise that runs over many of them, so that every remainder is as likely."""
+    runs, truth = 300, standing(NORTHERN)
+    ideal = truth.increments(0.1)
+    noise = {"gyro_arw_deg_sqrt_h": 0.5} if "gyro_quantum_arcsec" in errors else {"accel_vrw_ug_sqrt_hz": 1e5}
+    there, start = truth.state(ideal.time), truth.state(0.0)
+    square = 0.0
+    for seed in range(runs):
+        ends = []
+        for section in (block(rate_hz=0.1, **noise), block(rate_hz=0.1, **noise, **errors)):
+            solution = navigate(emulate(ideal, section, seed), start, vertical="truth", height=there.height)
+            ends.append(navigation_error(there, solution, truth.ellipsoid).position_ned[-1, :2])
+        square += float(np.sum((ends[1] - ends[0]) ** 2)) / runs
+    (contribution,) = expect(block(rate_hz=0.1, **errors), NORTHERN).contributions
+    assert np.sqrt(square) == pytest.approx(contribution.position, rel=3.0 * 0.029)
+
+
+def test_warm_up() -> None:
+    truth = standing(NORTHERN)
+    ideal = truth.increments(0.1)
+    for errors in (
+        {"gyro_bias_temperature_deg_h_per_c": (0.001, 0.0, 0.0)},
+        {"accel_bias_temperature_ug_per_c": (0.0, 5.0, 0.0)},
+    ):
+        section = block(
+            rate_hz=0.1, temperature_start_c=-20.0, temperature_steady_c=5.0, warm_up_time_s=900.0, **errors
+        )
+        (contribution,) = expect(section, NORTHERN).contributions
+        found = np.linalg.norm(end_error(truth, ideal, emulate(ideal, section)))
+        assert found == pytest.approx(contribution.position, rel=0.03)
+
+
+def test_grade_of_one_nautical_mile_an_hour() -> None:
+    """By hand: 0.01° of arc an hour, 1113.2 m, on which Schuler rides; 50 µg are 50e-6 R (1 − cos ωt)."""
+    expected = expect(ImuSection(grade="laser-standard"), NORTHERN)
+    found = {c.term: c.position for c in expected.contributions}
+    omega_t = 3600.0 * np.sqrt(9.806 / 6.378e6)  # √(6367.4 · 6388.8) km, the two radii at 45°
+    assert found["gyro bias, north"] == pytest.approx(1113.2 * (1.0 - np.sin(omega_t) / omega_t), rel=1e-3)
+    assert found["accelerometer bias, east"] == pytest.approx(50e-6 * 6.378e6 * (1.0 - np.cos(omega_t)), rel=1e-3)
+    assert expected.total / 1852.0 * 0.8326 == pytest.approx(0.97, abs=0.01)
+    assert [c.position for c in expected.contributions] == sorted(found.values(), reverse=True)
+    assert expected.total == pytest.approx(np.sqrt(sum(position**2 for position in found.values())), rel=1e-12)
+
+
+def test_terms_in_both_units() -> None:
+    """A line a person can check: 10 µg/√Hz and 0.003 deg/√h in SI, worked out by hand."""
+    terms = {term.name: term for term in expect(ImuSection(grade="laser-standard"), NORTHERN).terms}
+    assert (terms["gyro_arw"].value, terms["gyro_arw"].unit) == (pytest.approx(0.003), "deg/√h")
+    assert (terms["gyro_arw"].si, terms["gyro_arw"].si_unit) == (pytest.approx(8.7266e-7, rel=1e-4), "rad/√s")
+    assert (terms["accel_vrw"].value, terms["accel_vrw"].unit) == (pytest.approx(10.0), "µg/√Hz")
+    assert (terms["accel_vrw"].si, terms["accel_vrw"].si_unit) == (pytest.approx(9.80665e-5), "m/s/√s")
+    assert "gyro_correlation_time" not in terms  # there is no instability
+    assert expect(ImuSection(grade="ideal"), NORTHERN).terms == ()
+    assert expect(ImuSection(grade="ideal"), NORTHERN).total == 0.0
+
+
+def test_physics_of_a_laser_gyro() -> None:
+    physics = {
+        "perimeter_mm": 420.0,
+        "area_mm2": 8487.0,
+        "lock_in_deg_h": 360.0,
+        "dither_amplitude_arcsec": 140.0,
+        "dither_frequency_hz": 400.0,
+    }
+    expected = expect(ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": physics}), NORTHERN)
+    terms = {term.name: term.value for term in expected.terms}
+    assert terms["gyro_quantum"] == pytest.approx(1.61483, rel=1e-5)
+    assert terms["gyro_arw"] == pytest.approx(0.0051279, rel=1e-4)
+    assert "angle quantisation" in {c.term for c in expected.contributions}
