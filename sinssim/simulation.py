@@ -22,6 +22,7 @@ from sinssim.errors import SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
 from sinssim.recording.report import Material, run_report
+from sinssim.recording.sensed import sensed
 from sinssim.recording.summary import error_numbers, markdown_table, singularities, versions
 
 if TYPE_CHECKING:
@@ -137,8 +138,10 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
             measured = compensated = readings.imu
             if scenario.compensation is not None:
                 compensated = compensate(measured, draw_calibration(scenario.imu, scenario.compensation, scenario.seed))
+            freed = None if compensated is measured else compensated
             if writer is not None:
-                writer.sensed(readings, perfect, None if compensated is measured else compensated)
+                material.sensed = tuple(sensed(readings, perfect, ideal, freed))
+                writer.sensed(readings, perfect, freed, material.sensed)
         with stages("navigate"):
             solutions, errors = _navigate(scenario, trajectory, truth, replace(readings, imu=compensated))
             numbers = {name: error_numbers(error) for name, error in errors.items()}

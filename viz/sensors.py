@@ -43,7 +43,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             name = f"{READINGS[key]}, measured (thin) on ideal (wide)"
             plots.append(plot(name, f"{key}/ideal", f"{key}/measured", legend=False))
         if key == "attitude":
-            plots.append(plot(f"{title}: error of each reading about inertial axes [{total}]", f"{key}/sum"))
+            plots.append(plot(f"{title}: error of each reading [{total}]", f"{key}/sum"))
             plots.append(plot(f"{title}: error, mean over {window} [{total}]", f"{key}/error"))
         elif left := run.label(f"{key}_left"):
             how = "compensated (thin) on measured (wide)"

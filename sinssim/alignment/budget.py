@@ -1,8 +1,9 @@
 """What error to expect of a determination and from what: instruments, session length, method.
 
-The paper's twelve errors are those that no session averages. Around them stand misalignment, and what a session of
-length T does average: random walk (variance N²/T of a mean reading), quantisation (a pulse of weight Q at either end
-leaves Q²/6T²) and bias instability (the mean of a first-order Gauss-Markov process).
+The paper's twelve errors are those that no session averages. Around them stand misalignment and non-linearity, which at
+rest is a bias K₂x² + K₃x³ of every axis whose ideal reading is x, and what a session of length T does average: random
+walk (variance N²/T of a mean reading), quantisation (a pulse of weight Q at either end leaves Q²/6T²) and bias
+instability (the mean of a first-order Gauss-Markov process).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.grades import find_grade
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
-from sinssim.units import ARCSEC, DEG_H, PPM, UG
+from sinssim.units import ARCSEC, DEG_H, PPM, PPM_PER_DEG2_S2, PPM_PER_DEG_S, UG, UG_PER_G2, UG_PER_G3
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
@@ -31,19 +32,21 @@ SOURCES = (
     "gyro bias",
     "gyro scale factor",
     "gyro misalignment",
+    "gyro non-linearity",
     "gyro bias instability",
     "angle random walk",
     "angle quantisation",
     "accelerometer bias",
     "accelerometer scale factor",
     "accelerometer misalignment",
+    "accelerometer non-linearity",
     "accelerometer bias instability",
     "velocity random walk",
     "velocity quantisation",
 )
 """The sources of error, in the order of tables and bars."""
 
-OF_GYROS = SOURCES[:6]
+OF_GYROS = SOURCES[:7]
 """The sources that act through the rates; the others act through the specific forces."""
 
 AVERAGED = tuple(source for source in SOURCES if source.split()[-1] in ("instability", "walk", "quantisation"))
@@ -92,12 +95,16 @@ def expected_errors(section: ImuSection) -> Expected:
         _part(s.gyro_bias_deg_h, s.gyro_bias_sigma_deg_h, DEG_H, grade.gyro.bias),
         _part(s.gyro_scale_ppm, s.gyro_scale_sigma_ppm, PPM, grade.gyro.scale),
         _part(s.gyro_misalignment_arcsec, s.gyro_misalignment_sigma_arcsec, ARCSEC, grade.gyro.misalignment),
+        _part(s.gyro_quadratic_ppm_per_deg_s, s.gyro_quadratic_sigma_ppm_per_deg_s, PPM_PER_DEG_S, 0.0),
+        _part(s.gyro_cubic_ppm_per_deg2_s2, s.gyro_cubic_sigma_ppm_per_deg2_s2, PPM_PER_DEG2_S2, 0.0),
     )
     accel = _triad(
         some_run.accel,
         _part(s.accel_bias_ug, s.accel_bias_sigma_ug, UG, grade.accel.bias),
         _part(s.accel_scale_ppm, s.accel_scale_sigma_ppm, PPM, grade.accel.scale),
         _part(s.accel_misalignment_arcsec, s.accel_misalignment_sigma_arcsec, ARCSEC, grade.accel.misalignment),
+        _part(s.accel_quadratic_ug_per_g2, s.accel_quadratic_sigma_ug_per_g2, UG_PER_G2, 0.0),
+        _part(s.accel_cubic_ug_per_g3, s.accel_cubic_sigma_ug_per_g3, UG_PER_G3, 0.0),
     )
     return Expected(ImuErrors(gyro[0], accel[0]), ImuErrors(gyro[1], accel[1]))
 
@@ -109,8 +116,16 @@ def _part(fixed: tuple[float, ...] | None, sigma: float | None, unit: float, of_
     return np.zeros(()), np.asarray(of_grade if sigma is None else sigma * unit)
 
 
+_MeanAndSigma = tuple[Array, Array]
+
+
 def _triad(
-    some_run: TriadErrors, bias: tuple[Array, Array], scale: tuple[Array, Array], misalignment: tuple[Array, Array]
+    some_run: TriadErrors,
+    bias: _MeanAndSigma,
+    scale: _MeanAndSigma,
+    misalignment: _MeanAndSigma,
+    quadratic: _MeanAndSigma,
+    cubic: _MeanAndSigma,
 ) -> list[TriadErrors]:
     """Return means and standard deviations of one triad; what is noise is the same in every run."""
     off_diagonal = ~np.eye(3, dtype=bool)
@@ -124,9 +139,30 @@ def _triad(
                 bias=np.broadcast_to(bias[k], 3),
                 scale=np.broadcast_to(scale[k], 3),
                 misalignment=matrix,
+                quadratic=np.broadcast_to(quadratic[k], 3),
+                cubic=np.broadcast_to(cubic[k], 3),
             )
         )
     return triads
+
+
+def reading_errors(errors: ImuErrors, gyro: Array, accel: Array) -> tuple[Array, Array]:
+    """Return what constant errors of the sensors make of mean readings at rest, to first order in the errors.
+
+    Args:
+        errors: of the sensor block; its noise is left out.
+        gyro: ideal rates, (3,) rad/s.
+        accel: ideal specific forces, (3,) m/s².
+
+    Returns:
+        Errors of the rates, (3,) rad/s, and of the specific forces, (3,) m/s².
+    """
+
+    def of_triad(triad: TriadErrors, x: Array) -> Array:
+        linear = (np.diag(triad.scale) + triad.misalignment) @ x
+        return triad.bias + linear + triad.quadratic * x**2 + triad.cubic * x**3
+
+    return of_triad(errors.gyro, gyro), of_triad(errors.accel, accel)
 
 
 def error_budget(
@@ -202,6 +238,7 @@ def reading_variances(
             f"{name} bias": triad.bias**2,
             f"{name} scale factor": (triad.scale * ideal) ** 2,
             f"{name} misalignment": ideal**2 @ (triad.misalignment**2).T,
+            f"{name} non-linearity": (triad.quadratic * ideal**2) ** 2 + (triad.cubic * ideal**3) ** 2,
             f"{name} bias instability": _averaged_instability(triad, time)[..., None],
             f"{noise} random walk": factor * (triad.random_walk**2 / time)[..., None],
             f"{noise} quantisation": (triad.quantum**2 / (6.0 * time**2))[..., None],

@@ -86,9 +86,11 @@ def _carried(weight: Array, ideal: Array, triad: TriadErrors) -> Array:
     """Return the variance from errors that are the same in every position: (mean coefficient)² σ²."""
     bias = weight.mean(axis=-2) ** 2 @ triad.bias**2
     scale = (weight * ideal).mean(axis=-2) ** 2 @ triad.scale**2
+    quadratic = (weight * ideal**2).mean(axis=-2) ** 2 @ triad.quadratic**2
+    cubic = (weight * ideal**3).mean(axis=-2) ** 2 @ triad.cubic**2
     # misalignment M_ij brings part of the reading along j into that of i
     cross = np.einsum("...ni,...nj->...ij", *np.broadcast_arrays(weight, ideal)) / weight.shape[-2]
-    return np.asarray(bias + scale + np.einsum("...ij,ij->...", cross**2, triad.misalignment**2))
+    return np.asarray(bias + scale + quadratic + cubic + np.einsum("...ij,ij->...", cross**2, triad.misalignment**2))
 
 
 def best_headings(

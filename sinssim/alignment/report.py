@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim.alignment.axes import Angles, Array
-from sinssim.alignment.budget import SOURCES, Method, bias_takes_over, error_budget, expected_errors, total
+from sinssim.alignment.budget import (
+    SOURCES,
+    Method,
+    bias_takes_over,
+    error_budget,
+    expected_errors,
+    reading_errors,
+    total,
+)
 from sinssim.alignment.determination import Determination, doubt, solve
 from sinssim.alignment.disturbed import align_disturbed
 from sinssim.alignment.session import determine_session, mean_readings
@@ -216,12 +224,9 @@ def align_session(
         )
     except InputError:  # too near a singularity for a first-order theory; the determination has said what it can
         return report
-    readings = mean_readings(imu)
-    known = expected.mean
     mean = linear(
         coefficients(determination.attitude, where, gravity=determination.gravity),
-        known.gyro.bias + (np.diag(known.gyro.scale) + known.gyro.misalignment) @ readings[0],
-        known.accel.bias + (np.diag(known.accel.scale) + known.accel.misalignment) @ readings[1],
+        *reading_errors(expected.mean, *mean_readings(imu)),
     )
     return replace(
         report,

@@ -15,7 +15,7 @@ from sinssim.recording import style
 from sinssim.recording.rrd import Recording
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.recording.scene import Scene, aircraft_mesh
-from sinssim.recording.sensed import Sensed, averaging_window
+from sinssim.recording.sensed import Sensed
 from sinssim.truth.trajectory import FlightEvent
 
 Rows = NDArray[np.intp]
@@ -139,12 +139,10 @@ def draw_sensors(recording: Recording, kinds: Iterable[Sensed]) -> dict[str, str
 
 def _draw_kind(recording: Recording, kind: Sensed) -> dict[str, str]:
     time, paint = kind.time, style.colors(kind.names)
-    window = averaging_window(float(time[-1] - time[0]))
-    labels = {"sensor_window": f"{window:g} s", f"{kind.key}_title": kind.title}
+    labels = {"sensor_window": f"{kind.window:g} s", f"{kind.key}_title": kind.title}
     below = ([style.tint(color) for color in paint], 4.0)
     above = (paint, 1.2)
     edges = _rows(len(time), _PLOT_ROWS)
-    wide = np.unique(np.searchsorted(time, np.arange(time[0], time[-1] + 1e-9, window)))
 
     def lines(key: str, at: Array, values: Array, word: str, look: tuple[list[style.Rgb], float]) -> None:
         names = [f"{axis} {word}".rstrip() for axis in kind.names]
@@ -161,12 +159,9 @@ def _draw_kind(recording: Recording, kind: Sensed) -> dict[str, str]:
         lines("left", time[edges], kind.left[edges] / own, "", (paint, 1.5))
     for suffix, word, total, look in both:
         lines(f"sum{suffix}", time[edges], total[edges] / size, word, look)
-        if kind.measured is None:  # the error itself: its mean, not its growth
-            means = np.add.reduceat(total, wide, axis=0) / np.diff(wide, append=len(total))[:, np.newaxis] / size
-            lines("error", time[wide], means, word, look)
-        elif len(wide) > 1:
-            means = np.diff(total[wide], axis=0) / np.diff(time[wide])[:, np.newaxis] / kind.drift[1]
-            lines(f"error{suffix}", time[wide[1:]], means, word, look)
+        at, means = kind.averaged(total)
+        if len(at):
+            lines(f"error{suffix}", at, means / (size if kind.measured is None else kind.drift[1]), word, look)
     return labels
 
 

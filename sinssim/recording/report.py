@@ -18,6 +18,7 @@ from sinssim.recording.page import number, signed, table, words
 from sinssim.recording.plot import Line, Mark
 from sinssim.recording.report_sensors import sensor_errors
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
+from sinssim.recording.sensed import Sensed
 from sinssim.recording.summary import processor
 from sinssim.recording.track import STYLE as TRACK_STYLE
 from sinssim.recording.track import degrees, draw_map
@@ -67,6 +68,7 @@ class Material:
         truth: true states at those times.
         solutions: by algorithm.
         errors: by algorithm.
+        sensed: what the sensors read, by kinds of sensors.
     """
 
     scenario: Scenario
@@ -75,6 +77,7 @@ class Material:
     truth: NavState | None = None
     solutions: Mapping[str, NavSolution] = field(default_factory=dict)
     errors: Mapping[str, NavError] = field(default_factory=dict)
+    sensed: Sequence[Sensed] = ()
 
 
 def run_report(run: Material, summary: Mapping[str, Any]) -> str:
@@ -94,7 +97,7 @@ def run_report(run: Material, summary: Mapping[str, Any]) -> str:
     body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
     if run.trajectory is not None and run.truth is not None:
         body += ["<h2>Flight</h2>", *_flight(run, run.trajectory, run.truth)]
-    body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario)]
+    body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario, run.sensed)]
     if run.errors and run.trajectory is not None and run.truth is not None:
         body += ["<h2>Navigation errors</h2>", *_numbers(summary["algorithms"], list(run.errors))]
         body += _error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid))

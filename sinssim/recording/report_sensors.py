@@ -5,52 +5,175 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sinssim import units
 from sinssim.data import Array
-from sinssim.recording import page
+from sinssim.recording import page, plot, style
 from sinssim.recording.page import signed, table, words
+from sinssim.recording.plot import Line
+from sinssim.recording.scales import suiting
+from sinssim.recording.sensed import Sensed
 from sinssim.scenario.grades import find_grade
+from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
+from sinssim.sensors.accelerometers import draw_accelerometers
+from sinssim.sensors.attitude_sensor import draw_attitude_sensor
+from sinssim.sensors.compensation import draw_calibration, imperfect_calibration
 from sinssim.sensors.imu_errors import TriadErrors, draw
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
+    from sinssim.scenario.compensation import CompensationSection
     from sinssim.scenario.grades import TriadGrade
+    from sinssim.scenario.imu import ImuSection
 
 _DIGITS = 4
 _AXES = ("x (forward)", "y (right)", "z (down)")
 
 
-def sensor_errors(scenario: Scenario) -> Iterator[str]:
-    """Return the section on the sensors: what this run's seed drew, and from what.
+def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
+    """Return the section on the sensors: what this run's seed drew, from what, and what it made of the readings.
 
     Args:
         scenario: what is run.
+        kinds: what the sensors read; nothing if the run broke off before.
 
     Yields:
         HTML.
     """
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
-    errors = draw(section, scenario.seed)
     yield (
         f"<p>Grade <strong>{words(section.grade)}</strong>: {words(grade.description)}. Each axis' error is what this "
         f"run's seed {scenario.seed} drew from a normal distribution of the given 1σ, or what the scenario gives.</p>"
     )
-    heads = ("", "unit", *_AXES, "1σ")
-    yield '<div class="pair"><div><h3>Gyros</h3>'
-    yield table(heads, _triad(errors.gyro, grade.gyro, section.model_dump(), "gyro", units.DEG_H, "deg/h"), 2)
-    yield _noises(
+    errors = draw(section, scenario.seed)
+    gyros = _table(errors.gyro, grade.gyro, section, "gyro") + _noises(
         ("angle random walk", errors.gyro.random_walk, units.DEG_SQRT_H, "deg/√h"),
         ("bias instability, 1σ", errors.gyro.instability, units.DEG_H, "deg/h"),
         ("pulse weight", errors.gyro.quantum, units.ARCSEC, "arcsec"),
     )
-    yield "</div><div><h3>Accelerometers</h3>"
-    yield table(heads, _triad(errors.accel, grade.accel, section.model_dump(), "accel", units.UG, "µg"), 2)
-    yield _noises(
+    noise = _noises(
         ("velocity random walk", errors.accel.random_walk, units.UG, "µg/√Hz"),
         ("bias instability, 1σ", errors.accel.instability, units.UG, "µg"),
         ("pulse weight", errors.accel.quantum, 1e-3, "mm/s"),
     )
-    yield "</div></div>"
+    accelerometers = _table(errors.accel, grade.accel, section, "accel") + noise
+    match section.sensor_set:
+        case SixAccelerometers(arm_m=arm):
+            yield f"<h3>Six accelerometers</h3>{_six(scenario, arm)}{noise}"
+        case AttitudeSensor():
+            yield _pair(
+                f"<h3>Attitude sensor</h3>{_attitude_sensor(scenario)}", f"<h3>Accelerometers</h3>{accelerometers}"
+            )
+        case _:
+            yield _pair(f"<h3>Gyros</h3>{gyros}", f"<h3>Accelerometers</h3>{accelerometers}")
+    if scenario.compensation is not None:
+        known = draw_calibration(section, scenario.compensation, scenario.seed)
+        left = imperfect_calibration(errors, known)  # true less known, as true less left is known
+        none = find_grade("ideal")
+        yield "<h3>Left by the calibration</h3><p>What the compensation in front of navigation does not take away.</p>"
+        yield _pair(
+            _table(left.gyro, none.gyro, scenario.compensation, "gyro"),
+            _table(left.accel, none.accel, scenario.compensation, "accel"),
+        )
+    if kinds:
+        yield "<h3>Errors of the readings</h3>"
+        yield from _plots(kinds)
+
+
+def _pair(left: str, right: str) -> str:
+    return f'<div class="pair"><div>{left}</div><div>{right}</div></div>'
+
+
+def _six(scenario: Scenario, arm: float) -> str:
+    """Return the errors of six single accelerometers."""
+    section, accel = scenario.imu, find_grade(scenario.imu.grade).accel
+    triads = draw_accelerometers(section, 6, scenario.seed)
+    bias = np.concatenate([triad.bias for triad in triads]) / units.UG
+    scale = np.concatenate([triad.scale for triad in triads]) / units.PPM
+    tilt = np.concatenate([np.linalg.norm(triad.misalignment, axis=1) for triad in triads]) / units.ARCSEC
+    spread = (
+        accel.bias / units.UG if section.accel_bias_sigma_ug is None else section.accel_bias_sigma_ug,
+        accel.scale / units.PPM if section.accel_scale_sigma_ppm is None else section.accel_scale_sigma_ppm,
+        accel.misalignment / units.ARCSEC
+        if section.accel_misalignment_sigma_arcsec is None
+        else section.accel_misalignment_sigma_arcsec,
+    )
+    rows = (
+        (name, unit, *(signed(float(v), _DIGITS) for v in values), f"{sigma:.6g}")
+        for (name, unit, values), sigma in zip(
+            (("bias", "µg", bias), ("scale factor", "ppm", scale), ("axis off by", "arcsec", tilt)), spread, strict=True
+        )
+    )
+    return table(("", "unit", *(str(i) for i in range(1, 7)), "1σ"), rows, 2) + (
+        f'<p class="note">On the faces of a cube, {arm:g} m from its centre, with their axes along: 1 forward, '
+        "(y + z)/√2; 2 aft, (y − z)/√2; 3 right, (x + z)/√2; 4 left, (z − x)/√2; 5 below, (x + y)/√2; 6 above, "
+        "(x − y)/√2. Each axis is off by two tilts of the given 1σ.</p>"
+    )
+
+
+def _attitude_sensor(scenario: Scenario) -> str:
+    """Return the errors of the attitude sensor."""
+    errors = draw_attitude_sensor(scenario.imu, scenario.seed)
+    sensor = scenario.imu.sensor_set
+    assert isinstance(sensor, AttitudeSensor)
+    bias = "given" if sensor.bias_arcsec is not None else f"{sensor.bias_sigma_arcsec or 0.0:.6g}"
+    own = find_grade(scenario.imu.grade).gyro.bias / units.DEG_H
+    drift = own if sensor.drift_sigma_deg_h is None else sensor.drift_sigma_deg_h
+    rows = [
+        ("off at the start", "arcsec", *(signed(float(v), _DIGITS) for v in errors.bias / units.ARCSEC), bias),
+        (
+            "drift", "deg/h", *(signed(float(v), _DIGITS) for v in errors.drift / units.DEG_H),
+            "given" if sensor.drift_deg_h is not None else f"{drift:.6g}",
+        ),
+    ]  # fmt: skip
+    return (
+        table(("reference", "unit", "X", "Y", "Z", "1σ"), rows, 2)
+        + _noises(("noise of every reading, 1σ", errors.noise, units.ARCSEC, "arcsec"))
+        + '<p class="note">Earth-centred inertial axes: Z to the north pole, X to the prime meridian at t = 0.</p>'
+    )
+
+
+def _plots(kinds: Sequence[Sensed]) -> Iterator[str]:
+    """Draw the errors of the readings, kind beside kind, before and after compensation."""
+    drawn = {kind.key: list(_of_kind(kind)) for kind in kinds}
+    if single := drawn.pop("single", None):
+        yield _pair(*single)
+    yield _pair(*("".join(column) for column in drawn.values()))
+
+
+def _of_kind(kind: Sensed) -> Iterator[str]:
+    span = (float(kind.time[0]), float(kind.time[-1]))
+    paint = style.colors(kind.names)
+    unit, size = suiting(kind.sums, kind.error)
+    lines = [(kind.error, paint, 1.5, "")]
+    if kind.left is not None:
+        pale = [style.tint(color) for color in paint]
+        lines = [(kind.error, pale, 5.0, " measured"), (kind.left, paint, 1.5, " compensated")]
+
+    def draw_all(title: str, unit: str, values: Sequence[tuple[Array, Array]], size: float) -> str:
+        curves = [
+            Line(f"{name}{word}", time, rows[:, i], page.css(colors[i]), width, size=size)
+            for (time, rows), (_, colors, width, word) in zip(values, lines, strict=True)
+            for i, name in enumerate(kind.names)
+        ]
+        return plot.plot(f"{kind.title}: {title}", unit, curves, span)
+
+    means = [kind.averaged(error) for error, *_ in lines]
+    if len(means[0][0]):
+        of_mean = (unit, size) if kind.measured is None else kind.drift
+        yield draw_all(f"error, mean over {kind.window:g} s", of_mean[0], means, of_mean[1])
+    what = "error of each reading" if kind.measured is None else "error, accumulated"
+    yield draw_all(what, unit, [(kind.time, error) for error, *_ in lines], size)
+    if kind.left is not None:
+        unit, size = suiting(kind.sums, kind.left)
+        lines = [(kind.left, paint, 1.5, "")]
+        yield draw_all("error left by the compensation, accumulated", unit, [(kind.time, kind.left)], size)
+
+
+def _table(errors: TriadErrors, grade: TriadGrade, section: ImuSection | CompensationSection, kind: str) -> str:
+    bias, unit = (units.DEG_H, "deg/h") if kind == "gyro" else (units.UG, "µg")
+    return table(("", "unit", *_AXES, "1σ"), _triad(errors, grade, section.model_dump(), kind, bias, unit), 2)
 
 
 def _triad(
@@ -59,7 +182,7 @@ def _triad(
     """Return the rows of one triad: turn-on errors per axis, and what they were drawn from."""
 
     def sigma(term: str, name: str, of_grade: float) -> str:
-        if section[f"{kind}_{term}_{name}"] is not None:
+        if section.get(f"{kind}_{term}_{name}") is not None:
             return "given"
         own = section[f"{kind}_{term}_sigma_{name}"]
         return f"{of_grade if own is None else own:.6g}"

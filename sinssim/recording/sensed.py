@@ -47,6 +47,29 @@ class Sensed:
     measured: Array | None = None
     reading: tuple[str, float] = ("", 1.0)
 
+    @property
+    def window(self) -> float:
+        """Over how long errors are averaged, so that a run has a few hundred means, s."""
+        duration = float(self.time[-1] - self.time[0])
+        return next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)
+
+    def averaged(self, error: Array) -> tuple[Array, Array]:
+        """Return the mean error of the readings over each window.
+
+        Args:
+            error: `error` or `left`, (N+1, k).
+
+        Returns:
+            End of each window, (M,) s, and means, (M, k), in rad/s or m/s²; of an attitude sensor, in rad. M is 0 for
+            a run shorter than a window.
+        """
+        edges = np.unique(np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, self.window)))
+        time = self.time[edges]
+        if self.measured is None:
+            readings = np.diff(edges)[:, np.newaxis]
+            return time[1:], np.add.reduceat(error[: edges[-1]], edges[:-1], axis=0) / readings
+        return time[1:], np.diff(error[edges], axis=0) / np.diff(time)[:, np.newaxis]
+
 
 def sensed(readings: Readings, perfect: Readings, ideal: ImuData, compensated: ImuData | None) -> Iterator[Sensed]:
     """Sort what a set of sensors read by kinds of sensors.
@@ -81,7 +104,7 @@ def sensed(readings: Readings, perfect: Readings, ideal: ImuData, compensated: I
     if readings.attitude is not None and perfect.attitude is not None:
         off = rotation.multiply(readings.attitude, rotation.conjugate(perfect.attitude))
         error = rotation.rotation_vector_from_quaternion(off)
-        yield Sensed("attitude", "Attitude sensor", AXES, time, error, None, ANGLES, drift)
+        yield Sensed("attitude", "Attitude sensor, inertial axes", AXES, time, error, None, ANGLES, drift)
     else:
         title = "Gyros" if readings.accelerometers is None else "Angular rate from the accelerometers"
         left = None if compensated is None else _total(compensated.dtheta, ideal.dtheta)
@@ -97,15 +120,3 @@ def sensed(readings: Readings, perfect: Readings, ideal: ImuData, compensated: I
 def _total(read: Array, true: Array) -> Array:
     """Return what errors have summed up to at every edge."""
     return np.concatenate((np.zeros((1, read.shape[1])), np.cumsum(read - true, axis=0)))
-
-
-def averaging_window(duration: float) -> float:
-    """Return over how long errors are averaged, so that a run has a few hundred means.
-
-    Args:
-        duration: of the run, s.
-
-    Returns:
-        A round number of seconds.
-    """
-    return next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)

@@ -19,6 +19,7 @@ COLORS: dict[str, Rgb] = {
     "two-quaternions": (0, 158, 115),
     "rotation-vector": (120, 100, 200),
     "functional-iteration": (213, 94, 0),
+    "measured-attitude": (0, 114, 178),
     # where a quantity comes from
     "truth": (0, 158, 115),
     "ideal": (0, 158, 115),

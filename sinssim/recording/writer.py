@@ -15,7 +15,7 @@ from sinssim.recording import parquet, pictures
 from sinssim.recording.blueprints import RunInfo, all_views
 from sinssim.recording.rrd import Recording
 from sinssim.recording.scene import Scene, map_zoom
-from sinssim.recording.sensed import sensed
+from sinssim.recording.sensed import Sensed
 from sinssim.recording.streams import (
     Stream,
     channel_streams,
@@ -55,7 +55,7 @@ class RunWriter:
         self._streams = folder / "streams"
         self._streams.mkdir()
         self._events = list(trajectory.events)
-        self._ideal, self._truth = ideal, truth
+        self._truth = truth
         self._scene = Scene.around(truth, trajectory.ellipsoid)
         self._run = RunInfo(
             scenario.name,
@@ -102,15 +102,18 @@ class RunWriter:
         self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
         self._submit(self._to_rerun, self._recording.stream, stream)
 
-    def sensed(self, readings: Readings, perfect: Readings, compensated: ImuData | None = None) -> None:
+    def sensed(
+        self, readings: Readings, perfect: Readings, compensated: ImuData | None, kinds: Sequence[Sensed]
+    ) -> None:
         """Write what the sensors gave.
 
         Args:
             readings: what they read.
             perfect: what they would have read without errors.
             compensated: the measured increments freed of what a calibration knows, if there is one.
+            kinds: the same by kinds of sensors, to be drawn.
         """
-        self._submit(self._to_rerun, self._draw_sensors, readings, perfect, compensated)
+        self._submit(self._to_rerun, self._draw_sensors, kinds)
         for kind, found in (("ideal", perfect), ("measured", readings)):
             for stream in set_streams(kind, found):
                 self._stream(stream)
@@ -158,8 +161,8 @@ class RunWriter:
         pictures.draw_flight(self._recording, time, truth, self._scene, events)
         self._learn({})
 
-    def _draw_sensors(self, readings: Readings, perfect: Readings, compensated: ImuData | None) -> None:
-        self._learn(pictures.draw_sensors(self._recording, sensed(readings, perfect, self._ideal, compensated)))
+    def _draw_sensors(self, kinds: Sequence[Sensed]) -> None:
+        self._learn(pictures.draw_sensors(self._recording, kinds))
 
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)

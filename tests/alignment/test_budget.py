@@ -9,6 +9,7 @@ from sinssim import rotation
 from sinssim.alignment import (
     AVERAGED,
     SOURCES,
+    Angles,
     Attitude,
     InstrumentErrors,
     bias_takes_over,
@@ -20,13 +21,14 @@ from sinssim.alignment import (
     mean_readings,
     total,
 )
+from sinssim.alignment.report import align_session
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, emulate
 from sinssim.sensors.gauss_markov import gauss_markov
 from sinssim.truth.parked import Parked
-from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, PPM, UG
+from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
 
 LEVEL = Attitude(0.4, 0.0, 0.0)
 LATITUDE = np.radians(50.0)
@@ -83,6 +85,66 @@ def test_misalignment_brings_in_what_the_other_axes_read():
     moved = determine(gyro + np.array([1e-5 * gyro[1], 0, 0]), accel)
     budget = error_budget(attitude, LATITUDE, ImuErrors(gyro=one), 300.0)
     assert budget["gyro misalignment"].heading == pytest.approx(abs(moved.heading - 0.3), rel=1e-4)
+
+
+def test_non_linearity_is_a_bias_of_what_each_axis_reads():
+    """Nose up by 30°: the forward axis reads g/2, the down axis −g cos 30°; Δθ = Σ l_i (K₂x² + K₃x³), by hand."""
+    g, s, c = 9.81, 0.5, np.sqrt(0.75)
+    k2, k3 = 40.0 * UG / G0**2, 25.0 * UG / G0**3
+    forward = np.array([1.0, 0.0, 0.0])
+    attitude = Attitude(0.0, 0.0, np.radians(30.0))
+    for triad, expected in (
+        (TriadErrors(quadratic=k2 * forward), c / g * k2 * (g * s) ** 2),
+        (TriadErrors(cubic=k3 * forward), c / g * k3 * (g * s) ** 3),
+        (TriadErrors(quadratic=k2 * np.array([0.0, 0.0, 1.0])), s / g * k2 * (g * c) ** 2),
+        (TriadErrors(cubic=k3 * np.array([0.0, 0.0, 1.0])), s / g * k3 * (g * c) ** 3),
+        (TriadErrors(quadratic=k2 * np.array([0.0, 1.0, 0.0])), 0.0),
+    ):
+        budget = error_budget(attitude, LATITUDE, ImuErrors(accel=triad), 300.0, gravity=g)
+        assert budget["accelerometer non-linearity"].pitch == pytest.approx(expected, rel=1e-12, abs=1e-20)
+    # a gyro to the east of a vehicle that points north reads nothing; turned to the west-north-west, half of U cosφ
+    k2 = 1000.0 * PPM / np.radians(1.0)
+    horizontal = OMEGA_IE * np.cos(LATITUDE)
+    level = Attitude(np.radians(-60.0), 0.0, 0.0)
+    sigma = ImuErrors(gyro=TriadErrors(quadratic=k2 * forward))
+    heading = error_budget(level, LATITUDE, sigma, 300.0)["gyro non-linearity"].heading
+    assert heading == pytest.approx(np.sin(np.radians(60.0)) * k2 * (0.5 * horizontal) ** 2 / horizontal, rel=1e-12)
+    assert heading < 0.2 * ARCSEC  # of a gyro ten times as bad as any: negligible at rest
+
+
+def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
+    """Through the emulator with K₂ and K₃ of both triads drawn, then fixed; the gyros' absurdly large, to be seen."""
+    roll, pitch, heading, runs = 0.4, -0.6, 1.2, 1500
+    q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
+    ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 100.0).increments(1.0)
+    section = ImuSection(
+        grade="ideal",
+        gyro_quadratic_sigma_ppm_per_deg_s=4e4,
+        gyro_cubic_sigma_ppm_per_deg2_s2=1e7,
+        accel_quadratic_sigma_ug_per_g2=40.0,
+        accel_cubic_sigma_ug_per_g3=60.0,
+    )
+    readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
+    result = determine(*(np.array(part) for part in zip(*readings, strict=True)))
+    found = np.stack([result.heading - heading, result.roll - roll, result.pitch - pitch, result.latitude - LATITUDE])
+    budget = error_budget(Attitude(heading, roll, pitch), LATITUDE, expected_errors(section).sigma, 100.0)
+    for errors, sigma in zip(found, total(budget), strict=True):
+        assert abs(errors.mean()) < 4 * sigma / np.sqrt(runs)
+        assert errors.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * runs))
+    for source in ("gyro non-linearity", "accelerometer non-linearity"):  # both are seen
+        assert budget[source].heading > 0.2 * total(budget).heading
+    fixed = ImuSection(
+        grade="ideal",
+        gyro_cubic_ppm_per_deg2_s2=(1e7, -1e7, 1e7),
+        accel_quadratic_ug_per_g2=(30.0, -20.0, 10.0),
+        accel_cubic_ug_per_g3=(-5.0, 15.0, 25.0),
+    )
+    report = align_session(emulate(ideal, fixed), "fixed", fixed, truth=Angles(heading, roll, pitch, LATITUDE))
+    assert total(report.budget) == (0.0, 0.0, 0.0, 0.0)
+    for error, mean in zip(report.error, report.mean, strict=True):
+        # its coefficients are those of the determined angles, which are off by up to 4e-4 rad
+        assert mean == pytest.approx(error, rel=1e-3)
+        assert abs(mean) > 1e-7
 
 
 def test_quantisation_at_both_ends_of_a_session():

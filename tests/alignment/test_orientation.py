@@ -31,9 +31,27 @@ def quarter_turns(first, count):
 
 
 def test_one_position_is_a_plain_session():
-    alone = set_sigma(quarter_turns(0.7, 1), LATITUDE, GRADE, 300.0)
-    plain = total(error_budget(Attitude(0.7, *TILT.values()), LATITUDE, GRADE, 300.0))
-    np.testing.assert_allclose(alone, plain, rtol=1e-12)
+    curved = ImuSection(
+        grade="laser-standard",
+        gyro_quadratic_sigma_ppm_per_deg_s=1e5,
+        accel_quadratic_sigma_ug_per_g2=50.0,
+        accel_cubic_sigma_ug_per_g3=50.0,
+    )
+    for sigma in (GRADE, expected_errors(curved).sigma):
+        alone = set_sigma(quarter_turns(0.7, 1), LATITUDE, sigma, 300.0)
+        plain = total(error_budget(Attitude(0.7, *TILT.values()), LATITUDE, sigma, 300.0))
+        np.testing.assert_allclose(alone, plain, rtol=1e-12)
+
+
+def test_opposite_headings_do_not_cancel_what_is_even():
+    """K₂ of a gyro along the heading: the square of its reading is the same both ways, the coefficient is not."""
+    sigma = ImuErrors(gyro=TriadErrors(quadratic=np.full(3, 1e3)), accel=TriadErrors(cubic=np.full(3, 1e-6)))
+    attitude = Attitude(np.array([0.7, 0.7 + np.pi]), 0.0, 0.0)
+    result = set_sigma(attitude, LATITUDE, sigma, 300.0)
+    assert result.heading < 1e-15
+    # the down gyro's K₂ and the latitude's coefficient cosφ H_z/U stay
+    down = -OMEGA_IE * np.sin(LATITUDE)
+    assert result.latitude == pytest.approx(1e3 * down**2 * np.cos(LATITUDE) / OMEGA_IE, rel=1e-9)
 
 
 def test_opposite_headings_cancel_the_horizontal_biases_of_a_level_vehicle():

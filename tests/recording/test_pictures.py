@@ -22,10 +22,12 @@ class Drawn:
 
     def __init__(self):
         self.lines = {}
+        self.looks = {}
 
-    def series(self, entity, time, values, names, **_):
+    def series(self, entity, time, values, names, **look):
         assert values.shape == (len(time), len(names))
         self.lines[entity] = (time, values, list(names))
+        self.looks[entity] = look
 
 
 def test_sensor_errors_come_in_the_units_that_people_know():
@@ -48,6 +50,55 @@ def test_sensor_errors_come_in_the_units_that_people_know():
         drawn.lines["sensors/gyro/ideal"][1], np.degrees(1e-2), rtol=1e-11
     )  # edges of 600 s round
     np.testing.assert_allclose(drawn.lines["sensors/accel/ideal"][1], -9.80665, rtol=1e-11)
+
+
+def test_what_a_compensation_took_away_is_seen():
+    """The error as measured wide and pale, what is left of it thin above, and on a scale of its own."""
+    time = np.arange(60_001) / 100.0
+    shape = (60_000, 3)
+    ideal = ImuData(time, np.full(shape, 1e-4), np.full(shape, -0.0980665))
+    bias = np.radians(np.array([10.0, -20.0, 5.0]) / 3600.0)  # rad/s
+    measured = ImuData(time, ideal.dtheta + bias * 0.01, ideal.dvel + 1e-5)
+    freed = ImuData(time, ideal.dtheta + 1e-3 * bias * 0.01, ideal.dvel + 1e-8)
+    drawn = Drawn()
+    labels = pictures.draw_sensors(drawn, sensed(Readings(measured), Readings(ideal), ideal, freed))
+    assert (labels["gyro_sum"], labels["gyro_left"]) == ("deg", "arcsec")
+    before, after, left = (drawn.lines[f"sensors/gyro/{key}"] for key in ("sum", "sum_compensated", "left"))
+    assert before[2] == ["x measured", "y measured", "z measured"]
+    assert after[2] == ["x compensated", "y compensated", "z compensated"]
+    np.testing.assert_allclose(before[1][-1], np.degrees(bias * 600.0), rtol=1e-9)
+    np.testing.assert_allclose(after[1][-1], 1e-3 * np.degrees(bias * 600.0), rtol=1e-9)
+    np.testing.assert_allclose(left[1][-1], 3.6 * np.degrees(bias * 600.0), rtol=1e-9)
+    means = drawn.lines["sensors/gyro/error_compensated"][1]
+    np.testing.assert_allclose(means, np.tile([0.01, -0.02, 0.005], (120, 1)), rtol=0, atol=1e-9)
+    wide, thin = (drawn.looks[f"sensors/gyro/error{suffix}"] for suffix in ("", "_compensated"))
+    assert wide["widths"] > 2.0 * thin["widths"]
+    assert thin["colors"] == style.colors(["x", "y", "z"])
+    assert wide["colors"] == [style.tint(color) for color in thin["colors"]]
+
+
+def test_an_attitude_sensors_error_is_averaged_not_differenced():
+    """Reference off by 3, drifting by 1 arcsec a second about the inertial z axis, noise of alternating sign on x."""
+    time = np.arange(1001) / 10.0
+    arcsec = np.radians(1.0 / 3600.0)
+    off = arcsec * np.column_stack((2.0 * (-1.0) ** np.arange(1001), np.zeros(1001), 3.0 + time))
+    true = Rotation.from_euler("ZYX", np.column_stack((time, 0.3 * np.sin(time), 0.2 * np.cos(time))))
+    read = Rotation.from_rotvec(off) * true
+    nothing = ImuData(time, np.zeros((1000, 3)), np.zeros((1000, 3)))
+    quaternions = [r.as_quat(scalar_first=True) for r in (read, true)]
+    readings, perfect = (Readings(nothing, q) for q in quaternions)
+    drawn = Drawn()
+    labels = pictures.draw_sensors(drawn, sensed(readings, perfect, nothing, None))
+    assert labels["attitude_sum"] == "arcmin"
+    assert "sensors/gyro/error" not in drawn.lines
+    np.testing.assert_allclose(drawn.lines["sensors/attitude/sum"][1], off / arcsec / 60.0, rtol=0, atol=1e-9)
+    ends, means, _ = drawn.lines["sensors/attitude/error"]
+    assert labels["sensor_window"] == "0.5 s"
+    np.testing.assert_allclose(ends, 0.5 * np.arange(1, 201), rtol=0, atol=1e-9)
+    # five readings a window, the first at its begin: 0, 0.1, … 0.4 s into it
+    expected = (3.0 + ends - 0.3) / 60.0
+    np.testing.assert_allclose(means[:, 2], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(means[:, 0]), 2.0 / 5.0 / 60.0, rtol=0, atol=1e-9)
 
 
 def test_mean_rates_lose_no_increment():

@@ -11,9 +11,15 @@ import pytest
 
 from sinssim.data import NavState
 from sinssim.earth import WGS84
+from sinssim.recording import style
 from sinssim.recording.report import Material, run_report, schuler_period
 from sinssim.scenario import Scenario
+from sinssim.sensors.accelerometers import draw_accelerometers
+from sinssim.sensors.attitude_sensor import draw_attitude_sensor
+from sinssim.sensors.compensation import draw_calibration
+from sinssim.sensors.imu_errors import draw
 from sinssim.simulation import run
+from sinssim.units import DEG_H, UG
 from tests.recording import fake_run
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -191,6 +197,59 @@ def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
     assert accelerometers[2][-1] == "7"
     assert "Angle random walk 0.02 deg/√h" in told
     assert "Velocity random walk 33.9" in told  # 0.02 m/s/√h = 33.99 µg/√Hz
+
+
+def test_what_a_calibration_took_away_is_told_and_drawn(tmp_path):
+    """Before and after in the same colours, pale and pure; the tables are what this run's seed drew."""
+    tables = {
+        "parked": PARKED,
+        "imu": {"grade": "tactical"},
+        "compensation": {"gyro_bias_sigma_deg_h": 0.02, "accel_scale_sigma_ppm": 9.0},
+    }
+    result = run(scenario(**tables), tmp_path / "run")
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    check_page(result, page)
+    before, _, after, accel = (t for t in Tables(page).tables if "x (forward)" in t[0])
+    known = draw_calibration(result.scenario.imu, result.scenario.compensation, 4)
+    true = draw(result.scenario.imu, 4)
+    assert [value(c) for c in before[1][2:5]] == pytest.approx(true.gyro.bias / DEG_H, rel=1e-3)
+    left = (true.gyro.bias - known.gyro.bias) / DEG_H
+    assert [value(c) for c in after[1][2:5]] == pytest.approx(left, rel=1e-3)
+    assert after[1][-1] == "0.02"
+    assert accel[2][-1] == "9"
+    assert [row[2:5] for row in (after[2], accel[1])] == [["0", "0", "0"]] * 2  # those the calibration knows
+    titles = {d.find(f"{SVG}text").text: d for d in drawings(page) if d.find(f"{SVG}text") is not None}
+    drawing = next(d for t, d in titles.items() if t.startswith("Gyros: error, accumulated"))
+    assert {"x measured", "z compensated"} <= {t.text for t in drawing.findall(f"{SVG}text")}
+    painted = [line.get("stroke") for line in drawing.find(f"{SVG}svg").iter(f"{SVG}polyline")]
+    pure = ["#{:02x}{:02x}{:02x}".format(*c) for c in style.colors(["x", "y", "z"])]
+    assert painted[3:] == pure
+    assert painted[:3] == ["#{:02x}{:02x}{:02x}".format(*style.tint(c)) for c in style.colors(["x", "y", "z"])]
+    assert any(t.startswith("Accelerometers: error left by the compensation") for t in titles)
+
+
+@pytest.mark.parametrize("kind", ["accelerometers", "attitude-sensor"])
+def test_the_other_sets_of_sensors_have_pages_too(tmp_path, kind):
+    imu = {"grade": "tactical", "sensor_set": {"type": kind, **({"arm_m": 2.0} if kind == "accelerometers" else {})}}
+    by = {"algorithms": ["measured-attitude"], "frame": "inertial"} if kind == "attitude-sensor" else {}
+    result = run(scenario(parked=PARKED, imu=imu, navigation=by), tmp_path / "run")
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    check_page(result, page)
+    titles = [d.find(f"{SVG}text").text for d in drawings(page) if d.find(f"{SVG}text") is not None]
+    if kind == "accelerometers":
+        table = Tables(page).with_heads("6", "1σ")
+        biases = np.concatenate([triad.bias for triad in draw_accelerometers(result.scenario.imu, 6, 4)]) / UG
+        assert [value(c) for c in table[1][2:8]] == pytest.approx(biases, rel=1e-3)
+        assert "no gyro" in page
+        assert any(t.startswith("Single accelerometers: error, mean over") for t in titles)
+        assert any(t.startswith("Angular rate from the accelerometers: error, accumulated") for t in titles)
+    else:
+        table = Tables(page).with_heads("reference")
+        drift = draw_attitude_sensor(result.scenario.imu, 4).drift / DEG_H
+        assert [value(c) for c in table[2][2:5]] == pytest.approx(drift, rel=1e-3)
+        assert table[2][-1] == "1"
+        assert not any(t.startswith("Gyros") for t in titles)
+        assert any(t.startswith("Attitude sensor, inertial axes: error of each reading [") for t in titles)
 
 
 def test_a_run_that_broke_off_says_so_and_shows_what_there_was():
