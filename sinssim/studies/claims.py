@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from sinssim.recording import style
 from sinssim.studies.claim_names import CLAIMS
 from sinssim.studies.motions import MotionFacts
@@ -99,11 +101,11 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     """Slow velocity and position under fast attitude, against what sensors cost."""
     numbers: dict[str, float] = {}
     said = []
-    enough: dict[float, bool] = {10.0: True, 20.0: True}
+    worst: dict[float, tuple[float, str]] = {10.0: (0.0, ""), 20.0: (0.0, "")}
     for motion, found in _by(rows, lambda row: row.motion).items():
         real = [r for r in found if r.sensors != "ideal" and (not r.schedule_hz or len(set(r.schedule_hz)) == 1)]
         words = []
-        for rate in enough:
+        for rate in worst:
             slow = [r for r in found if r.sensors == "ideal" and r.schedule_hz[1:] == (rate, rate)]
             if not slow or not real:
                 return _undecided(
@@ -113,7 +115,7 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
                 slow[0].max_horizontal_error_m / real[0].max_horizontal_error_m,
                 slow[0].max_velocity_error_mps / real[0].max_velocity_error_mps,
             )
-            enough[rate] &= ratio < NEGLIGIBLE
+            worst[rate] = max(worst[rate], (ratio, motion))
             numbers[f"{motion}: {rate:g} Hz, m"] = slow[0].max_horizontal_error_m
             numbers[f"{motion}: {rate:g} Hz, m/s"] = slow[0].max_velocity_error_mps
             words.append(
@@ -128,8 +130,18 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         said.append(f"{motion}: {', '.join(words)}")
     if not said:
         return _undecided("any result")
+    enough = {rate: ratio < NEGLIGIBLE for rate, (ratio, _) in worst.items()}
     verdict = "confirmed" if all(enough.values()) else "partly" if enough[20.0] else "refuted"
-    return verdict, "Greatest errors due to the slow rates alone, and due to real sensors:", tuple(said), numbers
+    judged = ", ".join(
+        f"{rate:g} Hz {'is' if enough[rate] else 'is not'} ({100.0 * ratio:.2g} % on {motion})"
+        for rate, (ratio, motion) in worst.items()
+    )
+    numbers |= {f"{rate:g} Hz, part of what sensors cost": ratio for rate, (ratio, _) in worst.items()}
+    reason = (
+        f"A rate is enough if it costs less than {100.0 * NEGLIGIBLE:g} % of what sensors cost, in position and in "
+        f"velocity: {judged}. Greatest errors due to the slow rates alone, and due to sensors:"
+    )
+    return verdict, reason, tuple(said), numbers
 
 
 def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -165,9 +177,14 @@ def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         said.append(text)
     if not said:
         return _undecided("any result")
-    worst = max(high)
-    verdict = "confirmed" if 50.0 <= worst <= 80.0 else "partly" if worst < 50.0 < max(low) else "refuted"
-    return verdict, "Lowest rate that stays within 0.3′ to the end of the motion:", tuple(said), numbers
+    worst, plainest = max(high), max(low)
+    verdict = "confirmed" if 50.0 <= worst <= 80.0 else "partly" if worst < 50.0 < plainest else "refuted"
+    than = f"first and second order {f'{plainest:g} Hz' if np.isfinite(plainest) else 'a higher rate than any here'}"
+    reason = (
+        f"On the most demanding motion a high order needs {worst:g} Hz, {than}. Lowest rate that stays within 0.3′ to "
+        "the end of the motion:"
+    )
+    return verdict, reason, tuple(said), numbers
 
 
 def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -178,7 +195,7 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     """
     numbers: dict[str, float] = {}
     said = []
-    won = []
+    won, margins = [], []
     for motion, found in _by(rows, lambda row: row.motion).items():
         best: dict[str, Row] = {}
         for row in _needed(found, FEW_TENTHS_ARCSEC).values():
@@ -189,6 +206,7 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         if "quaternions" not in chapter or len(chapter) < 2:
             return _undecided("quaternions and another of the chapter's families within 0.3′")
         won.append(chapter[0] == "quaternions")
+        margins.append(min(_load(best[f]) for f in chapter if f != "quaternions") / _load(best["quaternions"]) - 1.0)
         for family, row in best.items():
             numbers[f"{motion}: {family}, 1000 operations/s"] = _load(row) / 1e3
             numbers[f"{motion}: {family}, µs/s"] = row.ns_per_step * row.rate_hz / 1e3
@@ -200,7 +218,12 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     if not said:
         return _undecided("any result")
     verdict = "confirmed" if all(won) else "partly" if any(won) else "refuted"
-    return verdict, "Operations of the whole navigation per second of motion, for 0.3′:", tuple(said), numbers
+    reason = (
+        f"Quaternions need the fewest operations on {sum(won)} of {len(won)} motions; the best of the others "
+        f"takes {100.0 * min(margins):+.1f} % to {100.0 * max(margins):+.1f} %. Operations of the whole navigation per "
+        "second of motion, for 0.3′:"
+    )
+    return verdict, reason, tuple(said), numbers
 
 
 def _load(row: Row) -> float:
@@ -272,7 +295,10 @@ def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome
     if not said:
         return _undecided("any result")
     verdict = "confirmed" if max(equivalent) >= GOOD_GYRO_DEG_H else "refuted"
-    reason = f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h; greatest position error with (8.16), perfect sensors:"
+    reason = (
+        f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h; (8.16) costs as much as {max(equivalent):.2g} deg/h at "
+        "most. Greatest position error with it, perfect sensors:"
+    )
     return verdict, reason, tuple(said), numbers
 
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 _TIMED_SAMPLES = 24_000
 _REPETITIONS = 9
 _COUNTED_SAMPLES = 240
+_OUTPUT = ("quaternion_k",)
+"""What an engine calls for a row of the solution alone: unit quaternion and defect. Navigation can do without, and from
+a matrix it is fifty operations, so that it would decide between algorithms that differ by less."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Cost:
         algorithm, frame: of what.
         ns_per_step: processor time of one sample's step on one core, ns: `navigate` as a whole, its checks included,
             the least of several calls.
-        operations: floating-point operations of the step.
+        operations: floating-point operations of the step, without those for the solution's row.
     """
 
     algorithm: str
@@ -111,7 +114,7 @@ def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
         if hasattr(thing, "py_func"):
 
             def kernel(*arguments: Any) -> Any:
-                operations, result = count(thing, arguments, len(imu))
+                operations, result = count(thing, arguments, len(imu), apart=_OUTPUT)
                 found.append(operations)
                 return result
 

@@ -182,13 +182,25 @@ def _replaced(thing: Any, made: dict[int, Any]) -> Any:
         return thing
 
 
-def count(kernel: Any, arguments: tuple[Any, ...], samples: int) -> tuple[Operations, Any]:
+def _uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
+    def quiet(*arguments: Any) -> Any:
+        before, _Number.tally = _Number.tally, Counter()
+        try:
+            return function(*arguments)
+        finally:
+            _Number.tally = before
+
+    return quiet
+
+
+def count(kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[str, ...] = ()) -> tuple[Operations, Any]:
     """Run a kernel uncompiled and count its operations.
 
     Args:
         kernel: a compiled kernel.
         arguments: its arguments; float arrays among them receive its results, as from the kernel itself.
         samples: how many samples they hold.
+        apart: names of functions; what the kernel itself calls by these names is not counted.
 
     Returns:
         Operations per sample, and what the kernel returns.
@@ -204,7 +216,11 @@ def count(kernel: Any, arguments: tuple[Any, ...], samples: int) -> tuple[Operat
         else:
             counted.append(argument)
     _Number.tally = Counter()
-    result = uncompiled(kernel)(*counted)
+    plain = uncompiled(kernel)
+    for name in apart:
+        if name in plain.__globals__:
+            plain.__globals__[name] = _uncounted(plain.__globals__[name])
+    result = plain(*counted)
     for array, numbers in arrays:
         array[...] = np.array([_value(x) for x in numbers.ravel()], dtype=np.float64).reshape(array.shape)
     operations = Operations(**{kind: _Number.tally[kind] / samples for kind in _KINDS})

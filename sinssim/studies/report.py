@@ -214,9 +214,9 @@ def _costs(comparison: Comparison) -> list[str]:
     return [
         "<p class=note>A step is one sample's whole navigation: attitude, velocity and position, with Coriolis and "
         "gravity. Operations are counted by running the step's own code on numbers that count what is done to them, as "
-        "written and along the branches taken; the compiler may do fewer. Time is the processor time of one core, the "
-        "whole call with its checks, the least of several. Both hold the unit quaternion that a row of the solution "
-        "has: from a matrix it takes the more work the more orthogonality the matrix has lost.</p>",
+        "written and along the branches taken; the compiler may do fewer. The unit quaternion and the defect that a "
+        "row of the solution has are not among them. Time is the processor time of one core, the whole call with its "
+        "checks and its rows, the least of several.</p>",
         figures.to_svg(figures.costs(comparison), "costs"),
         table(heads, lines, 2),
     ]

@@ -31,6 +31,21 @@ def _by_parts(values, result):
     result[0], result[1], result[2] = cross_k(work[0, 0], work[1, 0], work[2, 0], work[0, 1], work[1, 1], work[2, 1])
 
 
+@kernel
+def _inner(x):
+    return x * x
+
+
+@kernel
+def _middle(x):
+    return _inner(x) + 1.0
+
+
+@kernel
+def _outer(x, out):
+    out[0] = _inner(x[0]) + _middle(x[0])
+
+
 def test_branches_functions_and_divisions_by_constants():
     values, result = np.array([1.0, -2.0, 3.0]), np.zeros(1)
     operations, _ = count(_mean_sine, (values, result), 1)
@@ -61,6 +76,19 @@ def test_quaternion_product_takes_28_operations():
     operations, _ = count(product, (np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.5, -1.0, 2.0, 1.0]), out), 1)
     assert (operations.multiply, operations.add) == (16, 12)
     np.testing.assert_array_equal(out, [-7.5, -5.0, -2.5, 10.0])  # (1+2i+3j+4k)(½−i+2j+k) by hand
+
+
+def test_what_stands_apart_is_not_counted_where_the_kernel_itself_calls_it():
+    out = np.zeros(1)
+    operations, _ = count(_outer, (np.array([3.0]), out), 1, apart=("_inner",))
+    assert (operations.multiply, operations.add) == (1, 2)  # the product in _middle; the sums in _middle and _outer
+    assert out[0] == 19.0
+
+
+def test_poisson_costs_its_products_and_no_output():
+    """Poisson's fourth-order step beside that of the second: two more products and sums for s and c, twice."""
+    second, fourth = (cost.count_operations(f"poisson-{n}", "level") for n in (2, 4))
+    assert fourth.total - second.total == pytest.approx(8.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
