@@ -285,12 +285,14 @@ def align_source(
         )
     from sinssim import rotation
     from sinssim.scenario import load_scenario
-    from sinssim.sensors import emulate
+    from sinssim.sensors import draw, emulate
+    from sinssim.sensors.rectification import rectified
     from sinssim.truth.fly import fly
 
     scenario = load_scenario(source, settings)
     trajectory = fly(scenario)
-    imu = _part(emulate(trajectory.increments(scenario.imu.rate_hz), scenario.imu, scenario.seed), start, end, source)
+    felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), draw(scenario.imu, scenario.seed))
+    imu = _part(emulate(felt, scenario.imu, scenario.seed), start, end, source)
     # eq. (1) finds the mean attitude of a session, the cone that of its last instant
     state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)

@@ -35,8 +35,8 @@ the unit, from which it is drawn.
   8. what the link does: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
 
 Other units of the same quantity may stand in a key (gyro_misalignment_mrad, accel_vrw_mps_sqrt_h, gyro_bias_deg_s):
-`sinssim.scenario.datasheet` has the table. Stages 2 to 4 act on the mean of an interval: what they rectify of motion
-faster than the samples is not in it.
+`sinssim.scenario.datasheet` has the table. Stage 3 acts on the mean of an interval: what it rectifies of motion faster
+than the samples, `sinssim.sensors.rectification` adds to the ideal increments.
 
 Allan deviations over τ, sampled with T, of each noise alone:
     Q  quantisation: √3 Q_z/τ with Q_z = Q/√12                        N  N/√τ

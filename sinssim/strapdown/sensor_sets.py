@@ -14,6 +14,7 @@ from sinssim.scenario.sensor_set import AttitudeSensor, Gyros, SixAccelerometers
 from sinssim.sensors.accelerometers import emulate_accelerometers
 from sinssim.sensors.attitude_sensor import draw_attitude_sensor, inertial_attitude, sense_attitude
 from sinssim.sensors.imu_errors import draw
+from sinssim.sensors.rectification import rectified
 from sinssim.strapdown.gyro_free import cube, gyro_free_increments
 from sinssim.strapdown.measured_attitude import navigate_by_attitude
 
@@ -118,13 +119,15 @@ def read(trajectory: Trajectory, ideal: ImuData, section: ImuSection, seed: int 
     """
     match section.sensor_set:
         case Gyros():
-            return Readings(ideal), Readings(sensors.emulate(ideal, section, seed))
+            errors = draw(section, seed)
+            return Readings(ideal), Readings(sensors.emulate(rectified(trajectory, ideal, errors), errors, seed))
         case SixAccelerometers(arm_m=arm):
             return _read_six(trajectory, ideal, section, seed, arm)
         case AttitudeSensor():
             true = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)
             read_out = sense_attitude(ideal.time, true, draw_attitude_sensor(section, seed), seed)
-            measured = sensors.emulate(ideal, draw(section, seed), seed)
+            errors = draw(section, seed)
+            measured = sensors.emulate(rectified(trajectory, ideal, errors), errors, seed)
             without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
             return Readings(ideal, true), Readings(without_gyros, read_out)
 
