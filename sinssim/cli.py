@@ -538,8 +538,10 @@ def _notes(error: BaseException) -> str:
     return " ".join(getattr(error, "__notes__", ()))
 
 
-def _number(value: float) -> str:
+def _number(value: float | None) -> str:
     """Write a number with four significant digits, without an exponent where a person can do without."""
+    if value is None:
+        return "–"
     if value == 0.0:
         return "0"
     if not math.isfinite(value) or not 1e-4 <= abs(value) < 1e9:
@@ -576,19 +578,22 @@ def _show_result(result: RunResult, directory: Path) -> None:
         "attitude\nmax, arcmin",
     ):
         table.add_column(heading, justify="right", no_wrap=True)
+    failures = result.summary["failures"]
     for name, errors in result.summary["algorithms"].items():
         table.add_row(
             name,
             _number(errors["final_horizontal_error_m"]),
             _number(errors["rms_horizontal_error_m"]),
             _number(errors["max_horizontal_error_m"]),
-            f"{errors['max_horizontal_error_m'] / 1852.0:.3f}",
+            "–" if name in failures else f"{errors['max_horizontal_error_m'] / 1852.0:.3f}",
             _number(errors["max_velocity_error_mps"]),
-            _number(errors["max_attitude_error_arcsec"] / 60.0),
+            "–" if name in failures else _number(errors["max_attitude_error_arcsec"] / 60.0),
         )
     # Digits are never cut off: on a terminal that is too narrow, lines wrap.
     console = Console(highlight=False, width=max(120, shutil.get_terminal_size().columns))
     console.print(table)
+    for name, failure in failures.items():
+        console.print(f"{name} has no result: {failure['text']}", markup=False)
     for solution in result.solutions.values():
         for event in solution.events:
             console.print(event.text, markup=False)

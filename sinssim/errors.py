@@ -19,7 +19,16 @@ class InputError(SinssimError, ValueError):
 
 
 class RunError(SinssimError, RuntimeError):
-    """The input was fine but the run failed: a frame met its pole, a viewer did not start (exit code 1)."""
+    """The input was fine but the run failed: a frame met its pole, a viewer did not start (exit code 1).
+
+    Args:
+        message: what happened.
+        time: instant of the run at which it happened, s, if it happened at one.
+    """
+
+    def __init__(self, message: str, *, time: float | None = None) -> None:
+        super().__init__(message)
+        self.time = time
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:

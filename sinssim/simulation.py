@@ -18,12 +18,21 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import Ellipsoid, geodetic_to_ecef, radii
-from sinssim.errors import SinssimError
+from sinssim.errors import RunError, SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
 from sinssim.recording.report import Material, run_report
 from sinssim.recording.sensed import sensed
-from sinssim.recording.summary import error_numbers, markdown_table, singularities, versions
+from sinssim.recording.summary import (
+    NO_NUMBERS,
+    diverged,
+    error_numbers,
+    failures,
+    markdown_table,
+    plain,
+    singularities,
+    versions,
+)
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -49,7 +58,7 @@ class RunResult:
         readings: everything that the sensors read.
         perfect: what they would have read without errors.
         compensated: measured increments freed of what the calibration knows, the measured ones without a calibration.
-        solutions: navigation solutions by algorithm.
+        solutions: navigation solutions by algorithm; of those that have one.
         errors: their errors by algorithm.
         summary: what `summary.json` holds.
         directory: the run directory, None if nothing was recorded.
@@ -78,6 +87,9 @@ def run(
 ) -> RunResult:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
 
+    An algorithm that fails where others do not is among the summary's failures, its numbers are None, and the run goes
+    on without it.
+
     A run that fails or is interrupted once the flight is done leaves a valid run directory with what there was, its
     `summary.json` saying so; it never replaces a run that was there, but goes beside it, with `-failed` or
     `-interrupted` at the end of its name. If the disk is full nothing is left.
@@ -93,7 +105,7 @@ def run(
 
     Raises:
         InputError: the scenario or the directory cannot be used, a leg cannot be flown, the disk is full.
-        RunError: the navigation failed.
+        RunError: the navigation failed by every algorithm.
     """
     stages = _Stages(progress or (lambda stage, fraction: None))
     material = Material(scenario)
@@ -143,20 +155,25 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
                 material.sensed = tuple(sensed(readings, perfect, ideal, freed))
                 writer.sensed(readings, perfect, freed, material.sensed)
         with stages("navigate"):
-            solutions, errors = _navigate(scenario, trajectory, truth, replace(readings, imu=compensated))
-            numbers = {name: error_numbers(error) for name, error in errors.items()}
+            solutions, errors, failed = _navigate(scenario, trajectory, truth, replace(readings, imu=compensated))
+            numbers = {
+                name: error_numbers(errors[name]) if name in errors else NO_NUMBERS
+                for name in scenario.navigation.algorithms
+            }
+            failed |= diverged(errors)
         material.solutions, material.errors = solutions, errors
         if writer is not None:
             with stages("record"):
-                writer.navigated(solutions, errors)
+                writer.navigated(solutions, errors, failed)
                 writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
-    summary = {
+    summary: dict[str, Any] = {
         **_about(scenario, stages, "finished"),
         "start_s": float(ideal.time[0]),
         "end_s": float(ideal.time[-1]),
         "flight_cached": None if scenario.flight is None else min(flown) == 1.0,
-        "algorithms": numbers,
-        "singularities": singularities(solutions),
+        "algorithms": plain(numbers),
+        "singularities": plain(singularities(solutions)),
+        "failures": failures(failed),
     }
     place = _keep(folder, material, summary, run_report(material, summary)) if folder is not None else None
     return RunResult(
@@ -188,14 +205,37 @@ def _rehearse(scenario: Scenario, recorded: bool) -> None:
 
 def _navigate(
     scenario: Scenario, trajectory: Trajectory, truth: NavState, readings: Readings
-) -> tuple[dict[str, NavSolution], dict[str, NavError]]:
-    """Navigate by every algorithm, side by side: the kernels release the interpreter's lock."""
+) -> tuple[dict[str, NavSolution], dict[str, NavError], dict[str, RunError]]:
+    """Navigate by every algorithm, side by side: the kernels release the interpreter's lock.
+
+    Args:
+        scenario: says how.
+        trajectory: the true motion.
+        truth: true states at the samples' edges.
+        readings: what the sensors give.
+
+    Returns:
+        Solutions and errors of the algorithms that have them, and why the others have none, by algorithm.
+
+    Raises:
+        InputError: an option that the data or the engine do not admit.
+        RunError: no algorithm has a solution.
+    """
     section, imu = scenario.navigation, readings.imu
     initial = initial_state(trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed)
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
 
-    def one(algorithm: str) -> tuple[NavSolution, NavError]:
-        solution = readings.navigate(
+    def one(algorithm: str) -> tuple[NavSolution, NavError] | RunError:
+        try:
+            solution = navigated(algorithm)
+        except RunError as error:
+            return error
+        # an algorithm that takes several samples at once has fewer rows
+        there = truth if len(solution.time) == len(imu.time) else trajectory.state(solution.time)
+        return solution, navigation_error(there, solution, trajectory.ellipsoid)
+
+    def navigated(algorithm: str) -> NavSolution:
+        return readings.navigate(
             initial,
             algorithm=algorithm,
             frame=section.frame,
@@ -209,13 +249,14 @@ def _navigate(
             slow_quantities=section.slow_quantities,
             route=route,
         )
-        # an algorithm that takes several samples at once has fewer rows
-        there = truth if len(solution.time) == len(imu.time) else trajectory.state(solution.time)
-        return solution, navigation_error(there, solution, trajectory.ellipsoid)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = dict(zip(section.algorithms, pool.map(one, section.algorithms), strict=True))
-    return {name: r[0] for name, r in results.items()}, {name: r[1] for name, r in results.items()}
+    failed = {name: result for name, result in results.items() if isinstance(result, RunError)}
+    if len(failed) == len(results):
+        raise next(iter(failed.values()))
+    found = {name: result for name, result in results.items() if not isinstance(result, RunError)}
+    return {name: r[0] for name, r in found.items()}, {name: r[1] for name, r in found.items()}, failed
 
 
 def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0) -> NavState:
@@ -281,7 +322,7 @@ def _keep(
         write_text(folder.path / "scenario.toml", material.scenario.to_toml())
         if report is not None:
             write_text(folder.path / "report.html", report)
-        write_text(folder.path / "summary.json", json.dumps(summary, indent=2) + "\n")
+        write_text(folder.path / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
         return folder.keep(beside=beside)
 
 

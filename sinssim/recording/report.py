@@ -98,8 +98,9 @@ def run_report(run: Material, summary: Mapping[str, Any]) -> str:
     if run.trajectory is not None and run.truth is not None:
         body += ["<h2>Flight</h2>", *_flight(run, run.trajectory, run.truth)]
     body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario, run.sensed)]
-    if run.errors and run.trajectory is not None and run.truth is not None:
-        body += ["<h2>Navigation errors</h2>", *_numbers(summary["algorithms"], list(run.errors))]
+    if "algorithms" in summary and run.trajectory is not None and run.truth is not None:
+        body += ["<h2>Navigation errors</h2>", *map(_failure, summary["failures"].items())]
+        body += _numbers(summary["algorithms"])
         body += _error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid))
         body += ["<h2>Singular attitudes</h2>", _singularities(summary["singularities"])]
     body += ["<h2>How it was made</h2>", *_made(scenario, summary)]
@@ -129,15 +130,19 @@ def _ended(summary: Mapping[str, Any]) -> str:
 
 def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     """Say the result in a sentence or two."""
-    numbers = summary.get("algorithms") or {}
-    if not numbers:
+    if not summary.get("algorithms"):
         return
+    numbers = {name: n for name, n in summary["algorithms"].items() if name not in summary["failures"]}
     duration, navigation = summary["end_s"] - summary["start_s"], scenario.navigation
     yield (
         f"Inertial unit {scenario.imu.grade} ({sensor_words(scenario.imu)}), {scenario.imu.rate_hz:g} Hz, seed "
         f"{scenario.seed}; navigation for "
         f"{_clock(duration)} in the frame “{navigation.frame}”, vertical channel “{navigation.vertical}”."
     )
+    if summary["failures"]:
+        yield f"No result by {', '.join(summary['failures'])}, for the reason that stands with the navigation errors."
+    if not numbers:
+        return
     finals = [n["final_horizontal_error_m"] for n in numbers.values()]
     greatest = [n["max_horizontal_error_m"] for n in numbers.values()]
     if len(numbers) == 1:
@@ -286,6 +291,7 @@ def _legs(
 
 def _place(truth: NavState, row: int) -> str:
     lat, lon, height = (float(v[row]) for v in (truth.latitude, truth.longitude, truth.height))
+    height = round(height, 1) + 0.0  # no negative zero
     return f"{degrees(lat / units.DEG, 'NS', 5)} {degrees(lon / units.DEG, 'EW', 5)}, {height:.1f} m"
 
 
@@ -299,8 +305,13 @@ def _between(values: Array, places: int, unit: str) -> str:
 # The errors
 
 
-def _numbers(numbers: Mapping[str, Mapping[str, float]], names: Sequence[str]) -> Iterator[str]:
-    colors = dict(zip(names, map(page.css, style.colors(names)), strict=True))
+def _failure(failed: tuple[str, Mapping[str, Any]]) -> str:
+    name, why = failed
+    return f'<p class="broken"><strong>{words(name)} has no result.</strong> {words(page.capital(why["text"]))}</p>'
+
+
+def _numbers(numbers: Mapping[str, Mapping[str, float | None]]) -> Iterator[str]:
+    colors = dict(zip(numbers, map(page.css, style.colors(list(numbers))), strict=True))
     yield '<div class="errors">'
     for groups in _TABLES:
         above = (
@@ -310,7 +321,7 @@ def _numbers(numbers: Mapping[str, Mapping[str, float]], names: Sequence[str]) -
         lines = []
         for name, found in numbers.items():
             cells = [
-                f"<td{' class=first' if kind == 'final' else ''}>{signed(found[f'{kind}_{key}'] / size, _DIGITS)}</td>"
+                f"<td{' class=first' if kind == 'final' else ''}>{_in_unit(found[f'{kind}_{key}'], size)}</td>"
                 for _, key, size in groups
                 for kind in _KINDS
             ]
@@ -321,6 +332,10 @@ def _numbers(numbers: Mapping[str, Mapping[str, float]], names: Sequence[str]) -
         "has a sign (positive: too high), all others are magnitudes; attitude is the angle of the single rotation "
         "between computed and true attitude. Every digit: summary.json; every sample: streams/error_*.parquet.</p>"
     )
+
+
+def _in_unit(value: float | None, size: float) -> str:
+    return "–" if value is None else signed(value / size, _DIGITS)
 
 
 def _error_plots(run: Material, period: float) -> Iterator[str]:
@@ -421,8 +436,8 @@ def _singularities(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
             words(name),
             f"{event['start_s']:.2f}",
             f"{event['end_s']:.2f}",
-            number(event["damage_arcsec"] / 60.0, _DIGITS),
-            number(event["damage_arcsec"], _DIGITS),
+            _in_unit(event["damage_arcsec"], 60.0),
+            _in_unit(event["damage_arcsec"], 1.0),
             f'<td class="text">{words(event["text"].removeprefix(f"{name}: "))}</td>',
         )
         for name, events in found.items()

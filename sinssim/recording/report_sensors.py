@@ -76,9 +76,11 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
             _table(left.gyro, none.gyro, scenario.compensation, "gyro"),
             _table(left.accel, none.accel, scenario.compensation, "accel"),
         )
-    if kinds:
+    if any(kind.error.any() for kind in kinds):
         yield "<h3>Errors of the readings</h3>"
         yield from _plots(kinds)
+    elif kinds:
+        yield "<p>Every reading is the ideal one.</p>"
 
 
 def _pair(left: str, right: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -12,7 +13,12 @@ import numpy as np
 import sinssim
 from sinssim import units
 from sinssim.data import Array, NavSolution
+from sinssim.errors import RunError
 from sinssim.nav_error import NavError
+
+_QUANTITIES = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
+NO_NUMBERS: dict[str, float] = {f"{kind}_{q}": math.nan for q in _QUANTITIES for kind in ("final", "rms", "max")}
+"""The errors of an algorithm that has no solution, as `error_numbers` would return them."""
 
 
 def error_numbers(error: NavError) -> dict[str, float]:
@@ -27,12 +33,8 @@ def error_numbers(error: NavError) -> dict[str, float]:
         are magnitudes.
     """
     numbers = {}
-    for name, values in (
-        ("horizontal_error_m", error.horizontal),
-        ("height_error_m", error.height),
-        ("velocity_error_mps", error.speed),
-        ("attitude_error_arcsec", error.angle / units.ARCSEC),
-    ):
+    found = (error.horizontal, error.height, error.speed, error.angle / units.ARCSEC)
+    for name, values in zip(_QUANTITIES, found, strict=True):
         numbers[f"final_{name}"] = float(values[-1])
         numbers[f"rms_{name}"] = _rms(values)
         numbers[f"max_{name}"] = float(np.abs(values).max())
@@ -40,7 +42,8 @@ def error_numbers(error: NavError) -> dict[str, float]:
 
 
 def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values * values)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.sqrt(np.mean(values * values)))
 
 
 def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:
@@ -65,6 +68,54 @@ def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[s
         for name, solution in solutions.items()
         if solution.events
     }
+
+
+def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
+    """Find the algorithms whose errors are no finite numbers.
+
+    Args:
+        errors: by algorithm.
+
+    Returns:
+        For each of them what there is to say, and the instant from which on it is so.
+    """
+    found = {}
+    for name, error in errors.items():
+        if all(map(math.isfinite, error_numbers(error).values())):
+            continue
+        with np.errstate(over="ignore", invalid="ignore"):
+            finite = np.isfinite(error.horizontal**2 + error.height**2 + error.speed**2 + error.angle**2)
+        time = float(error.time[int(np.argmin(finite))])
+        found[name] = RunError(f"its errors are no finite numbers from t = {time:.2f} s on: it diverged.", time=time)
+    return found
+
+
+def failures(failed: Mapping[str, RunError]) -> dict[str, dict[str, Any]]:
+    """Return which algorithms have no result, and why, for `summary.json`.
+
+    Args:
+        failed: by algorithm.
+
+    Returns:
+        For each the instant, None if it is not known, and the text.
+    """
+    return {name: {"time_s": error.time, "text": str(error)} for name, error in failed.items()}
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold: null in place of what is no finite number, at any depth.
+
+    Args:
+        value: dictionaries, lists and tuples of numbers, texts and the like.
+
+    Returns:
+        The same, with None where a float is NaN or infinite.
+    """
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def versions() -> dict[str, str]:
@@ -108,6 +159,7 @@ def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:
         ("attitude [arcsec]", "attitude_error_arcsec"),
     ):
         for kind in ("final", "max"):
-            values = " | ".join(f"{n[f'{kind}_{key}']:.4g}" for n in numbers.values())
+            found = (n[f"{kind}_{key}"] for n in numbers.values())
+            values = " | ".join(f"{value:.4g}" if math.isfinite(value) else "–" for value in found)
             lines.append(f"| {kind} {quantity} | {values} |")
     return "\n".join(lines)

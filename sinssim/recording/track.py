@@ -254,7 +254,7 @@ def degrees(value: float, signs: str, places: int | None = None) -> str:
     Returns:
         For example "49°30′N" or "49.50000°N".
     """
-    side = signs[0] if value > 0.0 else signs[1]
+    side = signs[0] if value >= 0.0 else signs[1]
     if places is not None:
         return f"{abs(value):.{places}f}°{side}"
     minutes = round(abs(value) * 60.0)

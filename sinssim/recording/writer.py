@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.errors import RunError
 from sinssim.nav_error import NavError
 from sinssim.recording import parquet, pictures
 from sinssim.recording.blueprints import RunInfo, all_views
@@ -121,13 +122,19 @@ class RunWriter:
         if compensated is not None:
             self._stream(imu_stream("compensated", compensated))
 
-    def navigated(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
+    def navigated(
+        self, solutions: dict[str, NavSolution], errors: dict[str, NavError], failed: dict[str, RunError]
+    ) -> None:
         """Write what the algorithms made of it.
 
         Args:
             solutions: by algorithm.
             errors: by algorithm.
+            failed: why others have no solution, or none worth the name.
         """
+        self._run = replace(self._run, algorithms=tuple(solutions))
+        for name, error in failed.items():
+            self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
         for solution in solutions.values():
             self._events += [FlightEvent(event.start, event.text) for event in solution.events]
         self._submit(self._to_rerun, self._draw_navigation, solutions, errors)

@@ -193,6 +193,7 @@ def navigate_by_attitude(
         name, row = found
         raise RunError(
             f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s: velocity increments "
-            f"of up to {np.abs(dvel).max():.3g} m/s in one interval are not those of a vehicle."
+            f"of up to {np.abs(dvel).max():.3g} m/s in one interval are not those of a vehicle.",
+            time=float(time[row]),
         )
     return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, MEASURED_ATTITUDE)

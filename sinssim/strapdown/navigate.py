@@ -217,7 +217,8 @@ def check_solution(
         raise RunError(
             f"the north-pointing level frame cannot be used within {90.0 - math.degrees(POLAR_LIMIT):.1f}° of a pole, "
             f"where north turns as fast as the vehicle moves: latitude {math.degrees(latitude[row]):.4f}° at "
-            f"t = {time[row]:.2f} s. The frames wander, free-azimuth, transverse and inertial pass the poles."
+            f"t = {time[row]:.2f} s. The frames wander, free-azimuth, transverse and inertial pass the poles.",
+            time=float(time[row]),
         )
     if found := not_finite_in(height, velocity, q_nb):
         raise _ran_away(*found, algorithm, time, dtheta, dvel)
@@ -231,5 +232,6 @@ def _ran_away(name: str, row: int, algorithm: str, time: Array, dtheta: Array, d
         f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s. The increments before it "
         f"turn the body by up to {math.degrees(turn):.3g}° and push it by up to {push:.3g} m/s in one interval: if "
         f"that is right (rad and m/s are expected), {algorithm} does not converge on so long an interval, and a higher "
-        "rate or another algorithm is needed."
+        "rate or another algorithm is needed.",
+        time=float(time[row]),
     )

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
+import sinssim.strapdown
 from sinssim.data import NavState
 from sinssim.earth import WGS84
+from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.report import Material, run_report, schuler_period
 from sinssim.scenario import Scenario
@@ -273,6 +277,61 @@ def test_an_algorithm_that_diverged_does_not_spoil_the_report(tmp_path, monkeypa
     for drawing in drawings(page):
         assert "nan" not in ET.tostring(drawing, "unicode").lower()
     assert "–" in Tables(page).with_heads("horizontal [m]")[-1]
+    assert "euler has no result.</strong> Its errors are no finite numbers from t = 2.00 s on" in page
+    assert "No result by euler" in page
+
+
+def test_an_algorithm_without_a_solution_leaves_the_others_theirs(tmp_path, monkeypatch):
+    """One raises, one's errors overflow: null in the summary, their reasons there, in the events and in the report."""
+    fake = fake_run.install(300, monkeypatch.setattr)
+    fake.solutions["poisson"].velocity_ned[150:] = 1e200  # finite, its square is not
+
+    def navigate(imu, initial, *, algorithm, **_):
+        if algorithm == "quaternion":
+            raise RunError("the attitude ran away at t = 1.25 s.", time=1.25)
+        return fake.solutions[algorithm]
+
+    monkeypatch.setattr(sinssim.strapdown, "navigate", navigate)
+    result = run(fake_run.scenario(), tmp_path / "run")
+    assert list(result.solutions) == ["poisson", "euler"]
+    text = (tmp_path / "run" / "summary.json").read_text(encoding="utf-8")
+    summary = json.loads(text, parse_constant=lambda constant: pytest.fail(f"{constant} is no JSON"))
+    assert summary == json.loads(json.dumps(result.summary))
+    assert list(summary["algorithms"]) == list(fake_run.ALGORITHMS)
+    assert set(summary["algorithms"]["quaternion"].values()) == {None}
+    assert list(summary["algorithms"]["quaternion"]) == list(summary["algorithms"]["euler"])
+    poisson = summary["algorithms"]["poisson"]
+    assert [poisson[f"{kind}_velocity_error_mps"] for kind in ("final", "rms", "max")] == [None] * 3
+    assert poisson["rms_horizontal_error_m"] > 0.0
+    assert summary["failures"] == {
+        "quaternion": {"time_s": 1.25, "text": "the attitude ran away at t = 1.25 s."},
+        "poisson": {"time_s": 1.5, "text": "its errors are no finite numbers from t = 1.50 s on: it diverged."},
+    }
+    events = pq.read_table(tmp_path / "run" / "streams" / "events.parquet").to_pydict()
+    assert (1.25, "quaternion: the attitude ran away at t = 1.25 s.") in zip(
+        events["time_s"], events["text"], strict=True
+    )
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    check_self_contained(page)
+    assert "quaternion has no result.</strong> The attitude ran away" in page
+    assert Tables(page).with_heads("horizontal [m]")[2] == ["quaternion", *["–"] * 9]
+    assert value(Tables(page).with_heads("horizontal [m]")[4][1]) > 0.0
+
+
+def test_no_solution_at_all_is_a_failure_of_the_run(tmp_path, monkeypatch):
+    fake_run.install(300, monkeypatch.setattr)
+
+    def navigate(*_, algorithm, **__):
+        raise RunError(f"{algorithm} met the pole.", time=1.0)
+
+    monkeypatch.setattr(sinssim.strapdown, "navigate", navigate)
+    with pytest.raises(RunError, match="quaternion met the pole"):
+        run(fake_run.scenario(), tmp_path / "run")
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["status"] == "failed"
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "The run failed." in page
+    assert "Errors of the readings" in page
 
 
 @pytest.mark.parametrize(
