@@ -1,0 +1,279 @@
+"""How the errors grow: F and the driving noise of ẋ = F x + w along a motion, and Φ, Q over intervals of it.
+
+The north-east-down error equations in full (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed.
+2004, 12.21 and 12.28; Savage, Strapdown Analytics, 2000, chapter 12), φ with C_solution = (I − [φ×]) C_true and position
+in metres, δr = ((R₁+h) δlatitude, (R₂+h) cos(latitude) δlongitude, −δh):
+
+    (1) φ̇  = −ω_in × φ + δω_ie + δω_en − C_nb δω
+    (2) δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + v × (2δω_ie + δω_en) + δg
+    (3) δṙ = δv + what the turning and the curvature of the local level make of δr
+
+where δω and δf are the errors of the increments that the engine gets, each a linear function of the sensors' states.
+Nothing is dropped: radii of curvature and gravity vary with latitude and height.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim import earth
+from sinssim.data import Array
+from sinssim.earth import Ellipsoid
+from sinssim.estimation.model import ErrorModel
+
+R, V, PHI = slice(0, 3), slice(3, 6), slice(6, 9)
+"""Where position, velocity and attitude are in the state."""
+
+CORE = 9
+"""Number of these."""
+
+_LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: differences of gravity good to 1e-8 of its gradient
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What F depends on, K instants of a motion.
+
+    Attributes:
+        latitude: (K,) rad.
+        height: (K,) m.
+        velocity: north, east, down, (K, 3) m/s.
+        c_nb: (K, 3, 3).
+        force_n: specific force in north, east, down, (K, 3) m/s².
+        rate_b: inertial rate in body axes, (K, 3) rad/s.
+        force_b: specific force in body axes, (K, 3) m/s².
+    """
+
+    latitude: Array
+    height: Array
+    velocity: Array
+    c_nb: Array
+    force_n: Array
+    rate_b: Array
+    force_b: Array
+
+
+def skew(v: Array) -> Array:
+    """Return the matrices [v×] of vectors.
+
+    Args:
+        v: (..., 3).
+
+    Returns:
+        (..., 3, 3).
+    """
+    out = np.zeros((*v.shape[:-1], 3, 3))
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
+    return out
+
+
+def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
+    """Return ω_ie in north, east, down.
+
+    Args:
+        latitude: (K,) rad.
+        ellipsoid: gives the rate.
+
+    Returns:
+        (K, 3) rad/s.
+    """
+    w = ellipsoid.omega
+    return np.stack([w * np.cos(latitude), np.zeros_like(latitude), -w * np.sin(latitude)], axis=-1)
+
+
+def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: Ellipsoid) -> Array:
+    """Return ω_en in north, east, down.
+
+    Args:
+        latitude: (K,) rad.
+        height: (K,) m.
+        velocity: (K, 3) m/s.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        (K, 3) rad/s.
+    """
+    r1, r2 = earth.radii(latitude, ellipsoid)
+    east = velocity[:, 1] / (r2 + height)
+    return np.stack([east, -velocity[:, 0] / (r1 + height), -east * np.tan(latitude)], axis=-1)
+
+
+def rate_error(model: ErrorModel, rate_b: Array) -> Array:
+    """Return the matrix of δω, what is wrong with the compensated gyro increments, over their time.
+
+    Args:
+        model: the error model.
+        rate_b: inertial rate in body axes, (K, 3) rad/s.
+
+    Returns:
+        δω = matrix · x, in body axes, (K, 3, n).
+    """
+    return _reading_error(model, "gyro", rate_b)
+
+
+def force_error(model: ErrorModel, force_b: Array) -> Array:
+    """Return the matrix of δf, what is wrong with the compensated velocity increments, over their time.
+
+    Args:
+        model: the error model.
+        force_b: specific force in body axes, (K, 3) m/s².
+
+    Returns:
+        δf = matrix · x, in body axes, (K, 3, n).
+    """
+    return _reading_error(model, "accelerometer", force_b)
+
+
+def _reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
+    out = np.zeros((len(reading), 3, model.size))
+    for what in ("bias", "instability"):
+        if (where := model.slices.get(f"{triad} {what}")) is not None:
+            out[:, :, where] = np.eye(3)
+    if (where := model.slices.get(f"{triad} scale")) is not None:
+        out[:, range(3), range(where.start, where.stop)] = reading
+    if (where := model.slices.get(f"{triad} misalignment")) is not None:
+        for k, (i, j) in enumerate(((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1))):
+            out[:, i, where.start + k] = reading[:, j]
+    return out
+
+
+def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipsoid) -> Array:
+    """Return F of ẋ = F x + w.
+
+    Args:
+        model: the error model.
+        motion: K instants.
+        gravity: name of the engine's gravity model.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        (K, n, n).
+    """
+    lat, h, v = motion.latitude, motion.height, motion.velocity
+    n, e, d = v.T
+    s, c = np.sin(lat), np.cos(lat)
+    t = s / c
+    r1, r2 = earth.radii(lat, ellipsoid)
+    e2 = ellipsoid.e2
+    w = 1.0 - e2 * s * s
+    dr1, dr2 = 3.0 * r1 * e2 * s * c / w, r2 * e2 * s * c / w  # with respect to latitude
+    p, q = r1 + h, r2 + h
+    ie, en = earth_rate(lat, ellipsoid), transport_rate(lat, h, v, ellipsoid)
+
+    # δω_ie, δω_en over δr north and down, δω_en over δv
+    d_ie = np.zeros((len(lat), 3, 3))
+    d_ie[:, 0, 0], d_ie[:, 2, 0] = -ellipsoid.omega * s / p, -ellipsoid.omega * c / p
+    d_en = np.zeros_like(d_ie)
+    d_en[:, 0, 0], d_en[:, 0, 2] = -e * dr2 / (q * q * p), e / (q * q)
+    d_en[:, 1, 0], d_en[:, 1, 2] = n * dr1 / p**3, -n / (p * p)
+    d_en[:, 2, 0], d_en[:, 2, 2] = (e * t * dr2 / q - e / (c * c)) / (q * p), -e * t / (q * q)
+    over_v = np.zeros_like(d_ie)
+    over_v[:, 0, 1], over_v[:, 1, 0], over_v[:, 2, 1] = 1.0 / q, -1.0 / p, -t / q
+
+    # δg over δr north and down, of whatever gravity model the engine has
+    g_north = earth.gravity_ned(lat + _LATITUDE_STEP, h, gravity, ellipsoid)
+    g_north -= earth.gravity_ned(lat - _LATITUDE_STEP, h, gravity, ellipsoid)
+    g_up = earth.gravity_ned(lat, h + _HEIGHT_STEP, gravity, ellipsoid)
+    g_up -= earth.gravity_ned(lat, h - _HEIGHT_STEP, gravity, ellipsoid)
+
+    f = np.zeros((len(lat), model.size, model.size))
+    f[:, PHI, PHI] = -skew(ie + en)  # (1)
+    f[:, PHI, V] = over_v
+    f[:, PHI, R] = d_ie + d_en
+    f[:, V, PHI] = skew(motion.force_n)  # (2)
+    across = skew(v)
+    f[:, V, V] = across @ over_v - skew(2.0 * ie + en)
+    f[:, V, R] = across @ (2.0 * d_ie + d_en)
+    f[:, V, 0] += g_north / (2.0 * _LATITUDE_STEP * p)[:, None]
+    f[:, V, 2] -= g_up / (2.0 * _HEIGHT_STEP)
+    # (3): d/dt of (R₁+h) δlatitude and (R₂+h) cos(latitude) δlongitude, with d((R₂+h) cos)/dlatitude = −(R₁+h) sin
+    f[:, R, V] = np.eye(3)
+    f[:, 0, 0], f[:, 0, 2] = -d / p, n / p
+    f[:, 1, 0], f[:, 1, 1], f[:, 1, 2] = e * t / q, -(n * t + d) / q, e / q
+    f[:, PHI, CORE:] = -motion.c_nb @ rate_error(model, motion.rate_b)[:, :, CORE:]
+    f[:, V, CORE:] = motion.c_nb @ force_error(model, motion.force_b)[:, :, CORE:]
+    own = np.arange(CORE, model.size)
+    f[:, own, own] = -model.decay[CORE:]
+    return f
+
+
+def driving_noise(model: ErrorModel) -> Array:
+    """Return the spectral density of w, which is diagonal: the noise of a triad is the same in all axes.
+
+    Args:
+        model: the error model.
+
+    Returns:
+        Diagonal of E[w wᵀ], (n,) unit²/s.
+    """
+    density = model.density**2
+    density[PHI] += model.gyro_noise**2
+    density[V] += model.accel_noise**2
+    return density
+
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+_ORDER = 4
+_LONGEST = 1.0  # s: F⁵t⁵/5! is below 1e-7 of Φ − I, Schuler's frequency being the fastest that returns
+_DECAY = 0.1  # t/τ for which the same holds of exp(−t/τ)
+
+
+def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]:
+    """Return Φ and Q over intervals in each of which F is constant.
+
+    Φ = exp(F T), a power series, and Q = ∫ Φ(t) S Φ(t)ᵀ dt from 0 to T, which is what Van Loan's matrix exponential
+    gives (IEEE Trans. Automatic Control 23, 1978, 395); here by Gauss-Legendre quadrature on the same series, so that
+    Q is positive semi-definite whatever is neglected. Long intervals are halved and Φ and Q doubled up again.
+
+    Args:
+        f: matrices of the form of `dynamics`: below the navigation errors only a diagonal, (K, n, n) 1/s.
+        density: diagonal of S, (n,).
+        interval: T, (K,) s.
+
+    Returns:
+        Φ and Q, (K, n, n) each.
+    """
+    count, n = f.shape[:2]
+    decay = -f[0].diagonal()[CORE:]
+    longest = float(interval.max(initial=0.0))
+    fastest = float(decay.max(initial=0.0))
+    doublings = int(np.ceil(np.log2(max(longest / _LONGEST, longest * fastest / _DECAY, 1.0))))
+    t = interval / 2**doublings
+
+    # the navigation errors' rows of F^k t^k/k!
+    top = f[:, :CORE] * t[:, None, None]
+    terms = [top]
+    for k in range(2, _ORDER + 1):
+        term = terms[-1][:, :, :CORE] @ top
+        term[:, :, CORE:] -= terms[-1][:, :, CORE:] * (decay * t[:, None])[:, None, :]
+        term /= k
+        terms.append(term)
+
+    noisy = np.flatnonzero(density)
+    root = np.zeros((count, n, len(_NODES) * len(noisy)))
+    own = noisy >= CORE
+    for i, (node, weight) in enumerate(zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True)):
+        amplitude = np.sqrt(weight * np.multiply.outer(t, density[noisy]))
+        part = root[:, :, i * len(noisy) : (i + 1) * len(noisy)]
+        rows = terms[-1][:, :, noisy] * node
+        for term in terms[-2::-1]:
+            rows = (rows + term[:, :, noisy]) * node
+        rows[:, noisy[~own], np.flatnonzero(~own)] += 1.0
+        part[:, :CORE] = rows * amplitude[:, None, :]
+        part[:, noisy[own], np.flatnonzero(own)] = (
+            np.exp(-np.multiply.outer(t * node, decay[noisy[own] - CORE])) * amplitude[:, own]
+        )
+    q = root @ root.transpose(0, 2, 1)
+
+    phi = np.zeros((count, n, n))
+    phi[:, :CORE] = sum(terms[1:], terms[0])
+    diagonal = np.arange(n)
+    phi[:, diagonal[:CORE], diagonal[:CORE]] += 1.0
+    phi[:, diagonal[CORE:], diagonal[CORE:]] = np.exp(-np.multiply.outer(t, decay))
+    for _ in range(doublings):
+        q = q + phi @ q @ phi.transpose(0, 2, 1)
+        phi = phi @ phi
+    return phi, q

@@ -1,0 +1,197 @@
+"""F against central differences of the engine itself; Φ and Q against Van Loan's matrix exponential."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from sinssim import earth, rotation
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth_models import ELLIPSOIDS
+from sinssim.estimation import BLOCKS, Block, ErrorModel
+from sinssim.estimation.dynamics import Motion, driving_noise, dynamics, transition
+from sinssim.nav_error import navigation_error
+from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.strapdown import navigate
+
+ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if name != "gnss lever arm"), 0.0, 0.0)
+RATE_HZ, SPAN = 20.0, 4.0
+
+# how far each block is perturbed: enough to stand out of rounding, little enough that third order is below 1e-7
+STEPS = {
+    "position": 1000.0,
+    "velocity": 10.0,
+    "attitude": 2e-4,
+    "gyro bias": 1e-3,
+    "accelerometer bias": 1e-2,
+    "gyro instability": 1e-3,
+    "accelerometer instability": 1e-2,
+    "gyro scale": 0.02,
+    "accelerometer scale": 2e-3,
+    "gyro misalignment": 0.02,
+    "accelerometer misalignment": 2e-3,
+}
+
+
+def off_diagonal(angles: Array) -> Array:
+    matrix = np.zeros((3, 3))
+    matrix[~np.eye(3, dtype=bool)] = angles
+    return matrix
+
+
+def perturbed(start: NavState, imu: ImuData, x: Array, ellipsoid: str) -> tuple[NavState, ImuData]:
+    """Return start and increments that are wrong by the states x."""
+    r1, r2 = earth.radii(start.latitude, ELLIPSOIDS[ellipsoid])
+    part = {name: x[where] for name, where in ALL.slices.items()}
+    state = NavState(
+        start.latitude + part["position"][0] / (r1 + start.height),
+        start.longitude + part["position"][1] / ((r2 + start.height) * np.cos(start.latitude)),
+        start.height - part["position"][2],
+        start.velocity_ned + part["velocity"],
+        # C_solution = (I − [φ×]) C_true
+        rotation.multiply(rotation.quaternion_from_rotation_vector(-part["attitude"]), start.q_nb),
+    )
+    gyro, accel = (
+        TriadErrors(
+            bias=part[f"{triad} bias"] + part[f"{triad} instability"],
+            scale=part[f"{triad} scale"],
+            misalignment=off_diagonal(part[f"{triad} misalignment"]),
+        )
+        for triad in ("gyro", "accelerometer")
+    )
+    return state, emulate(imu, ImuErrors(gyro, accel))
+
+
+def engine_f(start: NavState, rate: Array, force: Array, gravity: str, ellipsoid: str) -> Array:
+    """Return F at a start under constant body rate and specific force, by central differences of `navigate`."""
+    count = round(SPAN * RATE_HZ)
+    imu = ImuData(
+        np.arange(count + 1) / RATE_HZ, np.tile(rate / RATE_HZ, (count, 1)), np.tile(force / RATE_HZ, (count, 1))
+    )
+    out = np.zeros((ALL.size, ALL.size))
+    middle = navigate(imu, start, gravity=gravity, ellipsoid=ellipsoid)
+    true = NavState(*(getattr(middle, name) for name in NavState.__dataclass_fields__))
+    # x(t) − x(0) is t times a polynomial; its constant term is F x(0)
+    powers = imu.time[1:, None] ** np.arange(1, 10)
+    for name, where in ALL.slices.items():
+        for column in range(where.start, where.stop):
+            x = np.zeros(ALL.size)
+            x[column] = STEPS[name]
+            solutions = []
+            for sign in (1.0, -1.0):
+                state, wrong = perturbed(start, imu, sign * x, ellipsoid)
+                solutions.append(navigate(wrong, state, gravity=gravity, ellipsoid=ellipsoid))
+            plus, minus = solutions
+            errors = [navigation_error(true, s, ELLIPSOIDS[ellipsoid]) for s in (plus, minus)]
+            grown = [np.hstack([e.position_ned, e.velocity_ned, e.attitude]) for e in errors]
+            history = (grown[0] - grown[1]) / (2.0 * STEPS[name])
+            out[:9, column] = np.linalg.lstsq(powers, history[1:] - history[0], rcond=None)[0][0]
+    return out
+
+
+@pytest.mark.parametrize(
+    ("gravity", "ellipsoid", "seed"),
+    [("normal", "wgs84", 0), ("normal", "wgs84", 1), ("normal", "krasovsky-1940", 2), ("j2", "wgs84", 3),
+     ("somigliana", "wgs84", 4)],
+)  # fmt: skip
+def test_f_is_the_engines(gravity: str, ellipsoid: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    q = rotation.normalize(rng.standard_normal(4))
+    start = NavState(
+        np.asarray(rng.uniform(-1.2, 1.2)),
+        np.asarray(rng.uniform(-3.0, 3.0)),
+        np.asarray(rng.uniform(0.0, 12000.0)),
+        rng.uniform(-200.0, 200.0, 3),
+        q,
+    )
+    rate, force = rng.uniform(-0.1, 0.1, 3), rng.uniform(-15.0, 15.0, 3)
+    found = engine_f(start, rate, force, gravity, ellipsoid)
+    c_nb = rotation.dcm_from_quaternion(q)
+    motion = Motion(
+        start.latitude[None], start.height[None], start.velocity_ned[None], c_nb[None], (c_nb @ force)[None],
+        rate[None], force[None],
+    )  # fmt: skip
+    f = dynamics(ALL, motion, gravity, ELLIPSOIDS[ellipsoid])[0]
+    for row in ("position", "velocity", "attitude"):
+        for column, where in ALL.slices.items():
+            block, reference = f[ALL.slices[row], where], found[ALL.slices[row], where]
+            if block.any():
+                assert np.abs(reference - block).max() < 1e-6 * np.abs(block).max(), (row, column)
+            else:  # of the largest effect that this column has
+                assert np.abs(reference).max() < 1e-5 * np.abs(f[:9, where]).max(), (row, column)
+
+
+def test_every_kind_of_gravity_has_its_own_gradient() -> None:
+    state = (np.array([0.8]), np.array([9000.0]), np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 3)))
+    motion = Motion(*state, rate_b=np.zeros((1, 3)), force_b=np.zeros((1, 3)))
+    gradients = {name: dynamics(ALL, motion, name, ELLIPSOIDS["wgs84"])[0, 5, 2] for name in earth.GRAVITY_MODELS}
+    # −2g/a of the chapter's simplest series exactly; all others differ from it by some of e² and h/a
+    assert gradients["order-1e-2"] == pytest.approx(-(-2.0 * 9.7803253359 / 6378137.0), rel=1e-9)
+    values = sorted(gradients.values())
+    assert values[-1] / values[0] < 1.01
+    assert len({f"{value:.9e}" for value in values}) > 4
+
+
+MODEL = ErrorModel(
+    (
+        *(Block(name, 1.0) for name in ("position", "velocity", "attitude")),
+        Block("gyro bias", 1e-7, random_walk=1e-10),
+        Block("gyro instability", 1e-7, correlation_time=30.0),
+        Block("accelerometer bias", 1e-3),
+        Block("baro-height bias", 10.0, correlation_time=0.5),
+    ),
+    gyro_noise=1e-6,
+    accel_noise=1e-4,
+)
+
+
+def flight(count: int) -> Motion:
+    rng = np.random.default_rng(9)
+    q = rotation.normalize(rng.standard_normal((count, 4)))
+    c_nb, force = rotation.dcm_from_quaternion(q), rng.uniform(-30.0, 30.0, (count, 3))
+    velocity = rng.uniform(-300.0, 300.0, (count, 3))
+    return Motion(
+        rng.uniform(-1.2, 1.2, count), rng.uniform(0.0, 12000.0, count), velocity, c_nb,
+        np.einsum("kij,kj->ki", c_nb, force), rng.uniform(-1.0, 1.0, (count, 3)), force,
+    )  # fmt: skip
+
+
+def test_phi_and_q_are_van_loans() -> None:
+    interval = np.array([1e-3, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0])
+    motion = flight(len(interval))
+    f = dynamics(MODEL, motion, "normal", ELLIPSOIDS["wgs84"])
+    density = driving_noise(MODEL)
+    n = MODEL.size
+    for one_by_one in (True, False):
+        if one_by_one:
+            parts = [transition(f[k : k + 1], density, interval[k : k + 1]) for k in range(len(interval))]
+            phi, q = np.concatenate([p for p, _ in parts]), np.concatenate([q for _, q in parts])
+        else:
+            phi, q = transition(f, density, interval)
+        for k, t in enumerate(interval):
+            van_loan = expm(np.block([[-f[k], np.diag(density)], [np.zeros((n, n)), f[k].T]]) * t)
+            phi_k = van_loan[n:, n:].T
+            q_k = phi_k @ van_loan[:n, n:]
+            scale = np.sqrt(q_k.diagonal())
+            assert np.abs(phi[k] - expm(f[k] * t)).max() < 1e-6 * np.abs(f[k] * t).max()
+            for rows in MODEL.slices.values():
+                for columns in MODEL.slices.values():
+                    expected = expm(f[k] * t)[rows, columns] - np.eye(n)[rows, columns]
+                    found = phi[k][rows, columns] - np.eye(n)[rows, columns]
+                    assert np.abs(found - expected).max() <= 2e-6 * np.abs(expected).max() + 1e-14
+            scaled = np.abs(q[k] - q_k) / np.maximum(np.outer(scale, scale), 1e-300)
+            assert scaled[np.outer(scale > 0, scale > 0)].max() < 2e-6
+            assert np.abs(q[k] - q[k].T).max() <= 1e-15 * q[k].max()
+
+
+def test_a_stationary_process_stays_stationary() -> None:
+    motion = flight(1)
+    f = dynamics(MODEL, motion, "normal", ELLIPSOIDS["wgs84"])
+    where = MODEL.slices["baro-height bias"]
+    for interval in (0.01, 0.7, 20.0):
+        phi, q = transition(f, driving_noise(MODEL), np.array([interval]))
+        assert phi[0][where, where].item() == pytest.approx(math.exp(-interval / 0.5), rel=1e-6)
+        assert phi[0][where, where].item() ** 2 * 100.0 + q[0][where, where].item() == pytest.approx(100.0, rel=1e-6)
