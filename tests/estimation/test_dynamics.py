@@ -181,7 +181,7 @@ def test_phi_and_q_are_van_loans() -> None:
                 for columns in MODEL.slices.values():
                     expected = expm(f[k] * t)[rows, columns] - np.eye(n)[rows, columns]
                     found = phi[k][rows, columns] - np.eye(n)[rows, columns]
-                    assert np.abs(found - expected).max() <= 2e-6 * np.abs(expected).max() + 1e-14
+                    assert np.abs(found - expected).max() <= 2e-6 * np.abs(expected).max() + 1e-13  # rounding of expm
             scaled = np.abs(q[k] - q_k) / np.maximum(np.outer(scale, scale), 1e-300)
             assert scaled[np.outer(scale > 0, scale > 0)].max() < 2e-6
             assert np.abs(q[k] - q[k].T).max() <= 1e-15 * q[k].max()
