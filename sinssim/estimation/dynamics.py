@@ -1,8 +1,8 @@
 """How the errors grow: F and the driving noise of ẋ = F x + w along a motion, and Φ, Q over intervals of it.
 
 The north-east-down error equations in full (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed.
-2004, 12.21 and 12.28; Savage, Strapdown Analytics, 2000, chapter 12), φ with C_solution = (I − [φ×]) C_true and position
-in metres, δr = ((R₁+h) δlatitude, (R₂+h) cos(latitude) δlongitude, −δh):
+2004, 12.21 and 12.28; Savage, Strapdown Analytics, 2000, chapter 12), φ with C_solution = (I − [φ×]) C_true and
+position in metres, δr = ((R₁+h) δlatitude, (R₂+h) cos(latitude) δlongitude, −δh):
 
     (1) φ̇  = −ω_in × φ + δω_ie + δω_en − C_nb δω
     (2) δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + v × (2δω_ie + δω_en) + δg
