@@ -12,6 +12,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
+from sinssim.errors import InputError
+from sinssim.scenario import datasheet
+
 # Units that people may write, as (dimension, factor to the dimension's own unit).
 _UNITS: dict[str, tuple[str, float]] = {
     "m": ("length", 1.0),
@@ -161,6 +164,10 @@ def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | Non
 
 def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
     name, table, meant = ".".join(path), ".".join(path[:-1]), _nearest(path, holders)
+    try:
+        datasheet.line(path[-1])
+    except InputError as error:  # an error of the sensor block, in a unit that is none
+        return f"unknown key '{name}' (= {_show(value)}): {str(error).removesuffix('.')}"
     if meant is None:
         place = f"[{table}]" if table else "The file's top level"
         known = sorted({field for holder in holders for field in holder.model_fields})

@@ -55,7 +55,7 @@ def at_the_elements(ideal: ImuData, arms: Array, delay: float) -> ImuData:
                 turning = np.cross(np.diff(edges, axis=0), arm)[:, i]
                 dvel[:, i] += turning + (pull[0] + 4.0 * pull[1] + pull[2]) * interval / 6.0  # (1)
     if delay:
-        if abs(delay) > interval.min():
+        if abs(delay) > interval.min() * (1.0 + 1e-9):  # the intervals of a table differ by rounding
             raise InputError(
                 f"the accelerometers sample {delay:g} s after the gyros, more than one interval of "
                 f"{interval.min():g} s."

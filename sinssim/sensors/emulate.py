@@ -97,12 +97,12 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
         )
     key_0, key_1 = key(seed)
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
+    packed = pack([errors], float(time[0]))
     _check_faults(errors, time)
     where = at_the_elements(ideal, errors.arms, errors.delay)
     dvel = np.ascontiguousarray(where.dvel, dtype=np.float64)
     _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, dtheta)
     _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, dvel)
-    packed = pack([errors], float(time[0]))
     stamps = _jittered(ideal.time, errors, seed)
     if packed.nothing:
         return where if stamps is ideal.time else replace(where, time=stamps)

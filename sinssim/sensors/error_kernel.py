@@ -63,6 +63,8 @@ _WHITE, _WANDERING, _RATE_WALKING, _FLICKERING, _START = range(5)
 # K²T, which a (1 − a, a) pair of weights on successive normal numbers gives if a(1 − a) = 1/6.
 _MEAN_OF_WALK = 0.5 * (1.0 + 1.0 / math.sqrt(3.0))
 
+_NEXT, _OTHER = (1, 2, 0, 4, 5, 3), (2, 0, 1, 5, 3, 4)  # the axes after each channel's own
+
 # Faults
 STEP, SPIKE, NARROW, DROP, FREEZE = range(5)
 
@@ -74,12 +76,11 @@ Counts = NDArray[np.int64]
 
 
 @strict_inline
-def begin(active: int, p: Array, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -> None:
+def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -> None:
     """Set one run's state at the start: stationary instability and flicker, nothing accumulated.
 
     Args:
         active: stages there are.
-        p: parameters, (PARAMETERS, 6, R).
         s: states, (STATES, 6, R), of which the run's are written.
         run: which run.
         key_0, key_1: of the run's seed.
@@ -121,45 +122,30 @@ def advance(active: int, c: Array, t0: float, t1: float) -> None:
         c[EXCESS] = middle * c[HALF_DECAY]
 
 
-@strict_inline
-def draw_sample(active: int, z: Array, j: int, k: int, key_0: np.uint64, key_1: np.uint64) -> None:
-    """Draw the normal numbers of one sample of one run.
+@strict_kernel
+def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> None:
+    """Draw the normal numbers of one sample of all runs, several at a time where the machine has the lanes.
 
     Args:
         active: stages there are.
-        z: (4, 6, J), of which column j is written.
-        j: which column.
+        z: (4, 6, R), written.
         k: number of the sample, from 0.
-        key_0, key_1: of the run's seed.
+        key_0, key_1: of the runs' seeds, (R,).
     """
     for n in range(4):
         if active & NOISES[n]:
             for axis in range(3):
-                one, two = normal_pair(key_0, key_1, np.int64(k + 1), TERMS[n], np.uint64(axis))
-                z[n, axis, j], z[n, axis + 3, j] = one, two
+                one, two = z[n, axis], z[n, axis + 3]
+                for run in range(len(key_0)):
+                    one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(k + 1), TERMS[n], np.uint64(axis))
 
 
 @strict_inline
-def _channel(
-    active: int,
-    own: float,
-    after: float,
-    other: float,
-    force_x: float,
-    force_y: float,
-    force_z: float,
-    c: Array,
-    gauss_markov: int,
-    i: int,
-    p: Array,
-    s: Array,
-    run: int,
-    z: Array,
-    j: int,
-) -> float:
+def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int) -> float:
     """Return channel i's increment after stages 2 to 5, faults apart."""
     interval = c[T]
-    x = own
+    after, other = u[_NEXT[i]], u[_OTHER[i]]
+    x = u[i]
     if active & TILTED:
         x += p[TILT_NEXT, i, run] * after + p[TILT_OTHER, i, run] * other
     n = x
@@ -173,12 +159,13 @@ def _channel(
         rate += p[BIAS_WARM, i, run] * c[WARMTH]
     if active & RAMPING:
         rate += p[RAMP, i, run] * c[MIDDLE]
-    if active & G_SENSITIVE and i < 3:
-        rate += (p[G_X, i, run] * force_x + p[G_Y, i, run] * force_y + p[G_Z, i, run] * force_z) / interval
+    if active & G_SENSITIVE:
+        rate += (p[G_X, i, run] * u[3] + p[G_Y, i, run] * u[4] + p[G_Z, i, run] * u[5]) / interval
     if active & WANDERING:
+        first = GYRO if i < 3 else ACCEL
         fresh, before = z[_WANDERING, i, j], s[WANDER, i, run]
-        rate += p[INSTABILITY, i, run] * (c[gauss_markov + 2] * before + c[gauss_markov + 3] * fresh)
-        s[WANDER, i, run] = c[gauss_markov] * before + c[gauss_markov + 1] * fresh
+        rate += p[INSTABILITY, i, run] * (c[first + 2] * before + c[first + 3] * fresh)
+        s[WANDER, i, run] = c[first] * before + c[first + 1] * fresh
     if active & RATE_WALKING:
         fresh, before = c[ROOT_T] * z[_RATE_WALKING, i, j], s[WALKED, i, run]
         rate += p[RATE_WALK, i, run] * (before + _MEAN_OF_WALK * fresh)
@@ -198,11 +185,11 @@ def _channel(
 
 
 @strict_inline
-def _output(
+def _delivered(
     active: int,
     y: float,
-    c: Array,
     i: int,
+    c: Array,
     p: Array,
     s: Array,
     run: int,
@@ -212,7 +199,7 @@ def _output(
 ) -> tuple[float, int]:
     """Return what channel i gives out for its increment, stages 5 (faults) to 8, and its flags."""
     flags = 0
-    limit = p[LIMIT, i, run] if active & LIMITED else math.inf
+    limit = p[LIMIT, i, run] if p[LIMIT, i, run] > 0.0 else math.inf
     if active & FAULTY:
         for n in range(len(kinds)):
             if spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -248,12 +235,9 @@ def _output(
 @strict_inline
 def measure(
     active: int,
-    gx: float,
-    gy: float,
-    gz: float,
-    ax: float,
-    ay: float,
-    az: float,
+    u: Array,
+    y: Array,
+    flags: NDArray[np.uint8],
     c: Array,
     p: Array,
     s: Array,
@@ -263,13 +247,14 @@ def measure(
     kinds: Counts,
     spans: Array,
     amounts: Array,
-) -> tuple[float, float, float, float, float, float, int, int, int, int, int, int]:
-    """Return one sample as a run's sensors give it.
+) -> None:
+    """Turn one ideal sample into what a run's sensors give.
 
     Args:
         active: stages there are.
-        gx, gy, gz: ideal angle increments, rad.
-        ax, ay, az: ideal velocity increments, m/s.
+        u: ideal increments, gyros first, (6,) rad and m/s.
+        y: measured increments, (6,), written.
+        flags: of the channels, (6,), written where the sensors have a range or a fault.
         c: conditions of the sample, (CONDITIONS,).
         p: parameters, (PARAMETERS, 6, R).
         s: states, (STATES, 6, R), moved on.
@@ -279,25 +264,11 @@ def measure(
         kinds: of the faults, (F,).
         spans: their first and last instants, (F, 2) s.
         amounts: what they do to each channel, (F, 6).
-
-    Returns:
-        Six increments and the six channels' flags.
     """
-    y0 = _channel(active, gx, gy, gz, ax, ay, az, c, GYRO, 0, p, s, run, z, j)
-    y1 = _channel(active, gy, gz, gx, ax, ay, az, c, GYRO, 1, p, s, run, z, j)
-    y2 = _channel(active, gz, gx, gy, ax, ay, az, c, GYRO, 2, p, s, run, z, j)
-    y3 = _channel(active, ax, ay, az, ax, ay, az, c, ACCEL, 3, p, s, run, z, j)
-    y4 = _channel(active, ay, az, ax, ax, ay, az, c, ACCEL, 4, p, s, run, z, j)
-    y5 = _channel(active, az, ax, ay, ax, ay, az, c, ACCEL, 5, p, s, run, z, j)
-    f0 = f1 = f2 = f3 = f4 = f5 = 0
-    if active & (FAULTY | LIMITED | QUANTISED):
-        y0, f0 = _output(active, y0, c, 0, p, s, run, kinds, spans, amounts)
-        y1, f1 = _output(active, y1, c, 1, p, s, run, kinds, spans, amounts)
-        y2, f2 = _output(active, y2, c, 2, p, s, run, kinds, spans, amounts)
-        y3, f3 = _output(active, y3, c, 3, p, s, run, kinds, spans, amounts)
-        y4, f4 = _output(active, y4, c, 4, p, s, run, kinds, spans, amounts)
-        y5, f5 = _output(active, y5, c, 5, p, s, run, kinds, spans, amounts)
-    return y0, y1, y2, y3, y4, y5, f0, f1, f2, f3, f4, f5
+    for i in range(6):
+        y[i] = _sensed(active, u, i, c, p, s, run, z, j)
+        if active & (FAULTY | LIMITED | QUANTISED):
+            y[i], flags[i] = _delivered(active, y[i], i, c, p, s, run, kinds, spans, amounts)
 
 
 @strict_kernel
@@ -333,7 +304,8 @@ def measure_all(
     count = len(dtheta)
     z = np.empty((4, 6, _BLOCK))
     s = np.empty((STATES, 6, 1))
-    begin(active, p, s, 0, key_0, key_1)
+    u, y, f = np.empty(6), np.empty(6), np.zeros(6, np.uint8)
+    begin(active, s, 0, key_0, key_1)
     for base in range(0, count, _BLOCK):
         size = min(_BLOCK, count - base)
         for n in range(4):  # a block of numbers at a time: eight at once in the machine's lanes
@@ -345,11 +317,11 @@ def measure_all(
         for j in range(size):
             k = base + j
             advance(active, c, time[k], time[k + 1])
-            y0, y1, y2, y3, y4, y5, f0, f1, f2, f3, f4, f5 = measure(
-                active, dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2],
-                c, p, s, 0, z, j, kinds, spans, amounts,
-            )  # fmt: skip
-            gyro[k, 0], gyro[k, 1], gyro[k, 2] = y0, y1, y2
-            accel[k, 0], accel[k, 1], accel[k, 2] = y3, y4, y5
+            u[0], u[1], u[2] = dtheta[k, 0], dtheta[k, 1], dtheta[k, 2]
+            u[3], u[4], u[5] = dvel[k, 0], dvel[k, 1], dvel[k, 2]
+            measure(active, u, y, f, c, p, s, 0, z, j, kinds, spans, amounts)
+            gyro[k, 0], gyro[k, 1], gyro[k, 2] = y[0], y[1], y[2]
+            accel[k, 0], accel[k, 1], accel[k, 2] = y[3], y[4], y[5]
             if active & (FAULTY | LIMITED):
-                flags[k, 0], flags[k, 1], flags[k, 2], flags[k, 3], flags[k, 4], flags[k, 5] = f0, f1, f2, f3, f4, f5
+                for i in range(6):
+                    flags[k, i] = f[i]
