@@ -7,8 +7,8 @@ the Earth's rate, the horizontal position error after t of
     a tilt ε                       ε · R (1 − cos ωt)                  (2)
     an azimuth error ζ             ζ · R U cos φ (t − sin ωt / ω)      (3)
 
-(Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, sec. 12.3; Britting, Inertial Navigation
-Systems Analysis, 1971, ch. 7). A constant error of the accelerometers changes the velocity all the time, one of the
+(Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, ch. 12; Britting, Inertial Navigation
+Systems Analysis, 1971). A constant error of the accelerometers changes the velocity all the time, one of the
 level gyros the tilt, one of the down gyro the azimuth: its response is the integral of (1), (2) or (3), and that of a
 ramp the integral of that. White noise of density N leaves a standard deviation of N times the root of the integral of
 the square.
