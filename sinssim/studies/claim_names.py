@@ -1,4 +1,4 @@
-"""What a study may decide: the textbook chapter's claims and the sensor-set variants, each with a sentence."""
+"""What a study may decide: the textbook chapter's claims, laws beyond it, the sensor-set variants; a sentence each."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ CLAIMS: dict[str, str] = {
     "euler-limit": "the integration of Euler angles has no ±90° limit",
     "simplified-radii": "the simplified radii (8.16) can cost as much as a high-quality gyro",
     "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
+    "coning-drift": (
+        "under coning by α at Ω, rotation vectors from n samples at a distance h drift by α²Ω(Ωh)²ⁿ n!/(2ⁿ⁺¹(2n+1)!!), "
+        "from one and the one before by α²Ω(Ωh)⁴/60"
+    ),
 }
 
 VARIANTS: dict[str, str] = {

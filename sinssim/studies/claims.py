@@ -1,4 +1,4 @@
-"""The textbook chapter's claims, each decided by numbers that a study has found.
+"""The textbook chapter's claims, and laws beyond it, each decided by numbers that a study has found.
 
 A part of a study says which claims it has the numbers for; how each is decided stands here, with its bars.
 """
@@ -10,9 +10,11 @@ from collections.abc import Callable
 import numpy as np
 
 from sinssim.recording import style
+from sinssim.strapdown.coning_drift import drift, leading_term
 from sinssim.studies.claim_names import CLAIMS
 from sinssim.studies.motions import MotionFacts
 from sinssim.studies.results import Comparison, Row, Verdict
+from sinssim.units import ARCSEC
 
 FEW_TENTHS_ARCSEC = 18.0
 """A few tenths of a minute of arc: 0.3′."""
@@ -22,10 +24,14 @@ GOOD_GYRO_DEG_H = 0.0035
 """A high-quality gyro: the bias of the grade laser-navigation."""
 KEPT = 1e-9
 """A norm that stays within this of 1 counts as kept."""
+LAW_HOLDS = 0.03
+"""A law holds where it is right to this part."""
 
 _LOW_ORDER = ("poisson-1", "poisson-2", "quaternion-1", "quaternion-2", "two-quaternions", "rotation-vector-1")
 _PLAIN = ("poisson-3", "poisson-4", "quaternion-3", "quaternion-4")
 """Of high order for a constant rate, but the increment stands for the rotation vector."""
+_SAMPLES = {"1": 1, "1p": 1, "2": 2, "3": 3, "4": 4}
+_LEAST_DRIFT = 1e-5 * ARCSEC  # in all; of less, rounding is part
 _EULER = "euler"
 _OTHERS = ("direction cosines", "Euler angles")
 _FAMILIES = {
@@ -318,6 +324,48 @@ def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     return "confirmed" if abs(rate - 10.0) < 0.5 else "refuted", text, (), {"latitude rate, deg/h": rate}
 
 
+def _coning_drift(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """The drift after whole turns of a cone, beside the law and beside the exact theory."""
+    numbers: dict[str, float] = {}
+    said = []
+    kept: list[tuple[str, float]] = []
+    farthest = 0.0
+    for motion, found in _by(rows, lambda row: row.motion).items():
+        cone = facts[motion].cone
+        for algorithm, at_rates in _by(found, lambda row: row.algorithm).items():
+            name = algorithm.removeprefix("rotation-vector-")
+            if cone is None or name not in _SAMPLES:
+                continue
+            words = []
+            for row in sorted(at_rates, key=lambda row: -row.rate_hz):
+                case = (_SAMPLES[name], *cone, 1.0 / row.rate_hz, name == "1p")
+                law, exact = leading_term(*case), abs(drift(*case))
+                if exact * row.duration_s < _LEAST_DRIFT:
+                    continue
+                measured = row.final_attitude_error_arcsec * ARCSEC / row.duration_s
+                x = cone[1] / row.rate_hz
+                numbers[f"{motion}, {name}, Ωh = {x:.3f}: measured/law"] = measured / law
+                numbers[f"{motion}, {name}, Ωh = {x:.3f}: measured/exact"] = measured / exact
+                farthest = max(farthest, abs(measured / exact - 1.0))
+                holds = abs(exact / law - 1.0) < LAW_HOLDS
+                if holds:
+                    kept.append((name, measured / law))
+                words.append(f"{measured / law:.3f}{'' if holds else f' [{exact / law:.3f}]'} at {x:.3f}")
+            if words:
+                said.append(f"{motion}, {'one and the one before' if name == '1p' else name}: {', '.join(words)}")
+    if {name for name, _ in kept} != set(_SAMPLES):
+        return _undecided("for each number of samples a cone and a rate at which the law holds")
+    worst = max((ratio for _, ratio in kept), key=lambda ratio: abs(ratio - 1.0))
+    good = abs(worst - 1.0) < LAW_HOLDS and farthest < LAW_HOLDS
+    reason = (
+        f"The law is the leading term. Where it is within {100.0 * LAW_HOLDS:g} % of the exact drift, measured drifts "
+        f"are {worst:.3f} of it at the farthest; elsewhere, the exact ratio in brackets, the next term or the floor of "
+        f"triple products rules. From the exact drift they are {100.0 * farthest:.2g} % off at most. Measured drift "
+        "over the law, at Ωh:"
+    )
+    return ("confirmed" if good else "refuted"), reason, tuple(said), numbers
+
+
 _DECIDERS: dict[str, Callable[[list[Row], dict[str, MotionFacts]], Outcome]] = {
     "velocity-rate": _velocity_rate,
     "attitude-rate": _attitude_rate,
@@ -326,4 +374,5 @@ _DECIDERS: dict[str, Callable[[list[Row], dict[str, MotionFacts]], Outcome]] = {
     "euler-limit": _euler_limit,
     "simplified-radii": _simplified_radii,
     "latitude-rate": _latitude_rate,
+    "coning-drift": _coning_drift,
 }

@@ -269,7 +269,7 @@ def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, 
     trajectory = motions.make(motion)
     _check_length(part, motion, trajectory.end - trajectory.start)
     ideal = trajectory.increments(part.highest_hz)
-    comparison.motions[part.title, motion.label] = motions.facts(trajectory)
+    comparison.motions[part.title, motion.label] = motions.facts(motion, trajectory)
     truth = _Truth(trajectory, ideal.time)
     count, finished = part.cases, 0
     for grade, variant in itertools.product(part.sensors, part.variants):

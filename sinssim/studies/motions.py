@@ -30,6 +30,7 @@ class MotionFacts:
         max_rate_deg_s: greatest angular rate.
         max_pitch_deg: steepest pitch.
         max_latitude_deg: greatest magnitude of the latitude.
+        cone: of pure coning, the half-angle α, rad, and the rate Ω, rad/s.
     """
 
     duration_s: float
@@ -39,6 +40,7 @@ class MotionFacts:
     max_rate_deg_s: float
     max_pitch_deg: float
     max_latitude_deg: float
+    cone: tuple[float, float] | None = None
 
 
 def scenario_of(motion: StudyMotion) -> Scenario:
@@ -179,11 +181,12 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
     return ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
 
 
-def facts(trajectory: Trajectory) -> MotionFacts:
+def facts(motion: StudyMotion, trajectory: Trajectory) -> MotionFacts:
     """Describe a motion in numbers.
 
     Args:
-        trajectory: the motion.
+        motion: the motion.
+        trajectory: it, made.
 
     Returns:
         The numbers, from states and rates at evenly spread instants.
@@ -199,6 +202,7 @@ def facts(trajectory: Trajectory) -> MotionFacts:
     latitude_moved = float(np.abs(np.diff(state.latitude)).sum())
     pitch = rotation.euler_from_quaternion(state.q_nb)[1]
     omega = trajectory.rates(time)[0]
+    cone = motion.motion if motion.motion is not None and motion.motion.type == "coning" else None
     return MotionFacts(
         duration_s=duration,
         distance_m=float(np.linalg.norm(np.diff(ground, axis=0), axis=1).sum()),
@@ -207,4 +211,5 @@ def facts(trajectory: Trajectory) -> MotionFacts:
         max_rate_deg_s=float(np.linalg.norm(omega, axis=1).max()) / units.DEG,
         max_pitch_deg=float(np.abs(pitch).max()) / units.DEG,
         max_latitude_deg=float(np.abs(state.latitude).max()) / units.DEG,
+        cone=None if cone is None else (cone.half_angle_deg * units.DEG, 2.0 * np.pi * cone.frequency_hz),
     )

@@ -16,7 +16,7 @@ from scipy.special import j1
 
 from sinssim import ALGORITHMS, ImuData, InputError, NavState, navigate
 from sinssim.algorithms import REGISTRY
-from sinssim.strapdown import functional_iteration, rotation_vector
+from sinssim.strapdown import coning_drift, functional_iteration, rotation_vector
 from sinssim.strapdown.interval import BodyTurn, FrameTurn
 from sinssim.strapdown.parts import parts
 from tests.oracles.s_turn import Flight, STurn
@@ -222,26 +222,105 @@ CONING = [
 ]
 
 
-@pytest.mark.parametrize(("algorithm", "degrees", "per_turn", "coefficient", "power"), CONING)
-def test_coning_drift(algorithm, degrees, per_turn, coefficient, power):
-    """ε = α²Ω (Ωh)²ⁿ n!/(2ⁿ⁺¹ (2n+1)!!); with the previous sample (Ωh)⁴/60; over whole turns of the cone, Ω = 1."""
-    alpha, turns = np.deg2rad(degrees), 2
-    t = 2 * np.pi * np.arange(per_turn * turns + 1) / per_turn
+# the ends of the range in which the leading term alone holds (`coning_drift`), as near as whole updates come to them
+CONING_ENDS = [
+    ("rotation-vector-1", 1.0, 9, float(law(1)), 2),  # Ωh = 0.70
+    ("rotation-vector-1p", 1.0, 13, 1 / 60, 4),  # 0.48
+    ("rotation-vector-2", 1.0, 13, float(law(2)), 4),
+    ("rotation-vector-3", 1.0, 15, float(law(3)), 6),  # 0.42
+    ("rotation-vector-3", 1.0, 57, float(law(3)), 6),  # 0.11
+    ("rotation-vector-4", 0.1, 16, float(law(4)), 8),  # 0.39
+    ("rotation-vector-4", 0.1, 22, float(law(4)), 8),  # 0.29
+]
+
+
+def measured_drift(algorithm, alpha, per_turn):
+    """Drift over two turns of a cone at Ω = 1."""
+    t = 2 * np.pi * np.arange(per_turn * 2 + 1) / per_turn
     # ω = (−sin α sin t, sin α cos t, cos α − 1)
     dtheta = np.diff(
         np.stack([np.sin(alpha) * np.cos(t), np.sin(alpha) * np.sin(t), -2 * np.sin(alpha / 2) ** 2 * t]).T, axis=0
     )
     q = np.array([1.0, 0, 0, 0])
-    done = list(updates(algorithm, dtheta, np.zeros_like(dtheta)))
-    if algorithm.endswith("p"):  # the first update has no sample before it
+    shift = int(algorithm.endswith("p"))  # the first update has no sample before it
+    if shift:
         dtheta = np.concatenate([dtheta[-1:], dtheta])
-        done = list(updates(algorithm, dtheta, np.zeros_like(dtheta)))[1:]
-    for phi, _ in done:
+    for phi, _ in list(updates(algorithm, dtheta, np.zeros_like(dtheta)))[shift:]:
         q = multiply(q, exponential(phi))
     # after whole turns the true attitude is where it was; the cone's axis is tilted by α in body axes
-    drift = 2 * np.linalg.norm(q[1:]) / t[-1]
-    step = 2 * np.pi / per_turn
+    return 2 * np.arcsin(np.linalg.norm(q[1:])) / t[-1]
+
+
+@pytest.mark.parametrize(("algorithm", "degrees", "per_turn", "coefficient", "power"), [*CONING, *CONING_ENDS])
+def test_coning_drift(algorithm, degrees, per_turn, coefficient, power):
+    """ε = α²Ω (Ωh)²ⁿ n!/(2ⁿ⁺¹ (2n+1)!!); with the previous sample (Ωh)⁴/60; over whole turns of the cone, Ω = 1."""
+    alpha, step = np.deg2rad(degrees), 2 * np.pi / per_turn
+    drift = measured_drift(algorithm, alpha, per_turn)
     assert drift == pytest.approx(alpha**2 * step**power * coefficient, rel=0.03, abs=0)
+
+
+CLOSED = [
+    ("rotation-vector-1", 1, False), ("rotation-vector-1p", 1, True), ("rotation-vector-2", 2, False),
+    ("rotation-vector-3", 3, False), ("rotation-vector-4", 4, False),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("per_turn", [6, 12, 36, 60])
+@pytest.mark.parametrize("degrees", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize(("algorithm", "samples", "previous"), CLOSED)
+def test_coning_drift_is_the_exact_one(algorithm, samples, previous, degrees, per_turn):
+    """At any Ωh and α, floor and all; what two turns in double precision leave of it is 1e-17 rad."""
+    alpha = np.deg2rad(degrees)
+    exact = coning_drift.drift(samples, alpha, 1.0, 2 * np.pi / per_turn, previous)
+    assert measured_drift(algorithm, alpha, per_turn) == pytest.approx(abs(exact), rel=3e-6, abs=1e-19)
+
+
+FLOORS = {"1p": (1 / 160, 1 / 576), "2": (1 / 60, 1 / 36), "3": (1 / 160, 71 / 320), "4": (1 / 140, 9341 / 7560)}
+NEXT = {"1": 1 / 20, "1p": 5 / 42, "2": 5 / 42, "3": 7 / 36, "4": 3 / 11}
+
+
+@pytest.mark.parametrize(("algorithm", "samples", "previous"), CLOSED)
+def test_series_of_the_exact_coning_drift(algorithm, samples, previous):
+    """Leading term, the next one, and the floor of triple products, apart from one another."""
+    name, power = algorithm.rsplit("-", 1)[1], 4 if previous else 2 * samples
+    coefficient = 1 / 60 if previous else float(law(samples))
+    small, large = 1e-7, 1e-2
+
+    def seen(alpha, x):
+        return coning_drift.drift(samples, alpha, 1.0, x, previous) / alpha**2
+
+    assert coning_drift.leading_term(samples, 0.3, 2.0, 0.05, previous) == pytest.approx(
+        0.3**2 * 2.0 * 0.1**power * coefficient, rel=1e-14, abs=0
+    )
+    x = 0.3  # the first term that is left out is x⁴ of the leading one, about b²
+    expected = -coefficient * x**power * (1 - NEXT[name] * x**2)
+    assert seen(small, x) == pytest.approx(expected, rel=NEXT[name] ** 2 * x**4, abs=0)
+    x = 0.1
+    floor = (seen(large, x) - seen(small, x)) / large**2
+    if name == "1":  # sin²α in place of α²
+        assert floor == pytest.approx(coefficient * x**2 / 3, rel=2e-3, abs=0)
+    else:
+        c, d = FLOORS[name]
+        assert floor == pytest.approx(c * x**4 - d * x**6, rel=1e-3, abs=2 * x**8)
+
+
+RANGES = [
+    (1, 1.0, False, 0.02, 0.778), (1, 1.0, True, 0.02, 0.504), (2, 1.0, False, 0.02, 0.504),
+    (3, 1.0, False, 0.108, 0.479), (4, 0.1, False, 0.279, 0.430),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("samples", "degrees", "previous", "low", "high"), RANGES)
+def test_where_the_leading_term_of_the_coning_drift_holds(samples, degrees, previous, low, high):
+    """To 3 %, between the stated Ωh and not beyond."""
+
+    def off(x):
+        case = (samples, np.deg2rad(degrees), 1.0, x, previous)
+        return abs(abs(coning_drift.drift(*case)) / coning_drift.leading_term(*case) - 1)
+
+    assert max(off(x) for x in np.geomspace(low, high, 200)) < 0.03
+    assert off(1.02 * high) > 0.03
+    assert low == 0.02 or off(0.98 * low) > 0.03
 
 
 @pytest.mark.parametrize(("algorithm", "_", "per_turn", "coefficient", "power"), CONING)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
+from sinssim.strapdown.coning_drift import drift
 from sinssim.studies.claim_names import CLAIMS
 from sinssim.studies.claims import decide
 from sinssim.studies.motions import MotionFacts
 from sinssim.studies.results import Comparison, Row, Verdict
 from sinssim.studies.schema import Study
+from sinssim.units import ARCSEC
 
 FACTS = MotionFacts(3600.0, 1.1e6, 9.9, 1100.0, 1.0, 5.0, 50.0)
 
@@ -131,3 +135,21 @@ def test_latitude_rate(rate, speed, expected):
 
 def test_failed_cases_decide_nothing():
     assert verdict("orthogonality", row("two-quaternions", status="failed")).verdict == "undecided"
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(1.0, "confirmed"), (1.04, "refuted")])
+def test_coning_drift(factor, expected):
+    alpha, omega, seconds = math.radians(0.1), 2.0 * math.pi * 50.0, 2.0
+    facts = MotionFacts(seconds, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, cone=(alpha, omega))
+    rows = []
+    for name, samples in {"1": 1, "1p": 1, "2": 2, "3": 3, "4": 4}.items():
+        for rate in (1000.0, 3000.0):
+            exact = abs(drift(samples, alpha, omega, 1.0 / rate, previous=name == "1p"))
+            error = factor * exact * seconds / ARCSEC
+            rows.append(row(f"rotation-vector-{name}", rate, duration_s=seconds, final_attitude_error_arcsec=error))
+    found = verdict("coning-drift", *rows, facts=facts)
+    assert found.verdict == expected
+    assert found.numbers["flight, 1, Ωh = 0.314: measured/exact"] == pytest.approx(factor)
+    # four samples at 3 kHz drift by 1e-8″ in two seconds: nothing is said of that
+    assert not any(key.startswith("flight, 4, Ωh = 0.105") for key in found.numbers)
+    assert verdict("coning-drift", *rows[:-2], facts=facts).verdict == "undecided"  # four samples are lacking
