@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple
 
 from sinssim.errors import InputError
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, DEG_SQRT_H, FOOT, G0, MPS_SQRT_H, PPM, UG
@@ -175,3 +175,41 @@ def to_si(key: str, value: float) -> float:
     if not math.isfinite(value):
         raise InputError(f"{key} = {value} is not a finite number.")
     return value * found.factor
+
+
+def in_scenario_units(data: Any, known: Collection[str]) -> Any:
+    """Put errors that are given in other units under the keys, and into the units, that scenarios use.
+
+    Args:
+        data: a table of a scenario; what is no table comes back as it is.
+        known: keys that the table may have. A unit that is none stays in its key, for the schema to refuse.
+
+    Returns:
+        The table.
+
+    Raises:
+        ValueError: an error is given twice, in two units.
+    """
+    if not isinstance(data, dict):
+        return data
+    found: dict[str, Any] = {}
+    for key, value in data.items():
+        try:
+            stated = None if key in known else line(key)
+        except InputError:
+            stated = None
+        if stated is not None:
+            quantity = stated.quantity
+            key = quantity.sigma_key if stated.sigma else quantity.key
+            value = _times(value, stated.factor / quantity.unit)
+        if key in found:
+            raise ValueError(f"{key} is given twice, in two units: keep one of them")
+        found[key] = value
+    return found
+
+
+def _times(value: Any, factor: float) -> Any:
+    """Multiply numbers, at any depth; what is no number stays for the schema to refuse."""
+    if isinstance(value, list | tuple):
+        return tuple(_times(item, factor) for item in value)
+    return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value

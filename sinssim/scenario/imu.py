@@ -19,8 +19,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.errors import InputError
-from sinssim.scenario.datasheet import QUANTITIES, line
+from sinssim.scenario.datasheet import QUANTITIES, in_scenario_units
 from sinssim.scenario.faults import Fault
 from sinssim.scenario.grades import find_grade
 from sinssim.scenario.laser_gyro import LaserGyroSection
@@ -158,23 +157,7 @@ class ImuSection(Section):
     @model_validator(mode="before")
     @classmethod
     def _other_units(cls, data: Any) -> Any:
-        """Take an error in another of its units; an unknown unit stays, and is refused as an unknown key."""
-        if not isinstance(data, dict):
-            return data
-        converted: dict[str, Any] = {}
-        for key, value in data.items():
-            try:
-                found = None if key in cls.model_fields else line(key)
-            except InputError:
-                found = None
-            if found is not None:
-                quantity = found.quantity
-                key = quantity.sigma_key if found.sigma else quantity.key
-                value = _times(value, found.factor / quantity.unit)
-            if key in converted:
-                raise ValueError(f"{key} is given twice, in two units: keep one of them")
-            converted[key] = value
-        return converted
+        return in_scenario_units(data, cls.model_fields)
 
     @field_validator("grade")
     @classmethod
@@ -231,10 +214,3 @@ class ImuSection(Section):
                 if getattr(self, name) != type(self).model_fields[name].default:
                     raise ValueError(f'{name} is of a block of gyros; with sensor_set.type = "{kind}" leave it out')
         return self
-
-
-def _times(value: Any, factor: float) -> Any:
-    """Multiply numbers, at any depth; what is no number stays for the schema to refuse."""
-    if isinstance(value, list | tuple):
-        return tuple(_times(item, factor) for item in value)
-    return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value

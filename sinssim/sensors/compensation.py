@@ -1,17 +1,21 @@
 """The analytic compensator: the inverse of the instrument model, with calibration values, in front of the engine.
 
-The model of `emulate` for what is constant in a run, over an interval T: Δβ̃ = (1 + k) n(x) T + ω₀ T of the rate
-x = (I + M) Δβ / T along the sensitive axes, with n(x) = x + K₂x² + K₃x³. Its inverse with calibration values k̂, K̂₂, K̂₃,
-M̂, ω̂₀ (the chapter's analytic compensation, section 8.2):
+It undoes, from the last to the first, the stages 1 to 4 of `sinssim.sensors.emulate` as far as they are constant in a
+run or follow the temperature. With the mean reading x̃ = Δβ̃/T of an interval, and calibration values (^) for everything,
 
-    Δβ̂ = (I + M̂)⁻¹ T n̂⁻¹((Δβ̃/T − ω̂₀)/(1 + k̂))
+    n = (x̃ − ω̂₀ − β̂Θ̂ − Ĝf)/(1 + k̂ + k̂′Θ̂)                 bias, scale factor, temperature, g-sensitivity
+    x_i + ½κ̂|x_i| + K̂₂x_i² + K̂₃x_i³ + Σ Ĉ_ij x_i u_j = n_i    response, by Newton's method to rounding
+    u = (I + M̂)⁻¹ x                                           misalignment; together with Ĉ until it stands still
 
-n̂⁻¹ by Newton's method, to rounding. What is left, to first order in the errors of the calibration, is an instrument
-whose errors are those of the calibration: Δβ̂ − Δβ ≈ (k − k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + (K₃ − K̂₃) x³T
-+ (ω₀ − ω̂₀) T. Random walk, instability and quantisation pass through: no calibration knows them.
+(the chapter's analytic compensation, section 8.2); then the delay and the arms of the accelerometers. What is left, to
+first order in the errors of the calibration, is an instrument whose errors are those of the calibration: Δβ̂ − Δβ ≈
+(k − k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + … + (ω₀ − ω̂₀) T. Random walk, instability, flicker, ramp, range, quantisation
+and faults pass through: no calibration knows them.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,11 +23,19 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.compensation import CompensationSection
 from sinssim.scenario.imu import ImuSection
+from sinssim.sensors.elements import at_the_elements
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
 
+KNOWN = (
+    "bias", "scale", "misalignment", "quadratic", "cubic", "asymmetry", "cross_axis", "g_sensitivity",
+    "bias_temperature", "scale_temperature",
+)  # fmt: skip
+"""Fields of `TriadErrors` that a calibration knows."""
+
 _APART = 1 << 40  # far from the seeds of scenarios, and of single accelerometers
-_NEWTON_STEPS = 50
-_CONVERGED = 1e-9  # relative; the step after one this small only moves the last digits
+_STEPS = 50
+_CONVERGED = 1e-9  # relative; Newton's step after one this small only moves the last digits
+_STANDS = 4e-16  # relative, of the iteration over the coupling of the axes
 
 
 def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
@@ -31,8 +43,8 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
 
     Args:
         measured: increments as the sensor block gives them.
-        calibration: what the calibration believes the errors to be; of each triad its bias, scale, misalignment,
-            quadratic and cubic are used.
+        calibration: what the calibration believes the errors to be: of each triad the fields in `KNOWN`, besides the
+            temperature, the arms and the delay.
 
     Returns:
         Compensated increments on the same times.
@@ -42,40 +54,69 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
             a non-linearity that makes one reading of two rates).
     """
     interval = np.diff(measured.time)
-    return ImuData(
-        measured.time,
-        _corrected(measured.dtheta, interval, calibration.gyro, "gyro"),
-        _corrected(measured.dvel, interval, calibration.accel, "accelerometer"),
-    )
+    warm = calibration.warm_up
+    middle = 0.5 * (measured.time[1:] + measured.time[:-1]) - measured.time[0]
+    warmth = warm.steady + (warm.start - warm.steady) * np.exp(-middle / warm.time_constant)
+    dvel = _corrected(measured.dvel, interval, warmth, calibration.accel, "accelerometer")
+    dtheta = measured.dtheta
+    if np.any(calibration.gyro.g_sensitivity):
+        dtheta = dtheta - _times(calibration.gyro.g_sensitivity, dvel)
+    dtheta = _corrected(dtheta, interval, warmth, calibration.gyro, "gyro")
+    imu = replace(measured, dtheta=dtheta, dvel=dvel)
+    imu = at_the_elements(imu, np.zeros((3, 3)), -calibration.delay)
+    if np.any(calibration.arms):
+        imu = replace(imu, dvel=2.0 * imu.dvel - at_the_elements(imu, calibration.arms, 0.0).dvel)
+    return replace(imu, flags=measured.flags)
 
 
-def _corrected(measured: Array, interval: Array, known: TriadErrors, triad: str) -> Array:
+def _times(matrix: Array, vectors: Array) -> Array:
+    """Multiply each row by a matrix; no matrix product of the library, whose rounding depends on the machine."""
+    rows = [row[0] * vectors[:, 0] + row[1] * vectors[:, 1] + row[2] * vectors[:, 2] for row in matrix]
+    return np.stack(rows, axis=1)
+
+
+def _corrected(measured: Array, interval: Array, warmth: Array, known: TriadErrors, triad: str) -> Array:
     axes = np.eye(3) + known.misalignment
-    if not (np.all(1.0 + known.scale > 0.0) and np.linalg.det(axes) > 0.0):
+    scale = np.broadcast_to(1.0 + known.scale, measured.shape)
+    bias = np.broadcast_to(known.bias, measured.shape)
+    if np.any(known.scale_temperature) or np.any(known.bias_temperature):
+        scale = scale + np.multiply.outer(warmth, known.scale_temperature)
+        bias = bias + np.multiply.outer(warmth, known.bias_temperature)
+    if not (np.all(scale > 0.0) and np.linalg.det(axes) > 0.0):
         raise InputError(
             f"{triad} calibration: scale-factor errors {known.scale} and misalignment {known.misalignment.tolist()} "
             "rad cannot be undone; relative scale-factor errors above −1 and three axes that span space are needed."
         )
-    inverse = np.linalg.inv(axes)
-    freed = (measured - known.bias * interval[:, None]) / (1.0 + known.scale)
-    for i in range(3):
-        if known.quadratic[i] or known.cubic[i]:
-            linear = _linearised(freed[:, i] / interval, float(known.quadratic[i]), float(known.cubic[i]), triad)
-            freed[:, i] = linear * interval
-    corrected = np.empty_like(measured)
-    for i in range(3):  # no matrix product, whose rounding depends on the machine
-        corrected[:, i] = inverse[i, 0] * freed[:, 0] + inverse[i, 1] * freed[:, 1] + inverse[i, 2] * freed[:, 2]
-    return corrected
+    inverse = np.asarray(np.linalg.inv(axes), dtype=np.float64)
+    freed = (measured - bias * interval[:, None]) / scale
+    if not (known.quadratic.any() or known.cubic.any() or known.asymmetry.any() or known.cross_axis.any()):
+        return _times(inverse, freed)
+    reading = freed / interval[:, None]
+    found = _times(inverse, reading)
+    for _ in range(_STEPS):
+        coupling = 1.0 + _times(known.cross_axis, found)
+        along = np.stack([_linearised(reading[:, i], coupling[:, i], known, i, triad) for i in range(3)], axis=1)
+        before, found = found, _times(inverse, along)
+        if not known.cross_axis.any() or np.abs(found - before).max() <= _STANDS * np.abs(found).max():
+            return found * interval[:, None]
+    raise InputError(
+        f"{triad} calibration: a cross-axis coupling of {known.cross_axis.tolist()} (SI) cannot be undone at readings "
+        f"of up to {np.abs(reading).max():.6g} (SI): it must be small against 1."
+    )
 
 
-def _linearised(reading: Array, k2: float, k3: float, triad: str) -> Array:
-    """Return x of x + K₂x² + K₃x³ = reading, Newton's method from x = reading."""
+def _linearised(reading: Array, coupling: Array, known: TriadErrors, axis: int, triad: str) -> Array:
+    """Return x of (1 + c)x + ½κ|x| + K₂x² + K₃x³ = reading, 1 + c the coupling, Newton's method from x = reading."""
+    k2, k3, half = float(known.quadratic[axis]), float(known.cubic[axis]), 0.5 * float(known.asymmetry[axis])
+    if not (k2 or k3 or half):
+        return np.asarray(reading / coupling)
+    linear = coupling + half * np.sign(reading)  # x has the sign of its reading
     x = reading.copy()
-    for _ in range(_NEWTON_STEPS):
-        slope = 1.0 + x * (2.0 * k2 + 3.0 * k3 * x)
+    for _ in range(_STEPS):
+        slope = linear + x * (2.0 * k2 + 3.0 * k3 * x)
         if not slope.min() > 0.0:
             break
-        step = (x * (1.0 + x * (k2 + k3 * x)) - reading) / slope
+        step = (x * (linear + x * (k2 + k3 * x)) - reading) / slope
         x -= step
         if (np.abs(step) <= _CONVERGED * np.abs(x)).all():  # Newton's step squares what was left
             return x
@@ -90,23 +131,19 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
 
     Args:
         errors: the block's true errors.
-        uncertainty: true less calibrated values of bias, scale, misalignment, quadratic and cubic, for
-            example drawn from the 1σ of a better grade.
+        uncertainty: true less calibrated values of the fields in `KNOWN`, for example drawn from the 1σ of a better
+            grade. Temperature, arms and delay are known as they are.
 
     Returns:
         Calibration values; `compensate` with them leaves `uncertainty`, to first order.
     """
 
     def triad(true: TriadErrors, left: TriadErrors) -> TriadErrors:
-        return TriadErrors(
-            true.bias - left.bias,
-            true.scale - left.scale,
-            true.misalignment - left.misalignment,
-            true.quadratic - left.quadratic,
-            true.cubic - left.cubic,
-        )
+        return TriadErrors(**{name: getattr(true, name) - getattr(left, name) for name in KNOWN})
 
-    return ImuErrors(triad(errors.gyro, uncertainty.gyro), triad(errors.accel, uncertainty.accel))
+    return replace(
+        errors, gyro=triad(errors.gyro, uncertainty.gyro), accel=triad(errors.accel, uncertainty.accel), faults=()
+    )
 
 
 def draw_calibration(imu: ImuSection, section: CompensationSection, seed: int = 0) -> ImuErrors:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
+from sinssim.scenario.compensation import CompensationSection
+from sinssim.scenario.datasheet import QUANTITIES
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw, emulate
-from sinssim.sensors.compensation import compensate, imperfect_calibration
+from sinssim.sensors.compensation import KNOWN, compensate, draw_calibration, imperfect_calibration
+from sinssim.truth.analytic import inertial_increments
+from sinssim.truth.rocking import SpinRock
+from tests.oracles.imu_model import output, temperature
+from tests.sensors.test_error_terms import TERMS, WARM
 
 
 def ideal() -> ImuData:
@@ -52,6 +59,68 @@ def test_perfect_calibration_restores_the_ideal_increments() -> None:
     back = compensate(measured, ERRORS)
     assert np.abs(back.dtheta - true.dtheta).max() < 5e-17 * 3
     assert np.abs(back.dvel - true.dvel).max() < 5e-16
+
+
+def test_everything_that_a_calibration_knows_is_undone() -> None:
+    """Asymmetry, coupling of the axes, g-sensitivity and temperature as well; the readings again not the emulator's."""
+    true = ideal()
+    h = np.diff(true.time)
+    middle = 0.5 * (true.time[1:] + true.time[:-1]) - true.time[0]
+    known = {name: TERMS["gyro"][name] for name in KNOWN}, {name: TERMS["accel"].get(name) for name in KNOWN}
+    accel = {name: value for name, value in known[1].items() if value is not None}
+    errors = ImuErrors(TriadErrors(**known[0]), TriadErrors(**accel), warm_up=WARM)
+    warmth, force = temperature(errors, middle), true.dvel / h[:, None]
+    measured = ImuData(
+        true.time,
+        output(errors.gyro, true.dtheta / h[:, None], force, warmth, middle) * h[:, None],
+        output(errors.accel, force, force, warmth, middle) * h[:, None],
+    )
+    assert np.abs(measured.dtheta - true.dtheta).max() > 1e-5
+    back = compensate(measured, errors)
+    assert np.abs(back.dtheta - true.dtheta).max() < 1e-15 * np.abs(true.dtheta).max()
+    assert np.abs(back.dvel - true.dvel).max() < 2e-15 * np.abs(true.dvel).max()
+
+
+def test_arms_and_delay_are_undone() -> None:
+    motion = SpinRock((1.0, -2.0, 0.7), 1.5, 0.15, 4 * np.pi)
+    true = inertial_increments(motion, 100.0, 10.0)
+    arms = np.array([[0.05, -0.02, 0.01], [-0.03, 0.04, 0.02], [0.01, 0.03, -0.06]])
+    errors = ImuErrors(arms=arms, delay=0.003)
+    measured = emulate(true, errors)
+    assert np.abs(measured.dvel - true.dvel).max() > 1e-3
+    left = np.abs(compensate(measured, errors).dvel - true.dvel)
+    assert left[5:-5].max() < 1e-3 * np.abs(measured.dvel - true.dvel).max()
+
+
+def test_what_no_calibration_knows_passes_through() -> None:
+    true = ideal()
+    unknown = TriadErrors(ramp=np.full(3, 1e-6), rate_walk=1e-6, flicker=1e-6, random_walk=1e-6, instability=1e-5)
+    measured = emulate(true, ImuErrors(unknown, unknown), 3)
+    rest = compensate(measured, imperfect_calibration(ImuErrors(unknown, unknown), ImuErrors()))
+    assert np.abs(rest.dtheta - measured.dtheta).max() < 1e-17
+    assert np.abs(rest.dvel - measured.dvel).max() < 1e-16
+
+
+def test_a_calibration_is_wrong_by_what_its_section_says_in_every_known_term() -> None:
+    quantities = [q for q in QUANTITIES if q.drawn and q.field in KNOWN]
+    assert {q.sigma_key for q in quantities} == set(CompensationSection.model_fields)
+    block = ImuSection(grade="ideal", **{q.sigma_key: 1.0 for q in quantities})
+    section = CompensationSection.model_validate({q.sigma_key: 0.1 for q in quantities})
+    runs = [(draw(block, seed), draw_calibration(block, section, seed)) for seed in range(200)]
+    for q in quantities:
+        values = np.array(
+            [getattr(getattr(e, q.triad), q.field) - getattr(getattr(c, q.triad), q.field) for e, c in runs]
+        )
+        values = values[values != 0.0] / q.unit
+        assert values.size == 200 * q.size
+        low, high = chi2.ppf([5e-6, 1 - 5e-6], values.size)
+        assert low < np.sum(values**2) / 0.1**2 < high
+
+
+def test_a_coupling_that_cannot_be_undone_is_refused() -> None:
+    wild = np.array([[0.0, 3.0, -2.0], [5.0, 0.0, 4.0], [-3.0, 2.0, 0.0]])
+    with pytest.raises(InputError, match=r"gyro calibration: a cross-axis coupling .* must be small against 1"):
+        compensate(ideal(), ImuErrors(gyro=TriadErrors(cross_axis=wild)))
 
 
 def test_non_linearity_is_undone_as_the_roots_of_its_cubic_say() -> None:
