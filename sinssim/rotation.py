@@ -20,9 +20,8 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]  # row by row
 
-# Below this squared angle the trigonometric ratios are summed as series, whose first neglected term is then
-# under 1e-17.
-_SERIES = 0.06
+SERIES = 0.06
+"""Below this squared angle [rad²] trigonometric ratios are summed as series, first neglected term under 1e-17."""
 
 
 @inline
@@ -99,7 +98,7 @@ def sincos_k(x: float) -> tuple[float, float]:
 @inline
 def half_angle_series_k(x2: float) -> tuple[float, float]:
     """cos(x/2) and sin(x/2)/x from x²; exact to rounding for every x."""
-    if x2 < _SERIES:
+    if x2 < SERIES:
         y = 0.25 * x2
         c = 1.0 - y * (1 / 2 - y * (1 / 24 - y * (1 / 720 - y * (1 / 40320 - y * (1 / 3628800)))))
         s = 0.5 * (1.0 - y * (1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y * (1 / 39916800))))))
@@ -109,15 +108,21 @@ def half_angle_series_k(x2: float) -> tuple[float, float]:
 
 
 @inline
+def small_rotation_series_k(x2: float) -> tuple[float, float, float]:
+    """sin(x)/x, (1 − cos x)/x² and (x − sin x)/x³ from x²; exact to rounding below `SERIES`."""
+    a = 1.0 - x2 * (
+        1 / 6 - x2 * (1 / 120 - x2 * (1 / 5040 - x2 * (1 / 362880 - x2 * (1 / 39916800 - x2 / 6227020800))))
+    )
+    b = 1 / 2 - x2 * (1 / 24 - x2 * (1 / 720 - x2 * (1 / 40320 - x2 * (1 / 3628800 - x2 * (1 / 479001600)))))
+    c = 1 / 6 - x2 * (1 / 120 - x2 * (1 / 5040 - x2 * (1 / 362880 - x2 * (1 / 39916800 - x2 * (1 / 6227020800)))))
+    return a, b, c
+
+
+@inline
 def rotation_series_k(x2: float) -> tuple[float, float, float]:
     """sin(x)/x, (1 − cos x)/x² and (x − sin x)/x³ from x²; exact to rounding for every x."""
-    if x2 < _SERIES:
-        a = 1.0 - x2 * (
-            1 / 6 - x2 * (1 / 120 - x2 * (1 / 5040 - x2 * (1 / 362880 - x2 * (1 / 39916800 - x2 / 6227020800))))
-        )
-        b = 1 / 2 - x2 * (1 / 24 - x2 * (1 / 720 - x2 * (1 / 40320 - x2 * (1 / 3628800 - x2 * (1 / 479001600)))))
-        c = 1 / 6 - x2 * (1 / 120 - x2 * (1 / 5040 - x2 * (1 / 362880 - x2 * (1 / 39916800 - x2 * (1 / 6227020800)))))
-        return a, b, c
+    if x2 < SERIES:
+        return small_rotation_series_k(x2)
     x = sqrt(x2)
     half_sine = sin(0.5 * x)
     a = sin(x) / x

@@ -12,6 +12,8 @@ from sinssim.earth import ELLIPSOIDS, GRAVITY_MODELS, WGS84, Ellipsoid
 from sinssim.errors import InputError
 from tests.oracles import gravity as oracle
 
+near = earth.near_gravity_k
+
 LATITUDES = np.deg2rad([-90, -89.999, -67.3, -45, -12.5, -1e-7, 0, 1e-7, 8.25, 30, 45, 60, 89.5, 90])
 HEIGHTS = np.array([-430.0, 0.0, 100.0, 9000.0, 30e3, 100e3, 2e6, 2e7])
 
@@ -241,6 +243,23 @@ def test_normal_gravity_of_every_ellipsoid(name):
     g = earth.gravity_ned(LATITUDES, 12e3, "normal", e)
     np.testing.assert_allclose(g, np.stack([north, 0 * north, down], axis=-1), atol=3e-14, rtol=0)
     assert e.j2 == pytest.approx(float(field.j2), rel=1e-13)
+
+
+@pytest.mark.parametrize("name", ELLIPSOIDS)
+def test_normal_gravity_near_the_ground_is_the_zonal_series_to_an_ulp(name):
+    """There it is computed by polynomials, fitted to the closed form and better rounded than it."""
+    e = ELLIPSOIDS[name]
+    field = oracle.NormalField(e.a, 1 / e.f, e.gm, e.omega)
+    rng = np.random.default_rng(8)
+    latitude = np.concatenate([np.arcsin(rng.uniform(-1, 1, 4000)), [-np.pi / 2, -1e-9, 0.0, np.pi / 2]])
+    height = np.concatenate([rng.uniform(-1e3, 30e3, 4000), [-999.0, 0.0, 29.999e3, 0.0]])
+    north, down = field.north_down(latitude, height)
+    p = earth.parameters(e)
+    g = np.array([near(p, np.sin(b), np.cos(b), h) for b, h in zip(latitude, height, strict=True)])
+    np.testing.assert_allclose(g[:, 0], north, atol=3e-15, rtol=0)
+    np.testing.assert_allclose(g[:, 1], down, atol=1e-14, rtol=0)  # 1e-15 of gravity
+    assert np.sqrt(np.mean((g[:, 1] - down) ** 2)) < 3e-15
+    np.testing.assert_array_equal(g, earth.gravity_ned(latitude, height, "normal", e)[:, ::2])
 
 
 def test_normal_gravity_at_the_surface_is_somiglianas():

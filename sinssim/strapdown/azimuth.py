@@ -22,9 +22,10 @@ from sinssim.earth import EarthParameters, gravity_ned_k, q_en_k, radii_k
 from sinssim.jit import inline
 from sinssim.rotation import Vector, cross_k, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.strapdown.interval import FrameTurn
-from sinssim.strapdown.interval import fitted_turn_k as turn_k
 from sinssim.strapdown.parts import engines
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
@@ -141,6 +142,7 @@ def _navigate(
     loop1, loop2, loop3 = loop_gains_k(time_constant, down, k2)
     loop_sum = 0.0
     ax, ay, az = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
+    turns = empty_turns_k()
 
     for k in range(count):
         dt = time[k + 1] - time[k]
@@ -161,7 +163,9 @@ def _navigate(
         k2_1, kappa_1, along_1, down_1 = earth_k(p, gravity, simplified, kx1, ky1, kz1, h_taken)
 
         # --- the body's rotation and specific force over the interval, into the frame of its start
-        b = turn_k(dtheta, dvel, weights, uniform, k)
+        if k % BLOCK == 0:
+            fill_turns(dtheta, dvel, weights, uniform, k, min(k + BLOCK, count), turns)
+        b = turn_in_block_k(turns, k % BLOCK)
         c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
         dx = c11 * b.dv_x + c12 * b.dv_y + c13 * b.dv_z
         dy = c21 * b.dv_x + c22 * b.dv_y + c23 * b.dv_z

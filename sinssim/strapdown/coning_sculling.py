@@ -10,7 +10,7 @@ the velocity increment in the axes at the interval's start is Δv = J(φ) ν.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation import Vector, cross_k, rotation_series_k
+from sinssim.rotation import Vector, cross_k
 
 Twist = tuple[float, float, float, float, float, float]
 
@@ -60,9 +60,10 @@ def logarithm_k(a0: Twist, a2: Twist, a3: Twist) -> Twist:
 
 
 @inline
-def velocity_increment_k(px: float, py: float, pz: float, nx: float, ny: float, nz: float) -> Vector:
-    """Δv = J(φ) ν = ν + (1 − cos φ)/φ² φ×ν + (φ − sin φ)/φ³ φ×(φ×ν)."""
-    _, b, c = rotation_series_k(px * px + py * py + pz * pz)
+def velocity_increment_k(
+    px: float, py: float, pz: float, nx: float, ny: float, nz: float, b: float, c: float
+) -> Vector:  # fmt: skip
+    """Δv = J(φ) ν = ν + b φ×ν + c φ×(φ×ν) with b = (1 − cos φ)/φ² and c = (φ − sin φ)/φ³."""
     ax, ay, az = cross_k(px, py, pz, nx, ny, nz)
     bx, by, bz = cross_k(px, py, pz, ax, ay, az)
     return nx + b * ax + c * bx, ny + b * ay + c * by, nz + b * az + c * bz

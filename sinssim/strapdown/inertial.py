@@ -24,9 +24,10 @@ from sinssim.earth import (
 from sinssim.jit import inline
 from sinssim.rotation import Vector, multiply_k, rotate_k
 from sinssim.strapdown.interval import FrameTurn
-from sinssim.strapdown.interval import fitted_turn_k as turn_k
 from sinssim.strapdown.parts import engines
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 
@@ -84,10 +85,13 @@ def _navigate(
     loop1, loop2, loop3 = loop_gains_k(time_constant, gravity_down, 1.0 / (r2 + height[0]))
     loop_sum = 0.0
     h = height[0]
+    turns = empty_turns_k()
 
     for k in range(count):
         dt = time[k + 1] - time[k]
-        b = turn_k(dtheta, dvel, weights, uniform, k)
+        if k % BLOCK == 0:
+            fill_turns(dtheta, dvel, weights, uniform, k, min(k + BLOCK, count), turns)
+        b = turn_in_block_k(turns, k % BLOCK)
         c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
         dx = c11 * b.dv_x + c12 * b.dv_y + c13 * b.dv_z
         dy = c21 * b.dv_x + c22 * b.dv_y + c23 * b.dv_z

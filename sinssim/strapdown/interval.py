@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from sinssim.data import Array
 from sinssim.jit import inline
-from sinssim.rotation import cross_k
-from sinssim.strapdown.coning_sculling import logarithm_k, velocity_increment_k
+from sinssim.rotation import cross_k, rotation_series_k
+from sinssim.strapdown.coning_sculling import Twist, logarithm_k, velocity_increment_k
 from sinssim.strapdown.fit import WINDOW
 
 _HALF = WINDOW // 2
@@ -71,6 +71,26 @@ class FrameTurn(NamedTuple):
 
 
 @inline
+def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: float) -> BodyTurn:
+    """Body's turn from the increments, the fitted moments, their logarithm (φ, ν) and the factors b, c of J(φ)."""
+    px, py, pz, nx, ny, nz = log
+    dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz, b, c)
+    # f dt = f1 + f2 s + f3 s² at s = ∓½; the end's is turned back to the axes of the start
+    fsx = a0[3] - a3[3] / 12.0 - 0.5 * a2[3] + 0.25 * a3[3]
+    fsy = a0[4] - a3[4] / 12.0 - 0.5 * a2[4] + 0.25 * a3[4]
+    fsz = a0[5] - a3[5] / 12.0 - 0.5 * a2[5] + 0.25 * a3[5]
+    fex, fey, fez = fsx + a2[3], fsy + a2[4], fsz + a2[5]
+    ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
+    bx, by, bz = cross_k(px, py, pz, ax, ay, az)
+    return BodyTurn(
+        px, py, pz, dvx, dvy, dvz, fsx, fsy, fsz,
+        fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz,
+        a0[0] - a3[0] / 12.0, a0[1] - a3[1] / 12.0, a0[2] - a3[2] / 12.0, a2[0], a2[1], a2[2], a3[0], a3[1], a3[2],
+        a0[0], a0[1], a0[2],
+    )  # fmt: skip
+
+
+@inline
 def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
     """Body's turn in interval k from the fit over its neighbours; sixth order in the interval."""
     count = dtheta.shape[0]
@@ -87,18 +107,7 @@ def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: 
         u2, u3 = u2 + p * dvel[i, 0], u3 + q * dvel[i, 0]
         v2, v3 = v2 + p * dvel[i, 1], v3 + q * dvel[i, 1]
         w2, w3 = w2 + p * dvel[i, 2], w3 + q * dvel[i, 2]
-    px, py, pz, nx, ny, nz = logarithm_k(a0, (x2, y2, z2, u2, v2, w2), (x3, y3, z3, u3, v3, w3))
-    dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz)
-    # f dt = f1 + f2 s + f3 s² at s = ∓½; the end's is turned back to the axes of the start
-    fsx = a0[3] - u3 / 12.0 - 0.5 * u2 + 0.25 * u3
-    fsy = a0[4] - v3 / 12.0 - 0.5 * v2 + 0.25 * v3
-    fsz = a0[5] - w3 / 12.0 - 0.5 * w2 + 0.25 * w3
-    fex, fey, fez = fsx + u2, fsy + v2, fsz + w2
-    ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
-    bx, by, bz = cross_k(px, py, pz, ax, ay, az)
-    return BodyTurn(
-        px, py, pz, dvx, dvy, dvz, fsx, fsy, fsz,
-        fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz,
-        a0[0] - x3 / 12.0, a0[1] - y3 / 12.0, a0[2] - z3 / 12.0, x2, y2, z2, x3, y3, z3,
-        a0[0], a0[1], a0[2],
-    )  # fmt: skip
+    a2, a3 = (x2, y2, z2, u2, v2, w2), (x3, y3, z3, u3, v3, w3)
+    log = logarithm_k(a0, a2, a3)
+    _, b, c = rotation_series_k(log[0] * log[0] + log[1] * log[1] + log[2] * log[2])
+    return turn_of_moments_k(a0, a2, a3, log, b, c)

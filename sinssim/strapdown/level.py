@@ -10,8 +10,9 @@ Frame rate:            ω_in = ω_ie + ω_en,  ω_ie = (ω cos φ, 0, −ω sin 
                        ω_en = (v_E/(R₂+h), −v_N/(R₁+h), −v_E tan φ/(R₂+h))
 
 The engine is a template over the attitude algorithm: `start_k`, `dcm_k`, `step_k` and `quaternion_k`, imported here
-from the quaternion, are bound to each algorithm's own by `sinssim.jit.bind`. The increments may begin before the
-first interval that is navigated, which is their number `first`, and go on beyond the last: the fit wants neighbours.
+from the quaternion, and `fill_turns` are bound to each algorithm's own by `sinssim.jit.bind`. The increments may begin
+before the first interval that is navigated, which is their number `first`, and go on beyond the last: the fit wants
+neighbours.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from sinssim.earth import EarthParameters, gravity_ned_k, radii_k
 from sinssim.jit import inline
 from sinssim.rotation import cross_k
 from sinssim.strapdown.interval import FrameTurn
-from sinssim.strapdown.interval import fitted_turn_k as turn_k
 from sinssim.strapdown.parts import engines
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
 
 _EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
@@ -95,12 +97,15 @@ def _navigate(
 
     an, ae, ad = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
     i0 = 1.0 / c
+    turns = empty_turns_k()
 
     for k in range(count):
         dt = time[k + 1] - time[k]
 
         # --- the body's rotation and specific force over the interval
-        b = turn_k(dtheta, dvel, weights, uniform, first + k)
+        if k % BLOCK == 0:
+            fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
+        b = turn_in_block_k(turns, k % BLOCK)
 
         # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then runs
         # beside the body's and waits for nothing of it. The position found in the end corrects it to first order.

@@ -9,7 +9,7 @@ An algorithm's file holds four functions of its attitude variables, a tuple of n
 
 A fifth, `turn_k(dtheta, dvel, weights, uniform, k)`, makes the `BodyTurn` of interval k from the samples; a file
 without it shares `sinssim.strapdown.interval.fitted_turn_k`, as the algorithms do that are to be compared in attitude
-alone.
+alone. From it comes `fill_turns`, which makes those of a block of intervals (see `sinssim.strapdown.turns`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 
 from sinssim.algorithms import REGISTRY
 from sinssim.jit import bind, with_constants
-from sinssim.strapdown import interval
+from sinssim.strapdown import interval, turns
 
 _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
 
@@ -34,14 +34,18 @@ def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
         algorithm: one of `sinssim.ALGORITHMS`.
 
     Returns:
-        The five functions.
+        The five functions, and `fill_turns`.
     """
     entry = REGISTRY[algorithm]
     module = import_module(f"sinssim.strapdown.{entry.module}")
     found = {name: getattr(module, name, None) or interval.fitted_turn_k for name in _NAMES}
+    suffix = algorithm.replace("-", "_")
     if entry.variant:
-        suffix = algorithm.replace("-", "_")
         found = {name: with_constants(part, f"{name}_{suffix}", **entry.variant) for name, part in found.items()}
+    if hasattr(module, "turn_k"):
+        found["fill_turns"] = bind(turns.fill_single_turns, f"fill_{suffix}", turn_k=found["turn_k"])
+    else:
+        found["fill_turns"] = turns.fill_fitted_turns
     return found
 
 

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from sinssim.data import Array
 from sinssim.jit import inline
-from sinssim.rotation import cross_k
+from sinssim.rotation import cross_k, rotation_series_k
 from sinssim.strapdown.coning_sculling import bracket_k, velocity_increment_k
 from sinssim.strapdown.interval import BodyTurn
 from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
@@ -98,7 +98,8 @@ def turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) ->
         px, py, pz, nx, ny, nz = px + c * ux, py + c * uy, pz + c * uz, nx + c * uu, ny + c * uv, nz + c * uw
         hx, hy, hz = 0.5 * (dvel[b, 0] - dvel[a, 0]), 0.5 * (dvel[b, 1] - dvel[a, 1]), 0.5 * (dvel[b, 2] - dvel[a, 2])
         fsx, fsy, fsz, fex, fey, fez = fsx - hx, fsy - hy, fsz - hz, fex + hx, fey + hy, fez + hz
-    dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz)
+    _, j1, j2 = rotation_series_k(px * px + py * py + pz * pz)
+    dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz, j1, j2)
     ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
     bx, by, bz = cross_k(px, py, pz, ax, ay, az)
     return BodyTurn(
