@@ -50,7 +50,8 @@ class Nominal:
 class Sources:
     """What is wrong: instrument biases and error matrices (scale on the diagonal), and the errors at the start.
 
-    `start` holds φ north, east, down [rad], velocity north, east, down [m/s], position north, east [m], height [m].
+    `start` holds φ north, east, down [rad], velocity north, east, down [m/s], position north, east [m], height [m];
+    `gyro` and `accel` are further errors of the readings at a time and a true motion, rad/s and m/s².
     """
 
     gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
@@ -58,6 +59,8 @@ class Sources:
     gyro_matrix: Array = field(default_factory=lambda: np.zeros((3, 3)))
     accel_matrix: Array = field(default_factory=lambda: np.zeros((3, 3)))
     start: Array = field(default_factory=lambda: np.zeros(9))
+    gyro: Callable[[float, Nominal], Array] = lambda t, true: np.zeros(3)
+    accel: Callable[[float, Nominal], Array] = lambda t, true: np.zeros(3)
 
 
 def radii(earth: Earth, latitude: float) -> tuple[float, float]:
@@ -163,8 +166,8 @@ def solve(
     def slope(t: float, x: Array) -> Array:
         true = nominal(t)
         out = _matrix(earth, true) @ x
-        out[0:3] -= true.c_nb @ (sources.gyro_bias + sources.gyro_matrix @ true.rate)
-        out[3:6] += true.c_nb @ (sources.accel_bias + sources.accel_matrix @ true.force)
+        out[0:3] -= true.c_nb @ (sources.gyro_bias + sources.gyro_matrix @ true.rate + sources.gyro(t, true))
+        out[3:6] += true.c_nb @ (sources.accel_bias + sources.accel_matrix @ true.force + sources.accel(t, true))
         if height_held:
             out[5] = out[8] = 0.0
         return out
