@@ -12,6 +12,7 @@ CLAIMS: dict[str, str] = {
     "euler-limit": "the integration of Euler angles has no ±90° limit",
     "simplified-radii": "the simplified radii (8.16) can cost as much as a high-quality gyro",
     "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
+    "gyro-free": "without gyros the position error grows with the square of time and worse",
     "coning-drift": (
         "under coning by α at Ω, rotation vectors from n samples at a distance h drift by α²Ω(Ωh)²ⁿ n!/(2ⁿ⁺¹(2n+1)!!), "
         "from one and the one before by α²Ω(Ωh)⁴/60"

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sinssim.recording import style
+from sinssim.recording.page import number
 from sinssim.strapdown.coning_drift import drift, leading_term
 from sinssim.studies.claim_names import CLAIMS
 from sinssim.studies.motions import MotionFacts
@@ -24,6 +25,8 @@ GOOD_GYRO_DEG_H = 0.0035
 """A high-quality gyro: the bias of the grade laser-navigation."""
 KEPT = 1e-9
 """A norm that stays within this of 1 counts as kept."""
+SMALL_TILT_DEG = 5.0
+"""Within this the errors of a block without gyros are linear."""
 LAW_HOLDS = 0.03
 """A law holds where it is right to this part."""
 
@@ -32,6 +35,7 @@ _PLAIN = ("poisson-3", "poisson-4", "quaternion-3", "quaternion-4")
 """Of high order for a constant rate, but the increment stands for the rotation vector."""
 _SAMPLES = {"1": 1, "1p": 1, "2": 2, "3": 3, "4": 4}
 _LEAST_DRIFT = 1e-5 * ARCSEC  # in all; of less, rounding is part
+_GYRO_FREE = "six-accelerometers-"
 _EULER = "euler"
 _OTHERS = ("direction cosines", "Euler angles")
 _FAMILIES = {
@@ -324,6 +328,35 @@ def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     return "confirmed" if abs(rate - 10.0) < 0.5 else "refuted", text, (), {"latitude rate, deg/h": rate}
 
 
+def _gyro_free(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
+    """The power of time by which six accelerometers drift: an error ~ tᵖ has (final/rms)² = 2p + 1."""
+    numbers: dict[str, float] = {}
+    said = []
+    powers: list[float] = []
+    for row in rows:
+        if not row.variant.startswith(_GYRO_FREE) or row.sensors == "ideal":
+            continue
+        arm = row.variant.removeprefix(_GYRO_FREE)
+        name = f"{row.motion}, {row.sensors}, arms of {arm}"
+        numbers[f"{name}, m"] = row.final_horizontal_error_m
+        text = f"{name}: {number(row.final_horizontal_error_m)} m after {row.duration_s:g} s"
+        if row.max_attitude_error_arcsec < SMALL_TILT_DEG * 3600.0:
+            powers.append(0.5 * ((row.final_horizontal_error_m / row.rms_horizontal_error_m) ** 2 - 1.0))
+            numbers[f"{name}, power of time"] = powers[-1]
+            text += f", power {powers[-1]:.2f}"
+        else:
+            text += f", tilted by up to {number(row.max_attitude_error_arcsec / 3600.0)}°"
+        said.append(text)
+    if not powers:
+        return _undecided(f"a block of six accelerometers with errors, tilted by less than {SMALL_TILT_DEG:g}°")
+    reason = (
+        f"While the tilt is small, below {SMALL_TILT_DEG:g}°, it grows with the power {min(powers):.2f} to "
+        f"{max(powers):.2f} of time: a bias tilts the block with the square of time, and gravity moves it with the "
+        "fourth power:"
+    )
+    return ("confirmed" if min(powers) > 2.0 else "refuted"), reason, tuple(said), numbers
+
+
 def _coning_drift(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     """The drift after whole turns of a cone, beside the law and beside the exact theory."""
     numbers: dict[str, float] = {}
@@ -352,7 +385,7 @@ def _coning_drift(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
                     kept.append((name, measured / law))
                 words.append(f"{measured / law:.3f}{'' if holds else f' [{exact / law:.3f}]'} at {x:.3f}")
             if words:
-                said.append(f"{motion}, {'one and the one before' if name == '1p' else name}: {', '.join(words)}")
+                said.append(f"{motion}, n = {'1 and the one before' if name == '1p' else name}: {', '.join(words)}")
     if {name for name, _ in kept} != set(_SAMPLES):
         return _undecided("for each number of samples a cone and a rate at which the law holds")
     worst = max((ratio for _, ratio in kept), key=lambda ratio: abs(ratio - 1.0))
@@ -374,5 +407,6 @@ _DECIDERS: dict[str, Callable[[list[Row], dict[str, MotionFacts]], Outcome]] = {
     "euler-limit": _euler_limit,
     "simplified-radii": _simplified_radii,
     "latitude-rate": _latitude_rate,
+    "gyro-free": _gyro_free,
     "coning-drift": _coning_drift,
 }

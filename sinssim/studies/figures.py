@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from sinssim.recording.page import css
 from sinssim.recording.style import COLORS, colors, family
 from sinssim.studies.naming import Label, Paint
-from sinssim.studies.results import Comparison, Order, Row
+from sinssim.studies.results import Comparison, History, Order, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _MARKERS = {"1": "o", "1p": "P", "2": "s", "3": "^", "4": "D"}
 _FLOOR = 1e-16  # a smaller number is drawn as this one: logarithms know no zero
+_NANOMETRE = 1e-9  # what rounding leaves of a position
 _COLUMNS = 3  # panels side by side; with more of them their text would be too small to read
 
 
@@ -254,6 +255,48 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Figure
         axes.grid(False, axis="y")
         axes.set_title(motion, fontsize=10)
         axes.set_xlabel("greatest horizontal error [m]", fontsize=9)
+    return figure
+
+
+def growth(panels: Mapping[str, Sequence[tuple[str, History]]], paint: Paint) -> Figure:
+    """Draw the horizontal error over time, both logarithmic, so that a power of time is a straight line.
+
+    Args:
+        panels: by motion, names of lines and how their errors grew.
+        paint: colours of lines by name.
+
+    Returns:
+        The figure.
+    """
+    columns = min(len(panels), _COLUMNS)
+    lines = -(-len(panels) // columns)
+    names = dict.fromkeys(name for drawn in panels.values() for name, _ in drawn)
+    figure = _figure(max(3.3 * columns, 5.5) + 2.6, max(3.0 * lines, 0.6 + 0.165 * len(names)))
+    grid = figure.subplots(lines, columns, squeeze=False, sharey=True)
+    for axes in grid.flat[len(panels) :]:
+        axes.remove()
+    for axes, (motion, drawn) in zip(grid.flat, panels.items(), strict=False):
+        for name, history in drawn:
+            axes.plot(
+                history.time[1:] - history.time[0],
+                np.maximum(history.horizontal[1:], _NANOMETRE),
+                label=name,
+                color=paint[name],
+                linewidth=1.3,
+            )
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        _style_axes(axes)
+        axes.set_title(motion, fontsize=10)
+        axes.set_xlabel("time [s]", fontsize=9)
+    for axes in grid[:, 0]:
+        axes.set_ylabel("horizontal error [m]", fontsize=9)
+    handles = {
+        label: line for axes in figure.axes for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        handles.values(), handles.keys(), loc="outside right center", fontsize=7.5, frameon=False, handlelength=2.4
+    )
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 from sinssim.recording import style
@@ -14,6 +15,7 @@ Paint = Mapping[str, str]
 """Colour, as CSS has it, of each line by its name."""
 
 _DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
+_SHOWN_HZ = 50.0
 _RATES_FOR_LINES = 3  # from so many rates on, errors are drawn over the rate
 
 
@@ -72,6 +74,22 @@ def line_labeller(part: Part, rows: Sequence[Row]) -> Label:
         A function of a row.
     """
     return labeller(rows, pace=bool(part.schedules_hz))
+
+
+def at_one_rate(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows whose errors are drawn over time: schedules, or of plain rates those at the one nearest to 50 Hz.
+
+    Args:
+        rows: some rows of a part.
+
+    Returns:
+        Rows with lines of different names.
+    """
+    scheduled = [row for row in rows if row.schedule_hz]
+    if scheduled or not rows:
+        return scheduled
+    rate = min((row.rate_hz for row in rows), key=lambda hz: abs(math.log(hz / _SHOWN_HZ)))
+    return [row for row in rows if row.rate_hz == rate]
 
 
 def palette(comparison: Comparison) -> dict[str, str]:

@@ -14,17 +14,14 @@ from sinssim.recording.page import capital, number
 from sinssim.recording.rrd import Recording
 from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.studies import figures
-from sinssim.studies.naming import Paint, labeller, line_labeller, over_rates, palette
+from sinssim.studies.naming import Paint, at_one_rate, labeller, line_labeller, over_rates, palette
 from sinssim.studies.results import Comparison, History, Row
-from sinssim.studies.schema import Part
 
 _PANELS = 6
 _LINES = 12
 _LEGEND = 8
 """So many names go into a legend; the colours of more stand in the figures beside."""
 _POINTS = 400
-_SHOWN_HZ = 50.0
-"""Errors over time are shown at the rate nearest to this."""
 _LEAST = 1e-12  # a smaller error is drawn as this one
 
 
@@ -68,9 +65,11 @@ def _draw_growth(recording: Recording, comparison: Comparison, paint: Paint) -> 
             here = [row for row in rows if row.motion == motion and row.status == "done"]
             if not here:
                 continue
-            shown = _shown(part, here)
+            shown = at_one_rate(here)
+            if len(shown) > _LINES:
+                shown = [row for row in shown if not row.algorithm.endswith(("-ortho", "-norm"))][: 2 * _LINES]
             label = line_labeller(part, rows)
-            histories = [comparison.histories[_case(comparison, row)] for row in shown]
+            histories = [comparison.history(row) for row in shown]
             end = min(history.time[-1] for history in histories)
             time = np.linspace(histories[0].time[0], end, _POINTS)
             entity = f"comparison/growth/{number_}/{motion.replace(' ', '_').replace(',', '')}"
@@ -83,24 +82,6 @@ def _draw_growth(recording: Recording, comparison: Comparison, paint: Paint) -> 
             rate = f", {shown[0].rate_hz:g} Hz" if part.rates_hz else ""
             panels.append((entity, f"{motion}{rate}: {what}", float(end), len(names) <= _LEGEND))
     return panels[:_PANELS]
-
-
-def _shown(part: Part, rows: list[Row]) -> list[Row]:
-    """Return the rows to be drawn: those at one rate, without corrected variants if there are many."""
-    if part.rates_hz and not part.schedules_hz:
-        rate = min(part.rates_hz, key=lambda hz: abs(np.log(hz / _SHOWN_HZ)))
-        rows = [row for row in rows if row.rate_hz == rate] or rows
-    if len(rows) > _LINES:
-        rows = [row for row in rows if not row.algorithm.endswith(("-ortho", "-norm"))]
-    return rows[: 2 * _LINES]
-
-
-def _case(comparison: Comparison, row: Row) -> Row:
-    """Return the key of a row's history."""
-    for case in comparison.histories:
-        if all(getattr(case, name) == getattr(row, name) for name in case.__dataclass_fields__):
-            return case  # type: ignore[return-value]
-    raise KeyError(row)
 
 
 def _log_error(history: History, kind: str, time: Array) -> Array:

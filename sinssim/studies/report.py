@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sinssim.recording.page import capital, number, page, swatch, table, words
 from sinssim.studies import figures
-from sinssim.studies.naming import Label, Paint, labeller, line_labeller, over_rates, palette, varying
+from sinssim.studies.naming import Label, Paint, at_one_rate, labeller, line_labeller, over_rates, palette, varying
 from sinssim.studies.results import ERRORS, Comparison, Row, Verdict
 from sinssim.studies.schema import Part
 
@@ -110,6 +110,15 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], paint: Paint, nam
         if any(row.status == "done" for row in rows):
             drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
             body.append(figures.to_svg(drawn, f"{name}bars"))
+            label, done = line_labeller(part, rows), [row for row in rows if row.status == "done"]
+            panels = {
+                motion: [(label(row), comparison.history(row)) for row in at_one_rate(done) if row.motion == motion]
+                for motion in dict.fromkeys(row.motion for row in done)
+            }
+            body += [
+                "<h3>Growth of the position error</h3>",
+                figures.to_svg(figures.growth(panels, paint), f"{name}grow"),
+            ]
         body.append(_long_table(rows))
     passed = [row for row in rows if row.passages]
     if passed:

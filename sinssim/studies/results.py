@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -180,6 +180,17 @@ class Comparison:
     costs: dict[tuple[str, str], Cost] = field(default_factory=dict)
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
+
+    def history(self, row: Row) -> History:
+        """Return how the errors of a case grew.
+
+        Args:
+            row: of a case that was done.
+
+        Returns:
+            The errors over time.
+        """
+        return self.histories[Case(**{field.name: getattr(row, field.name) for field in fields(Case)})]
 
     def of_part(self, title: str) -> list[Row]:
         """Return the rows of one part.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from sinssim.strapdown.coning_drift import drift
@@ -135,6 +136,19 @@ def test_latitude_rate(rate, speed, expected):
 
 def test_failed_cases_decide_nothing():
     assert verdict("orthogonality", row("two-quaternions", status="failed")).verdict == "undecided"
+
+
+@pytest.mark.parametrize(("power", "expected"), [(4.0, "confirmed"), (2.5, "confirmed"), (1.5, "refuted")])
+def test_gyro_free(power, expected):
+    t = np.linspace(0.0, 60.0, 4001)
+    error = 37.0 * (t / 60.0) ** power
+    grown = {"final_horizontal_error_m": error[-1], "rms_horizontal_error_m": float(np.sqrt(np.mean(error**2)))}
+    case = {"variant": "six-accelerometers-1m", "sensors": "bad", "duration_s": 60.0, **grown}
+    found = verdict("gyro-free", row(**case, max_attitude_error_arcsec=3600.0))
+    assert found.verdict == expected
+    assert found.numbers["flight, bad, arms of 1m, power of time"] == pytest.approx(power, abs=0.01)
+    # a block that has turned over says nothing of the power
+    assert verdict("gyro-free", row(**case, max_attitude_error_arcsec=36000.0)).verdict == "undecided"
 
 
 @pytest.mark.parametrize(("factor", "expected"), [(1.0, "confirmed"), (1.04, "refuted")])

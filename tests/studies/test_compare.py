@@ -203,7 +203,7 @@ def test_report_stands_alone(written):
     links = re.findall(r'(?:src|href)="([^"]*)"', page)
     assert all(link.startswith("#") for link in links)
     figures = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
-    assert len(figures) == 6  # rate, cost, orders, defect; bars; cost of a step
+    assert len(figures) == 7  # rate, cost, orders, defect; bars, growth; cost of a step
     for figure in figures:
         svg = ElementTree.fromstring(figure)
         assert any("text" in element.tag for element in svg.iter())
