@@ -416,6 +416,95 @@ def explain_sensors(
         show(expectation, Console(highlight=False))
 
 
+@app.command()
+def allan(
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LOG",
+            help="A recorded log (text, .parquet, .npz) of sensors at rest, or a run directory.",
+            show_default=False,
+        ),
+    ],
+    columns: Annotated[
+        Path | None,
+        typer.Option(
+            "--columns",
+            metavar="FILE",
+            help="TOML file that names a log's columns, units and axes.",
+            show_default="the columns of imu_measured.parquet",
+        ),
+    ] = None,
+    channel: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--channel",
+            metavar="NAME",
+            help="gyro_x … accel_z, or gyro or accel for three; may be given several times.",
+            show_default="all",
+        ),
+    ] = None,
+    start: Annotated[float | None, typer.Option("--from", metavar="S", help="Begin of the part to use, s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="S", help="End of the part to use, s.")] = None,
+    correlation_time: Annotated[
+        float | None,
+        typer.Option(
+            "--correlation-time",
+            metavar="S",
+            help="Take the bias instability for a Gauss-Markov process of this correlation time, not for flicker.",
+            show_default="looked for beside flicker",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the Allan deviations (.svg, .png or .pdf).")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE", help="Record everything for `sinssim view` (.rrd).")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Identify the noise of sensors at rest: Allan deviation, and the terms Q, N, B, K, R with 95 % bands.
+
+    Quantisation, random walk, bias instability, rate random walk and ramp of every channel, by maximum likelihood, in
+    the units of data sheets and scenarios. What a record does not show is called not observable.
+
+    Examples:
+
+        sinssim allan runs/parked
+        sinssim allan log.csv --columns log.toml --channel gyro --plot allan.svg
+        sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
+    """
+    from sinssim.sensors.noise_report import noise_report
+
+    with _one_bar(show=not quiet) as progress:
+        report = noise_report(
+            log,
+            columns=columns,
+            channels=tuple(channel or ()),
+            start=start,
+            end=end,
+            correlation_time=correlation_time,
+            progress=progress,
+        )
+    if plot is not None:
+        from sinssim.alignment.figures import save
+        from sinssim.recording.noise_figure import noise_figure
+
+        save(noise_figure(report), plot)
+    if record is not None:
+        from sinssim.recording.noise import record_noise
+
+        record_noise(record, report)
+    if as_json:
+        print(json.dumps(report.to_json(), indent=2, ensure_ascii=False, allow_nan=False))
+    elif not quiet:
+        from rich.console import Console
+
+        report.show(Console(highlight=False, width=max(120, shutil.get_terminal_size().columns)))
+
+
 @app.command("list")
 def list_names(
     kind: Annotated[Kind, typer.Argument(help="What to list.", show_default=False)],

@@ -6,6 +6,8 @@ Without a description the columns are those of the package's own streams, `imu_m
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -33,6 +35,7 @@ SUFFIXES = (*TEXT, ".parquet", ".npz")
 WHITESPACE = "whitespace"
 """The delimiter of columns that stand apart by any number of spaces and tabs."""
 
+TriadName = Literal["gyro", "accel"]
 Direction = Literal["forward", "backward", "right", "left", "down", "up"]
 _DIRECTIONS: dict[str, tuple[int, float]] = {
     "forward": (0, 1.0),
@@ -123,8 +126,23 @@ class LogDescription(Section):
         return matrix
 
 
+@dataclass(frozen=True)
+class Samples:
+    """What a log holds, forward-right-down, SI.
+
+    Attributes:
+        kind: whether the numbers are integrals over the intervals or rates.
+        time: edges of the intervals, (N+1,) s; the first interval is as long as the second.
+        triads: "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s².
+    """
+
+    kind: Literal["increments", "rates"]
+    time: Array
+    triads: dict[TriadName, Array]
+
+
 def read_log(path: Path, description: Path | None = None) -> ImuData:
-    """Read a recorded log.
+    """Read a recorded log as increments.
 
     Args:
         path: a text file (`TEXT`), or a .parquet or .npz file.
@@ -137,6 +155,30 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
         InputError: a file that cannot be read, a column that is missing or not numeric, a value that is not finite,
             times that do not increase.
     """
+    samples = read_samples(path, description)
+    gyro, accel = samples.triads["gyro"], samples.triads["accel"]
+    if samples.kind == "rates":
+        interval = np.diff(samples.time)[:, None]
+        return ImuData(samples.time, gyro * interval, accel * interval)
+    return ImuData(samples.time, gyro, accel)
+
+
+def read_samples(
+    path: Path, description: Path | None = None, triads: Sequence[TriadName] = ("gyro", "accel")
+) -> Samples:
+    """Read a recorded log as it is, rates as rates.
+
+    Args:
+        path: a text file (`TEXT`), or a .parquet or .npz file.
+        description: a TOML file that names columns, units and axes; by default the package's own columns.
+        triads: those that are needed; the columns of the others may be missing.
+
+    Returns:
+        The samples.
+
+    Raises:
+        InputError: as `read_log`.
+    """
     layout = LogDescription()
     if description is not None:
         from sinssim.scenario.toml_file import read_toml, validate
@@ -144,12 +186,12 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
         text, data = read_toml(description)
         layout = validate(LogDescription, data, text, str(description))
     columns = _columns(path, layout)
-    gyro = _triad(columns, layout, "gyro", path)
-    accel = _triad(columns, layout, "accel", path)
+    values: dict[TriadName, Array] = {name: _triad(columns, layout, name, path) for name in triads}
+    lengths = {name: len(triad) for name, triad in values.items()}
     if layout.rate_hz is not None or layout.time is None:
         if layout.rate_hz is None:
             raise InputError(f"{description}: neither a time column nor rate_hz says when the samples were taken.")
-        edges = np.arange(len(gyro) + 1) / layout.rate_hz
+        edges = np.arange(max(lengths.values()) + 1) / layout.rate_hz
     else:
         ends = _column(columns, layout.time, path) * TIME_UNITS[layout.time_unit]
         if len(ends) < 2:
@@ -159,12 +201,10 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
         if len(backwards):
             k = int(backwards[0])
             raise InputError(f"{path}, sample {k}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
-    if len(gyro) != len(accel) or len(edges) != len(gyro) + 1:
-        raise InputError(f"{path}: the columns differ in length: gyro {len(gyro)}, accel {len(accel)} samples.")
-    if layout.kind == "rates":
-        interval = np.diff(edges)[:, None]
-        return ImuData(edges, gyro * interval, accel * interval)
-    return ImuData(edges, gyro, accel)
+    if set(lengths.values()) != {len(edges) - 1}:
+        counted = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputError(f"{path}: the columns differ in length: {counted}, time {len(edges) - 1} samples.")
+    return Samples(layout.kind, edges, values)
 
 
 def _columns(path: Path, layout: LogDescription) -> dict[Column, Any]:
@@ -235,7 +275,7 @@ def _column(columns: dict[Column, Any], name: Column, path: Path) -> Array:
     return values
 
 
-def _triad(columns: dict[Column, Any], layout: LogDescription, name: Literal["gyro", "accel"], path: Path) -> Array:
+def _triad(columns: dict[Column, Any], layout: LogDescription, name: TriadName, path: Path) -> Array:
     """Return one triad, forward-right-down, SI, (N, 3)."""
     triad: TriadColumns = getattr(layout, name)
     if isinstance(triad.columns, str):

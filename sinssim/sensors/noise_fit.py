@@ -63,6 +63,7 @@ _TIMES = 25  # correlation times that are tried
 _CLOSE = 1e-5  # of the logarithm of the likelihood
 _DETECTED = 12.0  # twice the gain in the logarithm of the likelihood for which a Gauss-Markov term is taken in
 _FAR = 4.0  # standard deviations at which a band is left out
+_BY_CHANCE = 5.5  # that no band reaches where nothing is to be left out
 _MOST_ASIDE = 0.4  # of the bands, more are not left out
 _ROUNDS = 40
 _DOUBTFUL = 4.0  # standard deviations of the misfit above what it should be
@@ -158,10 +159,9 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
     if correlation_time is not None and not correlation_time > 0.0:
         raise InputError(f"a correlation time of {correlation_time!r} s cannot be; it must be above 0.")
     mean = float(np.mean(increments))
-    departures = increments - mean
-    if not np.max(np.abs(departures)) > 1e-12 * abs(mean):
+    if is_constant(increments):
         raise InputError(f"all {len(increments)} samples are {mean:.6g}: a constant channel has no noise to identify.")
-    table = _Table(departures, interval, float(np.max(np.abs(increments))))
+    table = _Table(increments - mean, interval, float(np.max(np.abs(increments))))
     bias = FLICKER if correlation_time is None else gauss_markov(correlation_time)
     terms = [QUANTISATION, RANDOM_WALK, bias, RATE_WALK]
     fit = _calibrated(table, terms)
@@ -173,9 +173,14 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
             white = fit.model.index("N")
             # One that takes the white noise's place is no bias but the sensor's bandwidth.
             displaced = white in _needed(fit.model, None) and white not in _needed(other.model, None)
-            if other.score < fit.score - _DETECTED and not displaced:
+            if not displaced:
                 fit, times = other, _times(other.model, found)
     return _result(fit, times, mean / interval)
+
+
+def is_constant(increments: Array) -> bool:
+    """Return whether a channel's increments are all the same but for the rounding of numbers in a computer."""
+    return float(np.ptp(increments)) <= 1e-13 * float(np.max(np.abs(increments)))
 
 
 class _Table:
@@ -419,14 +424,12 @@ class _Calibrated:
         whole: the same before any band was left out.
         misfit: relative uncertainty that its spectrum has been given.
         aside: bands that are left out, (b,).
-        score: how badly the terms describe all bands, less for a better description.
     """
 
     model: _Model
     whole: _Model
     misfit: float
     aside: NDArray[np.bool_]
-    score: float
 
 
 def _calibrated(table: _Table, terms: Sequence[NoiseTerm]) -> _Calibrated:
@@ -440,14 +443,15 @@ def _calibrated(table: _Table, terms: Sequence[NoiseTerm]) -> _Calibrated:
     aside = np.zeros(len(number), dtype=np.bool_)
     model, misfit = _uniform_misfit(model, number)
     whole = model
+    if misfit == 0.0 and np.max(np.abs(model.departures(number))) < _BY_CHANCE:
+        return _Calibrated(model, whole, misfit, aside)
     for _ in range(_ROUNDS):
         far = np.abs(model.departures(number / (1.0 + 0.5 * number * misfit**2))) > _FAR
         if np.array_equal(far, aside) or np.mean(far) > _MOST_ASIDE:
             break
         aside = far
         model, misfit = _uniform_misfit(model, np.where(aside, 0.0, number))
-    score = float(np.sum(np.minimum(model.departures(number) ** 2, _FAR**2)))
-    return _Calibrated(model, whole, misfit, aside, score)
+    return _Calibrated(model, whole, misfit, aside)
 
 
 def _uniform_misfit(model: _Model, weight: Array) -> tuple[_Model, float]:
@@ -482,7 +486,7 @@ def _search(model: _Model) -> float | None:
     grid = np.linspace(math.log(_QUICKEST * table.interval), math.log(0.5 * length), _TIMES)
     gains = [gain(x) for x in grid]
     i = int(np.argmax(gains))
-    if gains[i] < _DETECTED - 4.0:
+    if i == 0 or gains[i] < _DETECTED - 4.0:  # at the first, something quicker than a bias is to be described
         return None
     around = (grid[max(i - 1, 0)], grid[min(i + 1, _TIMES - 1)])
     top = minimize_scalar(lambda x: -gain(x), bounds=around, method="bounded", options={"xatol": 1e-3})
@@ -603,10 +607,14 @@ def _result(fit: _Calibrated, times: Sequence[float], mean: float) -> NoiseFit:
         bands["N"] = (0.0, max(bands["N"][1], inside))
         stay -= {model.index("N")}
         likely["N"] = 0.0
-    estimates = {
-        term.symbol: Estimate(likely[term.symbol] if i in stay else None, *bands[term.symbol])
-        for i, term in enumerate(model.terms)
-    }
+    estimates = {}
+    for i, term in enumerate(model.terms):
+        low, high = bands[term.symbol]
+        value = likely[term.symbol] if i in stay else None
+        # The band is that of all terms, the value that of those which stay.
+        estimates[term.symbol] = (
+            Estimate(None, low, high) if value is None else Estimate(value, min(low, value), max(high, value))
+        )
     ramp, low, high = (table.ramp + r for r in _ramp_band(model))
     seen = low > 0.0 or high < 0.0
     estimates["R"] = Estimate(ramp if seen else None, low, high)
