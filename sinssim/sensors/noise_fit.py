@@ -172,7 +172,7 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
             other = _calibrated(table, [*terms, gauss_markov(found)])
             white = fit.model.index("N")
             # One that takes the white noise's place is no bias but the sensor's bandwidth.
-            displaced = white in _needed(fit.model, None) and white not in _needed(other.model, None)
+            displaced = white in _needed(fit.model, ()) and white not in _needed(other.model, ())
             if not displaced:
                 fit, times = other, _times(other.model, found)
     return _result(fit, times, mean / interval)
@@ -180,7 +180,12 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
 
 def is_constant(increments: Array) -> bool:
     """Return whether a channel's increments are all the same but for the rounding of numbers in a computer."""
-    return float(np.ptp(increments)) <= 1e-13 * float(np.max(np.abs(increments)))
+    return float(np.ptp(increments)) <= _rounding(len(increments)) * float(np.max(np.abs(increments)))
+
+
+def _rounding(count: int) -> float:
+    """Return what an increment may be off by, relative: times of a record of n intervals are rounded to n ε T."""
+    return 4.0 * float(np.finfo(np.float64).eps) * count
 
 
 class _Table:
@@ -191,9 +196,9 @@ class _Table:
         power: sum of z² over each band.
         shapes_z: sums of ramp or end effect times z, (3, b).
         shapes: sums of products of ramp and end effects, (3, 3, b).
-        ramp: what was taken off beforehand, SI; it keeps its digits.
+        ramp: what has been taken off z, SI.
         fourth: fourth cumulant of a single rounding error, were all white noise of the angle such errors, SI.
-        floor: power that the rounding of numbers in a computer may have.
+        floor: power that the rounding of numbers in a computer, those of times among them, may have.
         rounded: whether there is no more than that.
     """
 
@@ -202,23 +207,41 @@ class _Table:
 
         self.count = prev_fast_len(len(departures), real=True)
         self.interval = interval
-        basis = _basis(self.count, interval)
-        self.edges, self.shapes = basis.edges, basis.products
+        self._basis = _basis(self.count, interval)
+        self.edges, self.shapes = self._basis.edges, self._basis.products
         self.number = np.diff(self.edges).astype(np.float64)
-        z = dct(departures[: self.count], norm="ortho", overwrite_x=False)
-        # The ramp as if all noise were rate random walk: rises between the ends, no digits lost afterwards.
-        weights = np.arange(self.count, dtype=np.float64) ** 2 * basis.ramp
-        self.ramp = float(weights @ z / (weights @ basis.ramp))
-        z -= self.ramp * basis.ramp
-        self.power = np.add.reduceat(z**2, self.edges[:-1])
-        even, odd = basis.ends.copy(), basis.ends.copy()
-        even[1::2], odd[0::2] = 0.0, 0.0
-        self.floor = (4.0 * np.finfo(np.float64).eps * largest) ** 2
+        self._z = dct(departures[: self.count], norm="ortho")
+        self.ramp = 0.0
+        # The ramp as if all noise were rate random walk: the rise between the ends.
+        ramp = self._basis.ramp
+        weights = np.arange(self.count, dtype=np.float64) ** 2 * ramp
+        self.take_off(np.array([float(weights @ self._z / (weights @ ramp)), 0.0, 0.0]))
+        self.floor = (_rounding(self.count) * largest) ** 2
         self.rounded = float(self.power.sum()) < self.count * self.floor
         second = np.diff(departures)  # q₂ − 2q₁ + q₀ of rounding errors q: 1 + 2⁴ + 1 fourth cumulants
         squares = second**2
         self.fourth = float(np.mean(squares**2) - 3.0 * np.mean(squares) ** 2) / 18.0
-        self.shapes_z = np.stack([np.add.reduceat(x * z, self.edges[:-1]) for x in (basis.ramp, even, odd)])
+
+    def take_off(self, sizes: Array) -> None:
+        """Take ramp and end effects off the coefficients; done once their sizes are known nearly, this saves digits.
+
+        Args:
+            sizes: of the ramp, and of the end effects in even and odd coefficients, (3,).
+        """
+        z, basis = self._z, self._basis
+        z -= float(sizes[0]) * basis.ramp
+        z[0::2] -= float(sizes[1]) * basis.ends[0::2]
+        z[1::2] -= float(sizes[2]) * basis.ends[1::2]
+        self.ramp += float(sizes[0])
+        starts = self.edges[:-1]
+        self.power = np.add.reduceat(z**2, starts)
+        both = basis.ends * z
+        odd = both.copy()
+        odd[0::2] = 0.0
+        odd_sum = np.add.reduceat(odd, starts)
+        self.shapes_z = np.stack(
+            [np.add.reduceat(basis.ramp * z, starts), np.add.reduceat(both, starts) - odd_sum, odd_sum]
+        )
 
     @property
     def angle(self) -> Array:
@@ -292,9 +315,11 @@ class _Model:
         top: the logarithm of the likelihood there.
     """
 
-    def __init__(self, table: _Table, terms: Sequence[NoiseTerm], columns: Array, weight: Array) -> None:
+    def __init__(
+        self, table: _Table, terms: Sequence[NoiseTerm], columns: Array, weight: Array, start: Array | None = None
+    ) -> None:
         self.table, self.terms, self.columns, self.weight = table, list(terms), columns, weight
-        self.best, self.top = self.solve({})
+        self.best, self.top = self.solve({}, start=start)
 
     def index(self, symbol: str) -> int:
         """Return which of the terms has a symbol."""
@@ -311,7 +336,7 @@ class _Model:
     def extended(self, term: NoiseTerm) -> _Model:
         """Return the same weights with one more term."""
         columns = np.concatenate([self.columns, self.table.column(term)[None]])
-        return _Model(self.table, [*self.terms, term], columns, self.weight)
+        return _Model(self.table, [*self.terms, term], columns, self.weight, np.append(self.best, 0.0))
 
     def eliminated(self, v: Array, ramp: float | None = None) -> tuple[Array, Array, Array, float]:
         """Fit ramp and ends by generalised least squares, given the variances; a given ramp is left as it is.
@@ -334,11 +359,11 @@ class _Model:
         taken = np.einsum("ij,ijb->b", inverse, shapes)
         return size, np.maximum(power, 0.0), taken, float(np.linalg.slogdet(normal)[1])
 
-    def log_likelihood(self, v: Array, ramp: float | None = None) -> float:
-        """Return the logarithm of the restricted likelihood, up to a constant."""
-        _, power, _, determinant = self.eliminated(v, ramp)
+    def evaluate(self, v: Array, ramp: float | None = None) -> tuple[Array, float]:
+        """Return each band's power without ramp and ends, and the logarithm of the restricted likelihood."""
+        _, power, taken, determinant = self.eliminated(v, ramp)
         terms = self.weight * (np.log(v) + power / (self.table.number * v))
-        return -0.5 * (float(terms.sum()) + determinant)
+        return (power + taken) / self.table.number, -0.5 * (float(terms.sum()) + determinant)
 
     def solve(
         self, held: Mapping[int, float], ramp: float | None = None, start: Array | None = None
@@ -358,28 +383,30 @@ class _Model:
         squares = np.zeros(len(self.terms)) if start is None else start.copy()
         squares[list(held)] = list(held.values())
         fixed = squares[list(held)] @ self.columns[list(held)] + t.floor
-        v, top = self.variance(squares), -math.inf
+        v = self.variance(squares)
         if start is None:  # the record's own power, smoothed
             few = np.ones(9)
             v = np.convolve(t.power, few, "same") / np.convolve(t.number, few, "same") + t.floor
-        else:
-            top = self.log_likelihood(v, ramp)
+        power, top = self.evaluate(v, ramp)
+        if start is None:
+            top = -math.inf
         for _ in range(_STEPS):
-            _, power, taken, _ = self.eliminated(v, ramp)
             scaled = self.columns[free] / v
-            target = ((power + taken) / t.number - fixed) / v
+            right = scaled @ (self.weight * (power - fixed) / v)
             wanted = squares.copy()
-            wanted[free] = _non_negative((scaled * self.weight) @ scaled.T, scaled @ (self.weight * target))
+            wanted[free] = _non_negative((scaled * self.weight) @ scaled.T, right)
             before, part = top, 1.0
             while True:
                 trial = squares + part * (wanted - squares) if math.isfinite(before) else wanted
-                v_trial = self.variance(trial)
-                top = self.log_likelihood(v_trial, ramp)
-                if top >= before - _CLOSE or part < 1e-3:
+                v = self.variance(trial)
+                power, top = self.evaluate(v, ramp)
+                if top >= before or part < 1e-3:
                     break
                 part *= 0.5
-            squares, v = trial, v_trial
-            if abs(top - before) < _CLOSE:
+            if top < before:  # no step leads up: this is the top, to rounding
+                return squares, before
+            squares = trial
+            if top - before < _CLOSE:
                 break
         return squares, top
 
@@ -434,7 +461,10 @@ class _Calibrated:
 
 def _calibrated(table: _Table, terms: Sequence[NoiseTerm]) -> _Calibrated:
     """Fit, and weigh the bands by what is known of the terms' spectra."""
-    model = _Model(table, terms, np.stack([table.column(term) for term in terms]), table.number)
+    columns = np.stack([table.column(term) for term in terms])
+    model = _Model(table, terms, columns, table.number)
+    table.take_off(model.eliminated(model.variance(model.best))[0])
+    model = _Model(table, terms, columns, table.number)
     drift = [i for i, term in enumerate(terms) if term.symbol not in ("Q", "N")]
     share = model.best[drift] @ model.columns[drift] / model.variance(model.best)
     # One way to take the mean over a sample differs from another by about ⅙(1 − cos 2πfT) of the drift's power.
@@ -510,7 +540,7 @@ def _times(model: _Model, found: float) -> list[float]:
             step *= 1.6
         end = x + sign * step
         ends.append(brentq(outside, x, end, xtol=0.02) if outside(x) < 0.0 < outside(end) else end)
-    return [found, *np.exp(np.linspace(ends[0], ends[1], 5))]
+    return [found, *(math.exp(end) for end in np.linspace(ends[0], ends[1], 5))]
 
 
 def _band(model: _Model, i: int, limit: float = _LIMIT) -> tuple[float, float]:
@@ -533,12 +563,12 @@ def _band(model: _Model, i: int, limit: float = _LIMIT) -> tuple[float, float]:
     inner = high
     while outside(high + step) < 0.0:
         high, step = high + step, 2.0 * step
-    end = math.exp(brentq(outside, max(inner, high), high + step, xtol=1e-4))
+    end = math.exp(brentq(outside, max(inner, high), high + step, xtol=1e-3))
     if best > 0.0 and model.loss({i: 0.0}) > limit:
         step = 0.1
         while outside(inner - step) < 0.0:
             inner, step = inner - step, 2.0 * step
-        low = math.exp(brentq(outside, inner - step, inner, xtol=1e-4))
+        low = math.exp(brentq(outside, inner - step, inner, xtol=1e-3))
     return math.sqrt(low), math.sqrt(end)
 
 
@@ -562,16 +592,16 @@ def _ramp_band(model: _Model) -> tuple[float, float, float]:
         step = 2.0 * sigma
         while outside(size + sign * step) < 0.0:
             step *= 1.5
-        ends.append(brentq(outside, size, size + sign * step, xtol=1e-3 * sigma))
+        ends.append(brentq(outside, size, size + sign * step, xtol=1e-2 * sigma))
     return size, ends[0], ends[1]
 
 
-def _needed(model: _Model, asked: str | None) -> set[int]:
+def _needed(model: _Model, last: Sequence[str]) -> set[int]:
     """Return the terms without which the record is not described; the others are dropped, the least missed first.
 
     Args:
         model: all terms.
-        asked: symbol of a term that goes only after all other drifts that can.
+        last: symbols of terms that go only after all others that can.
 
     Returns:
         Numbers of the terms that stay.
@@ -582,11 +612,10 @@ def _needed(model: _Model, asked: str | None) -> set[int]:
         for i in stay:
             held = {j: 0.0 for j in range(len(model.terms)) if j not in stay or j == i}
             losses[i] = 2.0 * (top - model.solve(held, start=model.best)[1])
-        dispensable = [i for i in sorted(losses, key=lambda i: losses[i]) if losses[i] < _LIMIT]
+        dispensable = [i for i in stay if losses[i] < _LIMIT]
         if not dispensable:
             break
-        others = [i for i in dispensable if model.terms[i].symbol != asked]
-        drop = (others or dispensable)[0]
+        drop = min(dispensable, key=lambda i: (model.terms[i].symbol in last, losses[i]))
         stay.remove(drop)
         top -= 0.5 * losses[drop]
     return stay
@@ -594,8 +623,7 @@ def _needed(model: _Model, asked: str | None) -> set[int]:
 
 def _result(fit: _Calibrated, times: Sequence[float], mean: float) -> NoiseFit:
     model, table = fit.model, fit.model.table
-    given = len(times) == 1
-    stay = _needed(model, "sigma_b" if given else None) if not table.rounded else set()
+    stay = set() if table.rounded else _needed(model, ("N", "sigma_b") if len(times) == 1 else ("N",))
     squares, _ = model.solve({i: 0.0 for i in range(len(model.terms)) if i not in stay}, start=model.best)
     likely = {term.symbol: math.sqrt(c) for term, c in zip(model.terms, squares, strict=True)}
     bands = _bands(model, times)

@@ -1,8 +1,8 @@
 """Noise of inertial sensors made in plain NumPy, each term exactly as it is defined, with nothing of the package.
 
-Increments are integrals of the rate over intervals of length `interval`. Everything is exact in distribution: the walk's
-and the Gauss-Markov process's integrals are drawn jointly with the process at the edges, the flicker from its
-covariance (circulant embedding).
+Increments are integrals of the rate over intervals of length `interval`. Everything is exact in distribution: the
+integrals of the walk and of the Gauss-Markov process are drawn jointly with the process at the edges, the flicker from
+its covariance (circulant embedding).
 """
 
 from __future__ import annotations
@@ -87,3 +87,16 @@ def flicker(rng: np.random.Generator, count: int, interval: float, coefficient: 
 def ramp(count: int, interval: float, coefficient: float) -> Array:
     """Integrals of the rate R t."""
     return coefficient * interval**2 * (np.arange(count) + 0.5)
+
+
+def everything(rng: np.random.Generator, count: int, interval: float, truth: dict[str, float]) -> Array:
+    """All terms that are named in `truth`: Q, N, B, K, R, sigma_b (with tau_b)."""
+    total = np.zeros(count)
+    for symbol, make in (("Q", rounding), ("N", random_walk), ("B", flicker), ("K", rate_walk)):
+        if truth.get(symbol, 0.0):
+            total += make(rng, count, interval, truth[symbol])
+    if truth.get("R", 0.0):
+        total += ramp(count, interval, truth["R"])
+    if truth.get("sigma_b", 0.0):
+        total += gauss_markov(rng, count, interval, truth["sigma_b"], truth["tau_b"])
+    return total

@@ -70,7 +70,11 @@ def test_allan_variance_is_the_integral_over_the_spectrum(term):
                 return spectra[term.symbol](x / (np.pi * tau)) * np.sin(x) ** 4 / x**2
 
             body = sum(quad(integrand, k * np.pi, (k + 1) * np.pi)[0] for k in range(400))
-            tail = quad(lambda u: 0.375 * spectra[term.symbol](1.0 / (u * np.pi * tau)), 0.0, 1.0 / (400 * np.pi))[0]
+
+            def far(u, tau=tau):
+                return 0.375 * spectra[term.symbol](1.0 / (u * np.pi * tau))
+
+            tail = quad(far, 0.0, 1.0 / (400 * np.pi))[0]
             expected = 4.0 / (np.pi * tau) * (body + tail)
         assert float(term.allan_variance(np.array([tau]))[0]) == pytest.approx(expected, rel=1e-5)
 
