@@ -119,8 +119,8 @@ def clock(samples: Samples, source: str) -> Clock:
 def even_increments(samples: Samples, triad: TriadName, axis: int, timing: Clock) -> Array:
     """Return one channel's increments over equal intervals.
 
-    Rates at even times are integrals of a rate that is constant over the interval before each sample. At uneven times
-    the accumulated angle is interpolated linearly; what is faster than a few samples is not kept.
+    A rate is taken to hold over the interval before its sample. At uneven times the accumulated angle is taken at the
+    sample nearest to each edge, not interpolated, which would smooth the noise: white noise stays what it is.
 
     Args:
         samples: the log.
@@ -140,4 +140,6 @@ def even_increments(samples: Samples, triad: TriadName, axis: int, timing: Clock
     departures = (values - mean) * steps if samples.kind == "rates" else values - mean * steps
     angle = np.concatenate([[0.0], np.cumsum(departures)])
     edges = np.linspace(samples.time[0], samples.time[-1], len(samples.time))
-    return np.asarray(np.diff(np.interp(edges, samples.time, angle)) + mean * timing.interval)
+    after = np.searchsorted(samples.time, edges).clip(1, len(steps))
+    nearest = after - (edges - samples.time[after - 1] < samples.time[after] - edges)
+    return np.asarray(np.diff(angle[nearest]) + mean * timing.interval)

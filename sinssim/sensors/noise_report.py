@@ -332,10 +332,13 @@ def noise_report(
     timing = clock(samples, str(log))
     remarks = []
     if not timing.even:
+        # how long the first interval was, the log does not say
+        samples = part(samples, float(samples.time[1]), None, str(log))
+        timing = clock(samples, str(log))
         remarks.append(
-            f"The times are uneven by up to {100.0 * timing.unevenness:.3g} % of an interval: the accumulated angle "
-            "was interpolated to equal intervals, and averages over a few samples are not to be trusted. If only the "
-            "time stamps are uneven, not the sampling, give rate_hz in place of the time column."
+            f"The times are uneven by up to {100.0 * timing.unevenness:.3g} % of an interval: averages run between the "
+            "samples nearest to their ends, and those over a few samples tell little. If only the time stamps are "
+            "uneven, not the sampling, give rate_hz in place of the time column."
         )
     found = []
     for i, (triad, axis) in enumerate(wanted):
