@@ -11,6 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from sinssim import ImuData, navigate
+from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.compensation import CompensationSection
@@ -118,6 +119,21 @@ def test_perfect_calibration_gives_the_ideal_increments_back(tmp_path: Path) -> 
     stream = pq.read_table(tmp_path / "run" / "streams" / "imu_compensated.parquet")
     assert stream.column_names == pq.read_schema(tmp_path / "run" / "streams" / "imu_measured.parquet").names
     assert np.array_equal(stream["dvel_z_mps"].to_numpy(), result.compensated.dvel[:, 2])
+
+
+def test_what_the_sensors_flag_is_recorded_and_counted(tmp_path: Path) -> None:
+    faults = [
+        {"type": "dropout", "from_s": 2.0, "to_s": 3.0, "channels": ["accel_x"]},
+        {"type": "freeze", "from_s": 2.5, "to_s": 3.5},
+    ]
+    result = run(scenario({}, imu={"grade": "ideal", "rate_hz": 10.0, "faults": faults}), tmp_path / "run")
+    assert result.summary["flagged_samples"] == {"saturated": 0, "dropped": 10, "frozen": 10}
+    stream = pq.read_table(tmp_path / "run" / "streams" / "imu_measured.parquet")
+    late = stream["time_s"].to_numpy()
+    assert np.array_equal(late[stream["flags_accel_x"].to_numpy() >= FROZEN], late[25:35])
+    assert np.array_equal(late[stream["flags_accel_x"].to_numpy() % FROZEN == DROPPED], late[20:30])
+    assert not stream["flags_gyro_x"].to_numpy()[:25].any()
+    assert run(scenario({})).summary["flagged_samples"] == {}
 
 
 def test_imperfect_calibration_leaves_its_own_errors() -> None:

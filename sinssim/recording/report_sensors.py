@@ -14,6 +14,7 @@ from sinssim.recording.page import signed, table, words
 from sinssim.recording.plot import Line
 from sinssim.recording.scales import suiting
 from sinssim.recording.sensed import Sensed
+from sinssim.scenario.datasheet import QUANTITIES, Quantity
 from sinssim.scenario.grades import find_grade
 from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
 from sinssim.sensors.accelerometers import draw_accelerometers
@@ -24,11 +25,30 @@ from sinssim.sensors.imu_errors import TriadErrors, draw
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.scenario.compensation import CompensationSection
+    from sinssim.scenario.faults import Fault
     from sinssim.scenario.grades import TriadGrade
     from sinssim.scenario.imu import ImuSection
 
 _DIGITS = 4
 _AXES = ("x (forward)", "y (right)", "z (down)")
+
+# How the table names what not every block has, and the unit of the scenario's key
+_MORE = {
+    "gyro_asymmetry": ("asymmetry", "ppm"),
+    "gyro_quadratic": ("scale factor, with the rate", "ppm/(deg/s)"),
+    "gyro_cubic": ("scale factor, with its square", "ppm/(deg/s)²"),
+    "gyro_g_sensitivity": ("g-sensitivity to", "deg/h/g"),
+    "gyro_bias_temperature": ("bias, with temperature", "deg/h/°C"),
+    "gyro_scale_temperature": ("scale factor, with temperature", "ppm/°C"),
+    "gyro_ramp": ("growth of the bias", "deg/h/h"),
+    "accel_asymmetry": ("asymmetry", "ppm"),
+    "accel_quadratic": ("K₂", "µg/g²"),
+    "accel_cubic": ("K₃", "µg/g³"),
+    "accel_cross_axis": ("coupling with", "µg/g²"),
+    "accel_bias_temperature": ("bias, with temperature", "µg/°C"),
+    "accel_scale_temperature": ("scale factor, with temperature", "ppm/°C"),
+    "accel_ramp": ("growth of the bias", "µg/h"),
+}
 
 
 def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
@@ -50,12 +70,18 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
     gyros = _table(errors.gyro, grade.gyro, section, "gyro") + _noises(
         ("angle random walk", errors.gyro.random_walk, units.DEG_SQRT_H, "deg/√h"),
         ("bias instability, 1σ", errors.gyro.instability, units.DEG_H, "deg/h"),
+        ("flicker B", errors.gyro.flicker, units.DEG_H, "deg/h"),
+        ("rate random walk", errors.gyro.rate_walk, units.DEG_H / 60.0, "deg/h/√h"),
         ("pulse weight", errors.gyro.quantum, units.ARCSEC, "arcsec"),
+        ("range ±", errors.gyro.limit, units.DEG, "deg/s"),
     )
     noise = _noises(
         ("velocity random walk", errors.accel.random_walk, units.UG, "µg/√Hz"),
         ("bias instability, 1σ", errors.accel.instability, units.UG, "µg"),
+        ("flicker B", errors.accel.flicker, units.UG, "µg"),
+        ("rate random walk", errors.accel.rate_walk, units.UG / 60.0, "µg/√h"),
         ("pulse weight", errors.accel.quantum, 1e-3, "mm/s"),
+        ("range ±", errors.accel.limit, units.G0, "g"),
     )
     accelerometers = _table(errors.accel, grade.accel, section, "accel") + noise
     match section.sensor_set:
@@ -67,6 +93,8 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
             )
         case _:
             yield _pair(f"<h3>Gyros</h3>{gyros}", f"<h3>Accelerometers</h3>{accelerometers}")
+    if section.faults:
+        yield f"<p>Faults: {'; '.join(map(_fault, section.faults))}.</p>"
     if scenario.compensation is not None:
         known = draw_calibration(section, scenario.compensation, scenario.seed)
         left = imperfect_calibration(errors, known)  # true less known, as true less left is known
@@ -81,6 +109,13 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
         yield from _plots(kinds)
     elif kinds:
         yield "<p>Every reading is the ideal one.</p>"
+
+
+def _fault(fault: Fault) -> str:
+    if fault.type == "spike":
+        return f"a spike at {fault.at_s:g} s"
+    end = "to the end" if fault.to_s is None else f"to {fault.to_s:g} s"
+    return f"{fault.type.replace('-', ' ')} from {fault.from_s:g} s {end}"
 
 
 def _pair(left: str, right: str) -> str:
@@ -174,32 +209,35 @@ def _of_kind(kind: Sensed) -> Iterator[str]:
 
 
 def _table(errors: TriadErrors, grade: TriadGrade, section: ImuSection | CompensationSection, kind: str) -> str:
-    bias, unit = (units.DEG_H, "deg/h") if kind == "gyro" else (units.UG, "µg")
-    return table(("", "unit", *_AXES, "1σ"), _triad(errors, grade, section.model_dump(), kind, bias, unit), 2)
+    return table(("", "unit", *_AXES, "1σ"), _triad(errors, grade, section.model_dump(), kind), 2)
 
 
-def _triad(
-    errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], kind: str, bias: float, unit: str
-) -> Iterator[Sequence[str]]:
+def _triad(errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], kind: str) -> Iterator[Sequence[str]]:
     """Return the rows of one triad: turn-on errors per axis, and what they were drawn from."""
+    of_kind = {quantity.field: quantity for quantity in QUANTITIES if quantity.triad == kind and quantity.drawn}
 
-    def sigma(term: str, name: str, of_grade: float) -> str:
-        if section.get(f"{kind}_{term}_{name}") is not None:
+    def spread(quantity: Quantity) -> str:
+        if section.get(quantity.key) is not None:
             return "given"
-        own = section[f"{kind}_{term}_sigma_{name}"]
-        return f"{of_grade if own is None else own:.6g}"
+        own = section[quantity.sigma_key]
+        return f"{getattr(grade, quantity.field, 0.0) / quantity.unit if own is None else own:.6g}"
 
-    def row(title: str, unit: str, values: Array, spread: str) -> Sequence[str]:
-        return (title, unit, *(signed(float(v), _DIGITS) for v in values), spread)
+    def rows(quantity: Quantity, title: str, unit: str) -> Iterator[Sequence[str]]:
+        values = getattr(errors, quantity.field) / quantity.unit
+        if values.ndim == 1:
+            yield (title, unit, *(signed(float(v), _DIGITS) for v in values), spread(quantity))
+            return
+        for j, axis in enumerate("xyz"):
+            cells = [signed(float(values[i, j]), _DIGITS) if i != j or quantity.size == 9 else "" for i in range(3)]
+            yield (f"{title} {axis}", unit, *cells, spread(quantity))
 
-    name = {"deg/h": "deg_h", "µg": "ug"}[unit]
-    yield row("bias", unit, errors.bias / bias, sigma("bias", name, grade.bias / bias))
-    yield row("scale factor", "ppm", errors.scale / units.PPM, sigma("scale", "ppm", grade.scale / units.PPM))
-    tilts = errors.misalignment / units.ARCSEC
-    spread = sigma("misalignment", "arcsec", grade.misalignment / units.ARCSEC)
-    for j, axis in enumerate("xyz"):
-        cells = [signed(float(tilts[i, j]), _DIGITS) if i != j else "" for i in range(3)]
-        yield (f"tilt towards {axis}", "arcsec", *cells, spread)
+    yield from rows(of_kind["bias"], "bias", {"gyro": "deg/h", "accel": "µg"}[kind])
+    yield from rows(of_kind["scale"], "scale factor", "ppm")
+    yield from rows(of_kind["misalignment"], "tilt towards", "arcsec")
+    for name, (title, unit) in _MORE.items():
+        quantity = next((q for q in of_kind.values() if q.name == name), None)
+        if quantity is not None and np.any(getattr(errors, quantity.field)):
+            yield from rows(quantity, title, unit)
 
 
 def _noises(*terms: tuple[str, float, float, str]) -> str:

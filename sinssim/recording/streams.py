@@ -10,6 +10,7 @@ import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.nav_error import NavError
+from sinssim.scenario.faults import CHANNELS
 from sinssim.truth.trajectory import Channel
 
 if TYPE_CHECKING:
@@ -78,11 +79,15 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
         with_angles: whether there are gyros, or what takes their place, so that there are increments of angle.
 
     Returns:
-        N rows.
+        N rows; with a column of flags for each sensor if the sensors report any.
     """
-    dtheta = Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta)
-    dvel = Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)
-    return Stream(f"imu_{kind}", imu.time[1:], (dtheta, dvel) if with_angles else (dvel,))
+    vectors = [Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)]
+    if with_angles:
+        vectors.insert(0, Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta))
+    if imu.flags is not None:
+        columns = tuple(f"flags_{channel}" for channel in CHANNELS)
+        vectors.append(Vector("flags", columns, imu.flags.astype(np.float64)))
+    return Stream(f"imu_{kind}", imu.time[1:], tuple(vectors))
 
 
 def set_streams(kind: str, readings: Readings) -> list[Stream]:

@@ -12,7 +12,7 @@ import numpy as np
 
 import sinssim
 from sinssim import units
-from sinssim.data import Array, NavSolution
+from sinssim.data import DROPPED, FROZEN, SATURATED, Array, ImuData, NavSolution
 from sinssim.errors import RunError
 from sinssim.nav_error import NavError
 
@@ -44,6 +44,21 @@ def error_numbers(error: NavError) -> dict[str, float]:
 def _rms(values: Array) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.sqrt(np.mean(values * values)))
+
+
+def flagged(imu: ImuData) -> dict[str, int]:
+    """Return how many samples the sensors flagged, for `summary.json`.
+
+    Args:
+        imu: measured increments.
+
+    Returns:
+        Samples by kind of flag, set by any sensor; nothing of sensors that set none.
+    """
+    if imu.flags is None:
+        return {}
+    kinds = {"saturated": SATURATED, "dropped": DROPPED, "frozen": FROZEN}
+    return {name: int(np.any(imu.flags & bit, axis=1).sum()) for name, bit in kinds.items()}
 
 
 def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:

@@ -232,6 +232,36 @@ def test_what_a_calibration_took_away_is_told_and_drawn(tmp_path):
     assert any(t.startswith("Accelerometers: error left by the compensation") for t in titles)
 
 
+def test_errors_that_no_grade_has_are_told_too(tmp_path):
+    imu = {
+        "grade": "ideal",
+        "gyro_asymmetry_sigma_ppm": 20.0,
+        "gyro_g_sensitivity_deg_h_per_g": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        "gyro_flicker_deg_h": 0.5,
+        "gyro_range_deg_s": 400.0,
+        "accel_cross_axis_ug_per_g2": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        "accel_rrw_ug_sqrt_h": 7.0,
+        "faults": [
+            {"type": "dropout", "from_s": 1.0, "to_s": 2.0},
+            {"type": "bias-step", "from_s": 3.0, "accel_ug": [9.0, 0.0, 0.0]},
+            {"type": "spike", "at_s": 4.0, "gyro_arcsec": [9.0, 0.0, 0.0]},
+        ],
+    }
+    result = run(scenario(parked=PARKED, imu=imu), tmp_path / "run")
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    check_page(result, page)
+    gyro, accel = ({row[0]: row[1:] for row in t} for t in Tables(page).tables if "x (forward)" in t[0])
+    drawn = draw(result.scenario.imu, 4).gyro.asymmetry * 1e6
+    assert gyro["asymmetry"] == ["ppm", *gyro["asymmetry"][1:4], "20"]
+    assert [value(cell) for cell in gyro["asymmetry"][1:4]] == pytest.approx(drawn, rel=1e-3)
+    assert gyro["g-sensitivity to y"] == ["deg/h/g", "2.000", "5.000", "8.000", "given"]  # of the gyros x, y and z
+    assert accel["coupling with z"] == ["µg/g²", "2.000", "4.000", "", "given"]
+    assert "K₂" not in accel
+    assert "Flicker B 0.5 deg/h, range ± 400 deg/s." in page
+    assert "Rate random walk 7 µg/√h." in page
+    assert "Faults: dropout from 1 s to 2 s; bias step from 3 s to the end; a spike at 4 s." in page
+
+
 @pytest.mark.parametrize("kind", ["accelerometers", "attitude-sensor"])
 def test_the_other_sets_of_sensors_have_pages_too(tmp_path, kind):
     imu = {"grade": "tactical", "sensor_set": {"type": kind, **({"arm_m": 2.0} if kind == "accelerometers" else {})}}
