@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
+    from sinssim.data import ImuData, Measurements, NavSolution, NavState, SingularityEvent
     from sinssim.earth import ELLIPSOIDS, GRAVITY_MODELS
     from sinssim.errors import InputError, RunError, SinssimError
+    from sinssim.estimation.estimate import estimate
     from sinssim.scenario import Scenario, load_scenario
     from sinssim.sensors import GRADES, emulate
     from sinssim.simulation import RunResult, run
@@ -36,6 +37,8 @@ _HOME = {
     "load_scenario": "scenario",
     "GRADES": "sensors",
     "emulate": "sensors",
+    "Measurements": "data",
+    "estimate": "estimation.estimate",
     "ALGORITHMS": "strapdown",
     "FRAMES": "strapdown",
     "navigate": "strapdown",
@@ -45,9 +48,9 @@ _HOME = {
 
 __all__ = [
     "ALGORITHMS", "ELLIPSOIDS", "FRAMES", "GRADES", "GRAVITY_MODELS",
-    "ImuData", "InputError", "NavSolution", "NavState", "RunError", "RunResult", "Scenario",
+    "ImuData", "InputError", "Measurements", "NavSolution", "NavState", "RunError", "RunResult", "Scenario",
     "SingularityEvent", "SinssimError", "Trajectory",
-    "emulate", "fly", "load_scenario", "navigate", "run",
+    "emulate", "estimate", "fly", "load_scenario", "navigate", "run",
 ]  # fmt: skip
 
 

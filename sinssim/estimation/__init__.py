@@ -1,7 +1,6 @@
 """The optional filter: the errors of inertial navigation estimated from aiding measurements, and proof of consistency.
 
-estimate(imu, initial, measurements, model, *, covariance=None, loop="closed", rate_hz=10.0, gate=1e-4,
-         smooth=False, history=False, algorithm="quaternion", gravity="normal", ellipsoid="wgs84") -> Estimate
+`sinssim.estimation.estimate.estimate` does it; that module loads filterpy, which takes a while.
 """
 
 from sinssim.estimation.model import BLOCKS, Block, ErrorModel, error_model

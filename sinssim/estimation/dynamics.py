@@ -84,6 +84,23 @@ def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
     return np.stack([w * np.cos(latitude), np.zeros_like(latitude), -w * np.sin(latitude)], axis=-1)
 
 
+def earth_rate_slope(latitude: Array, height: Array, ellipsoid: Ellipsoid) -> Array:
+    """Return δω_ie over δr, both north, east, down.
+
+    Args:
+        latitude: (K,) rad.
+        height: (K,) m.
+        ellipsoid: gives the rate.
+
+    Returns:
+        (K, 3, 3) rad/s/m.
+    """
+    over_north = ellipsoid.omega / (earth.radii(latitude, ellipsoid)[0] + height)
+    out = np.zeros((len(latitude), 3, 3))
+    out[:, 0, 0], out[:, 2, 0] = -over_north * np.sin(latitude), -over_north * np.cos(latitude)
+    return out
+
+
 def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: Ellipsoid) -> Array:
     """Return ω_en in north, east, down.
 
@@ -164,8 +181,7 @@ def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipso
     ie, en = earth_rate(lat, ellipsoid), transport_rate(lat, h, v, ellipsoid)
 
     # δω_ie, δω_en over δr north and down, δω_en over δv
-    d_ie = np.zeros((len(lat), 3, 3))
-    d_ie[:, 0, 0], d_ie[:, 2, 0] = -ellipsoid.omega * s / p, -ellipsoid.omega * c / p
+    d_ie = earth_rate_slope(lat, h, ellipsoid)
     d_en = np.zeros_like(d_ie)
     d_en[:, 0, 0], d_en[:, 0, 2] = -e * dr2 / (q * q * p), e / (q * q)
     d_en[:, 1, 0], d_en[:, 1, 2] = n * dr1 / p**3, -n / (p * p)

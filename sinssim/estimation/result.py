@@ -86,20 +86,26 @@ class History:
     """The filter from one kept row to the next: what smoothing and observability are computed from.
 
     Attributes:
+        time: of the rows, (R,) s.
         transition: Φ from the row before, (R, n, n); of the first row the unit matrix.
         noise: Q from the row before, (R, n, n).
-        covariance: P after the row's measurements, all of them, however late they arrived, (R, n, n).
+        covariance: P after the row's readings, all of them, however late they arrived, (R, n, n).
         state: x̂ after them and after what was fed back, (R, n).
         fed_back: what was fed back at the row, (R, n).
-        information: sum of HᵀR⁻¹H of the row's accepted measurements, (R, n, n).
+        information: sum of HᵀR⁻¹H of the readings since the row before that were taken in, (R, n, n).
+        navigation: inertial navigation after what was fed back, R rows.
+        compensated: values of the parameters that are compensated, zero for the others, (R, n).
     """
 
+    time: Array
     transition: Array
     noise: Array
     covariance: Array
     state: Array
     fed_back: Array
     information: Array
+    navigation: NavState
+    compensated: Array
 
 
 @dataclass(frozen=True)
@@ -115,7 +121,7 @@ class Estimate:
         rows: which epochs have their full covariance kept, (R,).
         covariance: P there, (R, n, n).
         innovations: for each set of measurements what became of them.
-        inertial: the pure inertial solution from the same start, at every sample.
+        inertial: the pure inertial solution from the same start, at every sample; None if it failed on its own.
         smoothed: the smoothed estimate at `rows`, if it was wanted.
         history: what was wanted for studies of it.
         divergence: that and how the filter diverged, None if it did not; the rows end there.
@@ -130,7 +136,7 @@ class Estimate:
     rows: NDArray[np.intp]
     covariance: Array
     innovations: tuple[Innovations, ...]
-    inertial: NavSolution
+    inertial: NavSolution | None
     smoothed: Smoothed | None
     history: History | None
     divergence: Divergence | None

@@ -1,0 +1,339 @@
+"""`estimate`: increments and aiding measurements in, an aided solution out, with the filter's account of itself.
+
+Inertial navigation runs ahead over a stretch of time; F, Φ, Q, the residuals and H are linear about it and computed for
+the whole stretch at once; the filter then goes through it epoch by epoch. In the closed loop the estimated errors are
+put into the engine's state and into the compensator at its end, and the next stretch starts from there. A stretch ends
+after `feedback_s`, and before that as soon as the estimated errors are no longer small: what follows of it is thrown
+away and navigated again. Whether a small error is fed back or carried beside makes no difference of first order;
+stretches of one update are the closed loop of the textbooks, an endless one is the open loop.
+
+Every reading is taken in at its instant of validity, in that order, however late it arrived. The solution that is
+returned is the one that was known at each instant: until a reading arrives, it is predicted from the state before that
+reading. Readings of other sensors in between wait with it, as in a filter that runs behind and predicts its output.
+
+A zero-rate reading is compared with the mean rate of the gyros since the one before. Their noise is both in that mean
+and in the attitude, and the update takes the covariance of the two into account.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.earth import ellipsoid_by_name
+from sinssim.errors import InputError, RunError
+from sinssim.estimation.dynamics import CORE, PHI, driving_noise
+from sinssim.estimation.health import Diverged, check_covariance, contradiction, remarks
+from sinssim.estimation.intake import take_in
+from sinssim.estimation.kalman import ErrorFilter
+from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
+from sinssim.estimation.model import NAVIGATION, ErrorModel
+from sinssim.estimation.nominal import Gyros, rows_of
+from sinssim.estimation.record import Gate, Record, Row
+from sinssim.estimation.result import Divergence, Estimate, corrected
+from sinssim.estimation.smoother import smooth as smoothed
+from sinssim.sensors.compensation import compensate
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.strapdown import navigate
+from sinssim.strapdown.stretches import Stretches
+
+_SHORTEST, _OPEN = 1.0, 64.0
+"""First stretch of the closed loop, and next one after an update that was not small; stretches of the open one, s."""
+
+_SMALL = np.repeat((100.0, 5.0, 1e-3), 3)
+"""Errors of position [m], velocity [m/s] and attitude [rad] that are carried beside a stretch: what is of second order
+in them is below 2 mm, 5 µm/s² and 0.1″."""
+
+
+def estimate(
+    imu: ImuData,
+    initial: NavState,
+    measurements: Sequence[Measurements],
+    model: ErrorModel,
+    *,
+    covariance: Array | None = None,
+    loop: str = "closed",
+    rate_hz: float = 10.0,
+    gate: float | None = 1e-4,
+    feedback_s: float = 64.0,
+    smooth: bool = False,
+    history: bool = False,
+    algorithm: str = "quaternion",
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+) -> Estimate:
+    """Estimate the errors of inertial navigation from aiding measurements, and correct it.
+
+    Args:
+        imu: increments, N intervals.
+        initial: state at imu.time[0], with the errors that the model describes.
+        measurements: one entry for each sensor and kind of measurement; there may be none.
+        model: the error model.
+        covariance: P₀ of the first m states, (m, m), for example of `sinssim.alignment.initial_covariance`, in place
+            of the diagonal of the model's sigma.
+        loop: "closed" feeds errors back into engine and compensator, "open" only corrects the output.
+        rate_hz: rate at which the covariance is predicted.
+        gate: probability with which a right reading may be rejected by the χ² test of its innovation; None accepts all.
+        feedback_s: longest time for which errors are carried beside the engine in the closed loop, s.
+        smooth: whether to smooth as well.
+        history: whether to keep what observability is computed from.
+        algorithm: attitude algorithm, one that advances sample by sample.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid.
+
+    Returns:
+        The estimate; of a filter that cannot go on, up to where it could.
+
+    Raises:
+        InputError: data, measurements or a model that cannot be used, an unknown name.
+    """
+    if loop not in ("closed", "open"):
+        raise InputError(f"loop = {loop!r} must be 'closed' or 'open'.")
+    if gate is not None and not 0.0 < gate < 1.0:
+        raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
+    if not feedback_s > 0.0:
+        raise InputError(f"feedback_s = {feedback_s} s must be positive.")
+    engine = Stretches(imu, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
+    inertial, failure = None, []
+    try:
+        inertial = navigate(imu, initial, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
+    except RunError as error:
+        failure = [f"The pure inertial solution failed: {error}"]
+    readings, epochs = take_in(measurements, model, imu.time, rate_hz)
+    around = Surroundings(
+        model, driving_noise(model), epochs, readings, Gyros(imu), gravity, ellipsoid_by_name(ellipsoid)
+    )
+    loops = _Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history)
+    divergence = loops.run(initial, feedback_s if loop == "closed" else None)
+
+    record, count = loops.record, loops.done
+    innovations = tuple(g.innovations() for g in loops.gates)
+    rows, covariances = record.rows(count)
+    kept = record.history() if count and (smooth or history) else None
+    return Estimate(
+        model=model,
+        time=epochs.time[:count],
+        solution=record.solution(count, algorithm),
+        parameters=record.parameters(count),
+        sigma=record.sigma(count),
+        rows=rows,
+        covariance=covariances,
+        innovations=innovations,
+        inertial=inertial,
+        smoothed=smoothed(model, kept, around.ellipsoid, algorithm) if kept is not None and smooth else None,
+        history=kept if history else None,
+        divergence=divergence or contradiction(innovations),
+        remarks=(*failure, *remarks(innovations)),
+    )
+
+
+def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:
+    p = np.diag(model.sigma**2)
+    if covariance is None:
+        return p
+    given = np.asarray(covariance, dtype=np.float64)
+    count = len(given)
+    if given.shape != (count, count) or not CORE <= count <= model.size:
+        raise InputError(
+            f"the initial covariance has the shape {given.shape}; it must be that of the first {CORE} to {model.size} "
+            "states."
+        )
+    scale = np.sqrt(np.abs(given.diagonal()))
+    scale[~(scale > 0.0)] = 1.0
+    scaled = given / np.outer(scale, scale)
+    if not (
+        np.all(np.isfinite(scaled))
+        and np.abs(scaled - scaled.T).max() < 1e-9
+        and np.linalg.eigvalsh(scaled).min() > -1e-9
+    ):
+        raise InputError("the initial covariance must be finite, symmetric and positive semi-definite.")
+    p[:count, :count] = given
+    return p
+
+
+@dataclass
+class _Pending:
+    """The estimate without a reading that is valid already and has not arrived yet."""
+
+    arrival: float
+    x: Array
+    covariance: Array
+
+
+class _Loop:
+    """One passage of the filter through the data."""
+
+    def __init__(
+        self, around: Surroundings, engine: Stretches, covariance: Array, gate: float | None, history: bool
+    ) -> None:
+        self.around, self.engine = around, engine
+        self.filter = ErrorFilter(covariance)
+        self.gates = [Gate(readings, gate) for readings in around.readings]
+        self.record = Record(around.model, around.epochs, around.ellipsoid)
+        self.done = 0  # epochs that are
+        self._compensated = np.zeros(around.model.size)
+        self._pending: deque[_Pending] = deque()
+        self._history = history
+        n = around.model.size
+        self._transition, self._noise, self._information = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
+        # covariance of the state's error with the gyros' noise since the last zero-rate reading, one for each sensor
+        self._cross = {s: np.zeros((n, 3)) for s, r in enumerate(around.readings) if r.data.kind == "zero-rate"}
+        self._restart = {s: self._begins(s) for s in self._cross}
+        self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
+
+    def _begins(self, sensor: int) -> set[int]:
+        """Return the epochs at which an interval of a zero-rate sensor begins."""
+        readings = self.around.readings[sensor]
+        begin = readings.data.time[readings.usable] - readings.interval[readings.usable]
+        return set(np.searchsorted(self.around.epochs.time, begin - 1e-5).tolist())
+
+    def run(self, state: NavState, feedback_s: float | None) -> Divergence | None:
+        """Go through all epochs.
+
+        Args:
+            state: at the first.
+            feedback_s: longest stretch of the closed loop, s; None for the open loop.
+
+        Returns:
+            How the filter diverged, None if it did not.
+        """
+        epochs = self.around.epochs
+        ends = np.flatnonzero(epochs.on_edge)
+        length, edge = _SHORTEST if feedback_s else _OPEN, 0
+        try:
+            while self.done < len(epochs.time):
+                now = epochs.time[max(self.done - 1, 0)]
+                reach = np.searchsorted(epochs.time[ends], now + length + 1e-7, side="right") - 1
+                last = int(ends[max(reach, int(np.searchsorted(ends, max(self.done, 1))))])
+                state, as_far = self._stretch(last, edge, state, closed=feedback_s is not None)
+                edge = int(epochs.edge[self.done - 1])
+                if feedback_s is not None:
+                    length = min(2.0 * length, feedback_s) if as_far else min(_SHORTEST, feedback_s)
+        except Diverged as diverged:
+            return diverged.divergence
+        except RunError as error:
+            return Divergence(float(now), "", f"inertial navigation failed: {error}")
+        return None
+
+    def _stretch(self, last: int, edge: int, state: NavState, *, closed: bool) -> tuple[NavState, bool]:
+        """Go from a state at an edge through the epochs up to `last`.
+
+        Returns:
+            The state at the end, with what was fed back, and whether the end is `last`: the closed loop ends a stretch
+            early if its errors become too large.
+        """
+        around, first = self.around, self.done
+        epochs, model = around.epochs, around.model
+        calibration, parameters = self._calibration(), self._parameters()
+        final = int(epochs.edge[last])
+        _, samples = self.engine.samples(edge, final)
+        nominal = self.engine.navigate(edge, final, state, compensate(samples, calibration))
+        line = linearise(around, first, last, nominal, calibration, parameters)
+        end, small = last, True
+        for k, epoch in enumerate(range(first, last + 1)):
+            self._predict(line, k)
+            observed = line.observed.get(epoch, ())
+            for one in observed:
+                self._update(one, epoch)
+            x, p = self._known(float(epochs.time[epoch]))
+            self.record.note(epoch, x, p)
+            if closed and observed and np.any(np.abs(self.filter.x[:CORE]) > _SMALL):
+                small = False
+            stop = epoch == last or (not small and bool(epochs.on_edge[epoch]))
+            if observed or stop or epochs.second[epoch]:
+                self._keep(epoch, p)
+            if stop:
+                end = epoch
+                break
+        self.done = end + 1
+        count = self.done - first
+        fed = np.where(model.fed_back, self.filter.x, 0.0) if closed else np.zeros(model.size)
+        there = rows_of(line.state, slice(count - 1, count))
+        if closed:
+            there = corrected(there, fed[None], around.ellipsoid)
+        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, there)
+        self._compensated = self._compensated + np.where(np.arange(model.size) < CORE, 0.0, fed)
+        self.filter.x = self.filter.x - fed
+        for pending in self._pending:
+            pending.x = pending.x - fed
+        return NavState(*(part[0] for part in vars(there).values())), end == last
+
+    def _parameters(self) -> dict[str, Array]:
+        model = self.around.model
+        return {b.name: self._compensated[model.slices[b.name]] for b in model.blocks[len(NAVIGATION) :]}
+
+    def _calibration(self) -> ImuErrors:
+        """Return what is compensated of the inertial sensors."""
+        found = self._parameters()
+
+        def triad(name: str) -> TriadErrors:
+            matrix = np.zeros((3, 3))
+            matrix[~np.eye(3, dtype=bool)] = found.get(f"{name} misalignment", 0.0)
+            bias, scale = (found.get(f"{name} {what}", np.zeros(3)) for what in ("bias", "scale"))
+            return TriadErrors(bias=bias, scale=scale, misalignment=matrix)
+
+        return ImuErrors(triad("gyro"), triad("accelerometer"))
+
+    def _predict(self, line: Linearisation, k: int) -> None:
+        interval = float(line.interval[k])
+        if not interval:
+            return
+        phi, q = line.phi[k], line.q[k]
+        self.filter.predict(phi, q)
+        for pending in self._pending:
+            pending.x = phi @ pending.x
+            pending.covariance = phi @ pending.covariance @ phi.T + q
+        if self._history:
+            self._transition = phi @ self._transition
+            self._noise = phi @ self._noise @ phi.T + q
+        for sensor in self._cross:
+            if line.first + k - 1 in self._restart[sensor]:
+                self._cross[sensor] = np.zeros_like(self._cross[sensor])
+            # φ̇ = … − C w: noise that came in half-way
+            came = -0.5 * (phi[:, PHI] + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
+            self._cross[sensor] = phi @ self._cross[sensor] + came * (self.around.model.gyro_noise**2 * interval)
+
+    def _update(self, one: Observed, epoch: int) -> None:
+        readings = self.around.readings[one.sensor]
+        data, now = readings.data, float(self.around.epochs.time[epoch])
+        variance = data.sigma[one.row] ** 2
+        cross = None
+        if one.sensor in self._cross:
+            interval = float(readings.interval[one.row])
+            variance = variance + self.around.model.gyro_noise**2 / interval
+            cross = self._cross[one.sensor] / interval
+        r = np.diag(variance)
+        innovation = self.filter.innovation(one.residual, one.h, r, cross)
+        name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
+        if not np.isfinite(innovation.nis):
+            raise Diverged(now, name, "the innovation is no finite number")
+        if data.arrival[one.row] > now + 1e-6:
+            self._pending.append(_Pending(float(data.arrival[one.row]), self.filter.x, self.filter.covariance))
+        if not self.gates[one.sensor].passes(one.row, innovation):
+            return
+        self.filter.update(one.residual, one.h, r, cross)
+        if self._history:
+            self._information += one.h.T @ (one.h / variance[:, None])
+        for sensor in self._cross:
+            self._cross[sensor] = self._cross[sensor] - self.filter.gain @ (one.h @ self._cross[sensor])
+        check_covariance(self.filter.covariance, self._varying, now, name)
+
+    def _known(self, now: float) -> tuple[Array, Array]:
+        """Return x and P by the readings that have arrived."""
+        while self._pending and self._pending[0].arrival <= now + 1e-6:
+            self._pending.popleft()
+        if self._pending:
+            return self._pending[0].x, self._pending[0].covariance
+        return self.filter.x, self.filter.covariance
+
+    def _keep(self, epoch: int, known: Array) -> None:
+        row = None
+        if self._history:
+            n = self.around.model.size
+            row = Row(epoch, self.filter.covariance, self.filter.x, self._transition, self._noise, self._information)
+            self._transition, self._noise, self._information = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
+        self.record.keep(epoch, known, row)

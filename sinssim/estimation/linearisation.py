@@ -1,0 +1,161 @@
+"""Everything that is linear about one stretch of inertial navigation, computed for all its epochs at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim.data import Array, Measurements, NavSolution, NavState
+from sinssim.earth import Ellipsoid
+from sinssim.estimation.dynamics import dynamics, transition
+from sinssim.estimation.intake import Epochs, Readings
+from sinssim.estimation.model import ErrorModel
+from sinssim.estimation.nominal import Gyros, at, motion, rows_of
+from sinssim.estimation.observation import Prediction, observe
+from sinssim.sensors.imu_errors import ImuErrors
+
+
+@dataclass(frozen=True)
+class Observed:
+    """One reading: what it is compared with makes `residual` = H x + noise.
+
+    Attributes:
+        sensor: number of the sensor among the readings.
+        row: number of the reading among the sensor's.
+        residual: (k,).
+        h: H, (k, n).
+    """
+
+    sensor: int
+    row: int
+    residual: Array
+    h: Array
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A stretch of K epochs.
+
+    Attributes:
+        first: number of its first epoch.
+        state: inertial navigation at the epochs, K rows.
+        interval: from the epoch before to each, (K,) s.
+        phi: Φ over it, (K, n, n).
+        q: Q over it, (K, n, n).
+        c_nb: attitude in its middle, (K, 3, 3).
+        observed: the readings of each epoch that has any, those first that arrive first.
+    """
+
+    first: int
+    state: NavState
+    interval: Array
+    phi: Array
+    q: Array
+    c_nb: Array
+    observed: dict[int, list[Observed]]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What stays the same in a run.
+
+    Attributes:
+        model: the error model.
+        density: of the driving noise, (n,).
+        epochs: of the filter.
+        readings: of all sensors.
+        gyros: for mean rates.
+        gravity: name of the engine's gravity model.
+        ellipsoid: reference ellipsoid.
+    """
+
+    model: ErrorModel
+    density: Array
+    epochs: Epochs
+    readings: list[Readings]
+    gyros: Gyros
+    gravity: str
+    ellipsoid: Ellipsoid
+
+
+def linearise(
+    around: Surroundings,
+    first: int,
+    last: int,
+    nominal: NavSolution,
+    calibration: ImuErrors,
+    parameters: Mapping[str, Array],
+) -> Linearisation:
+    """Linearise about a stretch.
+
+    Args:
+        around: what stays the same.
+        first, last: numbers of its epochs.
+        nominal: inertial navigation from the epoch before the first to the last one.
+        calibration: what is compensated in its increments.
+        parameters: values of all parameters that are compensated, by block.
+
+    Returns:
+        The linearisation.
+    """
+    model, epochs = around.model, around.epochs
+    time = epochs.time[max(first - 1, 0) : last + 1]
+    if first == 0:
+        time = np.concatenate([time[:1], time])  # nothing happens before the first epoch
+    interval = np.diff(time)
+    state = _at(nominal, time, around.ellipsoid)
+    middle = _at(nominal, time[:-1] + 0.5 * interval, around.ellipsoid)
+    rate = np.zeros((len(interval), 3))
+    if "gyro scale" in model.slices or "gyro misalignment" in model.slices:
+        lasts = interval > 0.0
+        rate[lasts] = around.gyros.mean(time[:-1][lasts], time[1:][lasts], calibration)
+    moving = motion(state, middle, interval, rate, around.gravity, around.ellipsoid)
+    phi, q = transition(dynamics(model, moving, around.gravity, around.ellipsoid), around.density, interval)
+    here = rows_of(state, slice(1, None))
+    observed: dict[int, list[Observed]] = {}
+    for sensor, readings in enumerate(around.readings):
+        _observe(around, sensor, readings, first, last, here, calibration, parameters, observed)
+    for at_once in observed.values():
+        at_once.sort(key=lambda o: float(around.readings[o.sensor].data.arrival[o.row]))
+    return Linearisation(first, here, interval, phi, q, moving.c_nb, observed)
+
+
+def _at(nominal: NavSolution, time: Array, ellipsoid: Ellipsoid) -> NavState:
+    # an instant this little before an edge is on it
+    edge = np.searchsorted(nominal.time, time + 1e-7, side="right") - 1
+    step = nominal.time[np.minimum(edge + 1, len(nominal.time) - 1)] - nominal.time[edge]
+    passed = time - nominal.time[edge]
+    passed[np.abs(passed) < 1e-7] = 0.0
+    return at(nominal, edge, np.divide(passed, step, out=np.zeros_like(passed), where=step > 0.0), ellipsoid)
+
+
+def _observe(
+    around: Surroundings,
+    sensor: int,
+    readings: Readings,
+    first: int,
+    last: int,
+    here: NavState,
+    calibration: ImuErrors,
+    parameters: Mapping[str, Array],
+    observed: dict[int, list[Observed]],
+) -> None:
+    """Add what one sensor's readings at the epochs first … last observe."""
+    rows = readings.between(first, last)
+    if not len(rows):
+        return
+    data, epoch = readings.data, readings.epoch[rows]
+    time = around.epochs.time[epoch]
+    if data.kind == "zero-rate":
+        rate = around.gyros.mean(time - readings.interval[rows], time, calibration)
+    elif data.lever_arm.any() or "gnss lever arm" in around.model.slices:
+        rate = around.gyros.at(time, calibration)
+    else:
+        rate = np.zeros((len(rows), 3))
+    some = Measurements(data.kind, time, time, data.value[rows], data.sigma[rows], data.lever_arm, data.name)
+    now = Prediction(rows_of(here, epoch - first), rate, around.ellipsoid)
+    residual, h = observe(some, now, around.model, parameters)
+    for k, row in enumerate(rows.tolist()):
+        observed.setdefault(int(epoch[k]), []).append(Observed(sensor, row, residual[k], h[k]))

@@ -1,0 +1,133 @@
+"""Inertial navigation over one stretch, at any instant of it: the motion about which errors are linear."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import earth, rotation
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth import Ellipsoid
+from sinssim.estimation.dynamics import Motion, earth_rate, transport_rate
+from sinssim.sensors.compensation import compensate
+from sinssim.sensors.imu_errors import ImuErrors
+
+
+def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:
+    """Return some rows of states.
+
+    Args:
+        state: N rows.
+        rows: which.
+
+    Returns:
+        Those rows.
+    """
+    s = state
+    return NavState(s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows])
+
+
+def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
+    """Return states as a solution.
+
+    Args:
+        time: (N,) s.
+        state: N rows.
+        algorithm: name of the attitude algorithm.
+
+    Returns:
+        The solution.
+    """
+    s = state
+    return NavSolution(time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), algorithm)
+
+
+def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid: Ellipsoid) -> NavState:
+    """Return a solution between its rows: position with the acceleration in between, velocity and attitude evenly.
+
+    Args:
+        solution: N+1 rows.
+        edge: row before each instant, (K,).
+        fraction: how far each is from it to the next row, 0 … 1, (K,).
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        K rows.
+    """
+    before = rows_of(solution, edge)
+    if not fraction.any():
+        return before
+    after = rows_of(solution, np.minimum(edge + 1, len(solution.time) - 1))
+    interval = solution.time[np.minimum(edge + 1, len(solution.time) - 1)] - solution.time[edge]
+    part = fraction[:, None]
+    gained = after.velocity_ned - before.velocity_ned
+    bend = (0.5 * fraction * (1.0 - fraction) * interval)[:, None] * gained
+    r1, r2 = earth.radii(before.latitude, ellipsoid)
+    east = np.mod(after.longitude - before.longitude + np.pi, 2.0 * np.pi) - np.pi
+    turn = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(before.q_nb), after.q_nb))
+    return NavState(
+        before.latitude + fraction * (after.latitude - before.latitude) - bend[:, 0] / (r1 + before.height),
+        before.longitude + fraction * east - bend[:, 1] / ((r2 + before.height) * np.cos(before.latitude)),
+        before.height + fraction * (after.height - before.height) + bend[:, 2],
+        before.velocity_ned + part * gained,
+        rotation.multiply(before.q_nb, rotation.quaternion_from_rotation_vector(part * turn)),
+    )
+
+
+class Gyros:
+    """Mean rates of the body over any interval, from the increments as they were measured.
+
+    Args:
+        imu: increments of the whole run.
+    """
+
+    def __init__(self, imu: ImuData) -> None:
+        self._time = imu.time
+        self._angle = np.concatenate([np.zeros((1, 3)), np.cumsum(imu.dtheta, axis=0)])
+        self._interval = float(imu.time[-1] - imu.time[0]) / len(imu)
+
+    def mean(self, begin: Array, end: Array, calibration: ImuErrors) -> Array:
+        """Return the mean inertial rate over intervals.
+
+        Args:
+            begin, end: of each, (K,) s.
+            calibration: errors of the gyros that are known.
+
+        Returns:
+            In body axes, compensated, (K, 3) rad/s.
+        """
+        turned = [np.interp(end, self._time, angle) - np.interp(begin, self._time, angle) for angle in self._angle.T]
+        rate = np.stack(turned, axis=1) / (end - begin)[:, None]
+        # rates are increments over intervals of one second
+        unit = ImuData(np.arange(len(rate) + 1.0), rate, np.zeros_like(rate))
+        return compensate(unit, calibration).dtheta
+
+    def at(self, time: Array, calibration: ImuErrors) -> Array:
+        """Return the mean inertial rate over the two samples' time around instants, (K, 3) rad/s."""
+        begin = np.maximum(time - self._interval, self._time[0])
+        end = np.minimum(time + self._interval, self._time[-1])
+        return self.mean(begin, end, calibration)
+
+
+def motion(
+    state: NavState, middle: NavState, interval: Array, rate_b: Array, gravity: str, ellipsoid: Ellipsoid
+) -> Motion:
+    """Return the motion over the intervals between epochs, as it is on the mean.
+
+    Args:
+        state: at the epochs, K+1 rows.
+        middle: half-way between them, K rows.
+        interval: between them, (K,) s.
+        rate_b: mean inertial rate of the body, (K, 3) rad/s.
+        gravity: name of the engine's gravity model.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        K rows. The specific force is what changed the velocity, less gravity and Coriolis.
+    """
+    lat, h, v = middle.latitude, middle.height, middle.velocity_ned
+    gained = np.diff(state.velocity_ned, axis=0) / np.where(interval > 0.0, interval, 1.0)[:, None]
+    turning = 2.0 * earth_rate(lat, ellipsoid) + transport_rate(lat, h, v, ellipsoid)
+    force = gained + np.cross(turning, v) - earth.gravity_ned(lat, h, gravity, ellipsoid)
+    c_nb = rotation.dcm_from_quaternion(middle.q_nb)
+    return Motion(lat, h, v, c_nb, force, rate_b, np.einsum("kji,kj->ki", c_nb, force))

@@ -1,0 +1,164 @@
+"""What a filter leaves behind while it goes through the data, put together for the result in the end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth import Ellipsoid
+from sinssim.estimation.dynamics import CORE
+from sinssim.estimation.intake import Epochs, Readings
+from sinssim.estimation.kalman import Innovation
+from sinssim.estimation.model import NAVIGATION, ErrorModel
+from sinssim.estimation.nominal import rows_of, solution_of
+from sinssim.estimation.result import History, Innovations, corrected
+
+
+class Gate:
+    """The χ² gate of one sensor, and the record of its innovations.
+
+    Args:
+        readings: of the sensor.
+        probability: that a right reading is rejected; None for no gate.
+    """
+
+    def __init__(self, readings: Readings, probability: float | None) -> None:
+        count, k = readings.data.sigma.shape
+        self._data = readings.data
+        self._reason = list(readings.reason)
+        self._accepted = np.zeros(count, dtype=bool)
+        self._value = np.full((count, k), np.nan)
+        self._covariance = np.full((count, k, k), np.nan)
+        self._nis = np.full(count, np.nan)
+        self._bound = math.inf if probability is None else float(chi2.isf(probability, k))
+
+    def passes(self, row: int, innovation: Innovation) -> bool:
+        """Decide whether a reading may update the filter, and note it."""
+        self._value[row], self._covariance[row], self._nis[row] = innovation
+        passed = innovation.nis <= self._bound
+        self._accepted[row] = passed
+        if not passed:
+            self._reason[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
+        return passed
+
+    def innovations(self) -> Innovations:
+        """Return the record."""
+        return Innovations(
+            self._data.label, self._data.kind, self._data.time, self._value, self._covariance, self._nis,
+            self._accepted, tuple(self._reason), self._bound,
+        )  # fmt: skip
+
+
+@dataclass
+class Row:
+    """The filter at one epoch after all of its readings, however late they arrived; see `History`."""
+
+    epoch: int
+    covariance: Array
+    state: Array
+    transition: Array
+    noise: Array
+    information: Array
+
+
+class Record:
+    """The estimate at all epochs, and the covariance at some.
+
+    Args:
+        model: the error model.
+        epochs: of the filter.
+        ellipsoid: reference ellipsoid.
+    """
+
+    def __init__(self, model: ErrorModel, epochs: Epochs, ellipsoid: Ellipsoid) -> None:
+        count, n = len(epochs.time), model.size
+        self._model, self._epochs, self._ellipsoid = model, epochs, ellipsoid
+        self._x, self._variance = np.zeros((count, n)), np.zeros((count, n))
+        self._solution = NavState(*(np.empty((count, *shape)) for shape in ((), (), (), (3,), (4,))))
+        self._rows: list[int] = []
+        self._covariance: list[Array] = []
+        self._history: list[Row] = []
+        self._fed_back: list[Array] = []
+        self._navigation: list[NavState] = []
+        self._compensated: list[Array] = []
+
+    def note(self, epoch: int, x: Array, covariance: Array) -> None:
+        """Note what is known at an epoch."""
+        self._x[epoch], self._variance[epoch] = x, covariance.diagonal()
+
+    def keep(self, epoch: int, covariance: Array, row: Row | None) -> None:
+        """Keep the covariance of what is known at an epoch, and the row of the history."""
+        self._rows.append(epoch)
+        self._covariance.append(covariance.copy())
+        if row is not None:
+            self._history.append(row)
+
+    def end_stretch(
+        self, first: int, navigation: NavState, compensated: Array, fed_back: Array, corrected_end: NavState
+    ) -> None:
+        """Write down the solution of a stretch.
+
+        Args:
+            first: number of its first epoch.
+            navigation: inertial navigation at its epochs.
+            compensated: values of all parameters that were compensated in it, in the order of the states, (n,).
+            fed_back: errors that are fed back at its end, (n,).
+            corrected_end: inertial navigation after that, one row.
+        """
+        count = len(navigation.latitude)
+        part = slice(first, first + count)
+        x = self._x[part]
+        for name, value in vars(corrected(navigation, x, self._ellipsoid)).items():
+            getattr(self._solution, name)[part] = value
+        x[:, CORE:] += compensated[CORE:]
+        for row in self._history[len(self._navigation) :]:
+            k = row.epoch - first
+            if k < count - 1:
+                self._navigation.append(rows_of(navigation, slice(k, k + 1)))
+                self._compensated.append(compensated)
+                self._fed_back.append(np.zeros_like(fed_back))
+            else:
+                self._navigation.append(corrected_end)
+                self._compensated.append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
+                self._fed_back.append(fed_back)
+                row.state = row.state - fed_back
+
+    def solution(self, count: int, algorithm: str) -> NavSolution:
+        """Return the solution at the first epochs, so many of them."""
+        return solution_of(self._epochs.time[:count], rows_of(self._solution, slice(0, count)), algorithm)
+
+    def parameters(self, count: int) -> dict[str, Array]:
+        """Return the estimated parameters at the first epochs, by block."""
+        blocks = self._model.blocks[len(NAVIGATION) :]
+        return {block.name: self._x[:count, self._model.slices[block.name]] for block in blocks}
+
+    def sigma(self, count: int) -> Array:
+        """Return 1σ of every state at the first epochs."""
+        return np.asarray(np.sqrt(self._variance[:count]))
+
+    def rows(self, count: int) -> tuple[NDArray[np.intp], Array]:
+        """Return which of the first epochs have their covariance kept, and the covariances."""
+        kept = [(row, p) for row, p in zip(self._rows, self._covariance, strict=True) if row < count]
+        n = self._model.size
+        return np.array([row for row, _ in kept], dtype=np.intp), np.array([p for _, p in kept]).reshape(-1, n, n)
+
+    def history(self) -> History:
+        """Return the history of the rows that were kept."""
+        rows = self._history[: len(self._navigation)]
+        stacked = (np.concatenate([getattr(n, name) for n in self._navigation]) for name in vars(self._navigation[0]))
+        return History(
+            time=self._epochs.time[[row.epoch for row in rows]],
+            transition=np.array([row.transition for row in rows]),
+            noise=np.array([row.noise for row in rows]),
+            covariance=np.array([row.covariance for row in rows]),
+            state=np.array([row.state for row in rows]),
+            fed_back=np.array(self._fed_back),
+            information=np.array([row.information for row in rows]),
+            navigation=NavState(*stacked),
+            compensated=np.array(self._compensated),
+        )

@@ -1,0 +1,66 @@
+"""Smoothing by Rauch, Tung and Striebel, about the total state of the closed loop.
+
+Between two rows the filter's error state runs linearly, x⁻ₖ₊₁ = Φ xₖ, but at a row errors are fed back, and the state
+means an error of another trajectory from there on. In terms of one and the same trajectory the smoother's recursion
+(Rauch, Tung and Striebel, AIAA Journal 3, 1965, 1445) is
+
+    x̂ₖ ← xₖ + Kₖ (x̂ₖ₊₁ + cₖ₊₁ − Φ xₖ),   Kₖ = Pₖ Φᵀ (P⁻ₖ₊₁)⁻¹,   P̂ₖ ← Pₖ + Kₖ (P̂ₖ₊₁ − P⁻ₖ₊₁) Kₖᵀ
+
+with cₖ₊₁ what was fed back at row k+1; without it the feedback would be taken for a surprise. filterpy's smoother has
+no place for it. The covariance of gyro noise with zero-rate readings is left out of account here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.earth import Ellipsoid
+from sinssim.estimation.model import NAVIGATION, ErrorModel
+from sinssim.estimation.nominal import solution_of
+from sinssim.estimation.result import History, Smoothed, corrected
+
+
+def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm: str) -> Smoothed:
+    """Smooth a closed or open loop.
+
+    Args:
+        model: the error model.
+        history: the filter's rows.
+        ellipsoid: reference ellipsoid.
+        algorithm: name of the attitude algorithm that navigated.
+
+    Returns:
+        The estimate at the rows by all readings.
+    """
+    x, p = history.state.copy(), history.covariance.copy()
+    gain, predicted = _gains(history)
+    for k in range(len(x) - 2, -1, -1):
+        x[k] += gain[k] @ (x[k + 1] + history.fed_back[k + 1] - history.transition[k + 1] @ x[k])
+        p[k] += gain[k] @ (p[k + 1] - predicted[k]) @ gain[k].T
+        p[k] = 0.5 * (p[k] + p[k].T)
+    state = corrected(history.navigation, x, ellipsoid)
+    total = history.compensated + x
+    blocks = model.blocks[len(NAVIGATION) :]
+    return Smoothed(
+        history.time,
+        solution_of(history.time, state, algorithm),
+        {block.name: total[:, model.slices[block.name]] for block in blocks},
+        p,
+    )
+
+
+def _gains(history: History) -> tuple[Array, Array]:
+    """Return Kₖ and P⁻ₖ₊₁ of all rows but the last, (R−1, n, n) each."""
+    phi = history.transition[1:]
+    across = history.covariance[:-1] @ phi.transpose(0, 2, 1)
+    predicted = phi @ across + history.noise[1:]
+    predicted = 0.5 * (predicted + predicted.transpose(0, 2, 1))
+    # inverted as a correlation matrix: the variances span twenty powers of ten; what is known exactly stays so
+    scale = np.sqrt(np.einsum("kii->ki", predicted))
+    scale[scale == 0.0] = 1.0
+    correlation = predicted / (scale[:, :, None] * scale[:, None, :])
+    diagonal = np.arange(correlation.shape[1])
+    correlation[:, diagonal, diagonal] = 1.0
+    solved = np.linalg.solve(correlation, across.transpose(0, 2, 1) / scale[:, :, None]) / scale[:, :, None]
+    return solved.transpose(0, 2, 1), predicted
