@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from sinssim.scenario.content import find_content
 from sinssim.scenario.load import override
@@ -29,5 +30,18 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
     file = find_content("studies", str(path))
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
+    _look_beside(data, file.parent)
     overridden = {override(data, setting) for setting in overrides}
     return validate(Study, data, text, str(path), overridden)
+
+
+def _look_beside(data: dict[str, Any], folder: Path) -> None:
+    """Give scenario files that are not in the current folder but beside the study their whole path."""
+    for part in data["parts"] if isinstance(data.get("parts"), list) else ():
+        motions = part.get("motions") if isinstance(part, dict) else None
+        for motion in motions if isinstance(motions, list) else ():
+            name = motion.get("scenario") if isinstance(motion, dict) else None
+            if isinstance(name, str) and name.endswith(".toml") and not Path(name).exists():
+                beside = folder / name
+                if beside.is_file():
+                    motion["scenario"] = str(beside.resolve())

@@ -97,6 +97,16 @@ def test_a_mistake_has_its_line(tmp_path: Path) -> None:
     assert "line 4: parts.1" in refused(tmp_path, PART.replace("10.0, 50.0", "50.0, 50.0"))
 
 
+def test_a_scenario_beside_the_study_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = PART.replace("parked = { latitude_deg = 50.0, duration_s = 10.0 }", 'scenario = "mine_too.toml"')
+    (tmp_path / "mine_too.toml").write_text('name = "x"\n', encoding="utf-8")
+    assert load(tmp_path, text).parts[0].motions[0].scenario == str((tmp_path / "mine_too.toml").resolve())
+    assert load(tmp_path, text).parts[0].motions[0].label == "mine_too"
+    monkeypatch.chdir(tmp_path)
+    assert load(tmp_path, text).parts[0].motions[0].scenario == "mine_too.toml"
+    assert "must be an array" in refused(tmp_path, "parts = 3\n")
+
+
 def test_two_parts_of_one_title(tmp_path: Path) -> None:
     assert "2 parts have the title 'one'" in refused(tmp_path, PART + PART)
 
