@@ -22,7 +22,6 @@ def main() -> None:
         {
             "name": "precompile",
             "parked": {"latitude_deg": 45.0, "duration_s": 2.0},
-            # The grades below the laser ones have a bias instability as well, which has a kernel of its own.
             "imu": {"grade": "mems-industrial", "rate_hz": 20.0},
             "navigation": {"algorithms": ("quaternion", "poisson", "euler"), "vertical": "baro-loop"},
         }

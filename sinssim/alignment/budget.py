@@ -44,7 +44,8 @@ SOURCES = (
     "velocity random walk",
     "velocity quantisation",
 )
-"""The sources of error, in the order of tables and bars."""
+"""The sources of error, in the order of tables and bars: those that grades have. Of what else a sensor block may have
+(flicker, rate random walk, ramp, temperature, g-sensitivity, non-linearity and faults) no budget here knows."""
 
 OF_GYROS = SOURCES[:7]
 """The sources that act through the rates; the others act through the specific forces."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
+import platform
 import subprocess
 import sys
 
@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import GRADES, ImuErrors, TriadErrors, draw, emulate
+from sinssim.sensors import ImuErrors, TriadErrors, draw, emulate
 from tests.oracles.allan import allan_deviation
 
 
@@ -365,30 +365,45 @@ import hashlib
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import GRADES, emulate
 from tests.sensors.test_emulate import uneven
+from tests.sensors.test_ensemble import SECTIONS
 digest = hashlib.sha256()
 for name in GRADES:
     measured = emulate(uneven(300), ImuSection(grade=name, gyro_quantum_arcsec=0.1, accel_quantum_mm_s=0.1), seed=17)
     digest.update(measured.dtheta.tobytes() + measured.dvel.tobytes())
+everything = {"accel_arms_mm": ((0.0,) * 3,) * 3, "accel_delay_ms": 0.0, "faults": ()}
+measured = emulate(uneven(300), SECTIONS["everything"].model_copy(update=everything), seed=17)
+digest.update(measured.dtheta.tobytes() + measured.dvel.tobytes())
 print(digest.hexdigest())
 """
 
 
+def digest_of_another_process(**environment: str) -> str:
+    """Return a number of the bits that all grades and all errors make, from a process of its own."""
+    other = subprocess.run(
+        [sys.executable, "-c", DIGEST],
+        env={**os.environ, **environment},
+        cwd=os.path.dirname(os.path.dirname(os.path.dirname(__file__))),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return other.stdout.strip()
+
+
 def test_the_same_bits_in_every_process():
-    digest = hashlib.sha256()
-    for name in GRADES:
-        section = ImuSection(grade=name, gyro_quantum_arcsec=0.1, accel_quantum_mm_s=0.1)
-        measured = emulate(uneven(300), section, seed=17)
-        digest.update(measured.dtheta.tobytes() + measured.dvel.tobytes())
-    for hash_seed in ("0", "12345"):
-        other = subprocess.run(
-            [sys.executable, "-c", DIGEST],
-            env={**os.environ, "PYTHONHASHSEED": hash_seed},
-            cwd=os.path.dirname(os.path.dirname(os.path.dirname(__file__))),
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert other.stdout.strip() == digest.hexdigest()
+    first, second = (digest_of_another_process(PYTHONHASHSEED=hash_seed) for hash_seed in ("0", "12345"))
+    assert first == second
+    assert len(first) == 64
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="names processors of that family")
+@pytest.mark.parametrize("processor", ["x86-64", "haswell"])
+def test_the_same_bits_on_lesser_processors(tmp_path, processor):
+    """Compiled for two numbers at a time without fused operations, and for four at a time with them."""
+    features = {"x86-64": "", "haswell": "+avx2,+fma"}[processor]
+    lesser = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": features, "SINSSIM_CACHE": str(tmp_path)}
+    assert digest_of_another_process(**lesser) == digest_of_another_process()
 
 
 def test_another_seed_gives_other_numbers():
