@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 from sinssim.errors import InputError
@@ -133,6 +134,7 @@ class Line(NamedTuple):
     factor: float
 
 
+@cache
 def line(key: str) -> Line | None:
     """Take a key apart.
 

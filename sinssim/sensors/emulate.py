@@ -130,9 +130,10 @@ def _check_faults(errors: ImuErrors, time: Array) -> None:
     for number, fault in enumerate(errors.faults, start=1):
         begins_before_the_end = fault.start <= time[-1] if fault.kind == "spike" else fault.start < time[-1]
         if not (begins_before_the_end and fault.end > time[0]):
+            when = f"at {fault.start:g} s" if fault.kind == "spike" else f"from {fault.start:g} s to {fault.end:g} s"
             raise InputError(
-                f"imu.faults.{number}: a {fault.kind} from {fault.start:g} s to {fault.end:g} s lies outside the run, "
-                f"which lasts from {time[0]:g} s to {time[-1]:g} s."
+                f"imu.faults.{number}: a {fault.kind} {when} lies outside the run, which lasts from {time[0]:g} s to "
+                f"{time[-1]:g} s."
             )
         if fault.kind == "jitter" and not fault.amount[0] <= _MOST_JITTER * np.diff(time).min():
             raise InputError(

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.scenario.datasheet import QUANTITIES, Quantity
+from sinssim.scenario.datasheet import QUANTITIES, Quantity, to_si
 from sinssim.scenario.faults import CHANNELS
 from sinssim.scenario.faults import Fault as FaultSection
 from sinssim.scenario.grades import CORRELATION_TIME, TriadGrade, find_grade
@@ -177,13 +177,13 @@ def _triad(section: ImuSection, triad: str, grade: TriadGrade, seed: int) -> Tri
         name, given = quantity.field, getattr(section, quantity.key)
         of_grade = getattr(grade, name, CORRELATION_TIME if name == "correlation_time" else 0.0)
         if not quantity.drawn:
-            found[name] = of_grade if given is None else given * quantity.unit
+            found[name] = of_grade if given is None else to_si(quantity.key, given)
             continue
         if given is None:
             sigma = getattr(section, quantity.sigma_key)
-            values = _turn_on(seed, quantity, of_grade if sigma is None else sigma * quantity.unit)
+            values = _turn_on(seed, quantity, of_grade if sigma is None else to_si(quantity.sigma_key, sigma))
         else:
-            values = np.array(given) * quantity.unit
+            values = np.array([to_si(quantity.key, value) for value in given])
         if quantity.size == 6:
             matrix = np.zeros((3, 3))
             matrix[_OFF_DIAGONAL[:, 0], _OFF_DIAGONAL[:, 1]] = values
