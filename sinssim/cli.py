@@ -129,8 +129,9 @@ def run(
         with _progress(show=not quiet) as progress:
             result = run_scenario(plan, directory, overwrite=overwrite, progress=progress)
     except KeyboardInterrupt as interrupt:
-        typer.echo(f"Interrupted. {_notes(interrupt) or 'Nothing had been recorded yet.'}", err=True)
-        raise typer.Exit(130) from None
+        if not _notes(interrupt):
+            interrupt.add_note("Nothing had been recorded yet.")
+        raise
     if as_json:
         print(json.dumps(result.summary, indent=2))
     elif not quiet:
@@ -200,8 +201,9 @@ def compare(
                 plan, directory, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
             )
     except KeyboardInterrupt as interrupt:
-        typer.echo(f"Interrupted. {_notes(interrupt) or 'Nothing had been done yet.'}", err=True)
-        raise typer.Exit(130) from None
+        if not _notes(interrupt):
+            interrupt.add_note("Nothing had been done yet.")
+        raise
     if as_json:
         from sinssim.studies.write import results
 
@@ -627,6 +629,16 @@ def _notes(error: BaseException) -> str:
     return " ".join(getattr(error, "__notes__", ()))
 
 
+def _interrupt(end: BaseException) -> KeyboardInterrupt | None:
+    """Return the interruption that ended the command line, if one did: typer makes an exit code of it."""
+    if isinstance(end, SystemExit) and end.code != 130:
+        return None
+    cause: BaseException | None = end
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause
+
+
 def _number(value: float | None) -> str:
     """Write a number with four significant digits, without an exponent where a person can do without."""
     if value is None:
@@ -708,6 +720,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         with interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
             app(args=None if arguments is None else list(arguments), prog_name="sinssim")
+    except (KeyboardInterrupt, SystemExit) as end:
+        interrupt = _interrupt(end)
+        if interrupt is None:
+            raise
+        typer.echo(f"Interrupted. {_notes(interrupt)}".rstrip(), err=True)
+        sys.exit(130)
     except SinssimError as error:
         if _debug:
             raise
@@ -733,6 +751,8 @@ def program() -> NoReturn:
         main()
     except SystemExit as end:
         code = int(end.code or 0)
+    except KeyboardInterrupt:  # as it was ending, when all was done
+        code = 130
     except BaseException:
         sys.excepthook(*sys.exc_info())
     try:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -372,6 +373,22 @@ def test_interrupt(folder: Path, number: signal.Signals) -> None:
     for summary in folder.glob("*/summary.json"):
         json.loads(summary.read_text())
     assert not list(folder.glob(".*"))
+
+
+@pytest.mark.parametrize("where", ["_names", "app"])
+def test_interrupt_of_any_command_at_any_time(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], where: str
+) -> None:
+    """Whether the command was under way or typer was still putting it together: code 130 and one line."""
+
+    def interrupted(*args: object, **kwargs: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, where, interrupted)
+    with pytest.raises(SystemExit) as end:
+        cli.main(["list", "grades"])
+    assert end.value.code == 130
+    assert capsys.readouterr() == ("", "Interrupted.\n")
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _STYLE = f"""{plot.STYLE}{TRACK_STYLE}
 .pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
 .pair > div > table:first-child, .pair .wide:first-child table {{ margin-top: 0; }}
+.pair > div td.text {{ min-width: 9rem; }}
 @media screen and (max-width: 820px) {{ .pair {{ grid-template-columns: minmax(0, 1fr); }} }}
 pre {{ background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
   white-space: pre-wrap; overflow-wrap: anywhere; }}

@@ -269,8 +269,14 @@ class _Viewer:
 
         binary = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
         self._output: IO[bytes] = tempfile.TemporaryFile()
+        # The viewer puts a folder among the temporary ones and, ended by a signal, leaves it there.
+        self._folder = tempfile.TemporaryDirectory(prefix="sinssim-view-", ignore_cleanup_errors=True)
         self.process = subprocess.Popen(
-            [str(binary), *self.arguments], stdin=subprocess.DEVNULL, stdout=self._output, stderr=self._output
+            [str(binary), *self.arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=self._output,
+            env={**os.environ, "TMPDIR": self._folder.name},
         )
         return self
 
@@ -281,6 +287,7 @@ class _Viewer:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+        self._folder.cleanup()
         self._output.close()
 
     def wait_for_port(self, port: int) -> None:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.request
 from pathlib import Path
@@ -140,9 +141,11 @@ def test_what_is_no_recording_makes_no_picture(tmp_path, broken_viewer):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["flight", "navigation", "sensors"])
-def test_every_view_makes_a_picture(directory, tmp_path, view):
+def test_every_view_makes_a_picture(directory, tmp_path, view, monkeypatch):
     from matplotlib.image import imread
 
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # nothing may be left there
+    monkeypatch.setattr(tempfile, "tempdir", None)
     begin = time.monotonic()
     viewer.screenshot(directory, tmp_path / "picture.png", view, size=(1280, 800))
     picture = imread(tmp_path / "picture.png")
