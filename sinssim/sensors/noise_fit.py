@@ -58,6 +58,8 @@ _WIDTH = 1.04  # of a band, ratio of its last to its first frequency
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _LIMIT = 3.841458820694124  # χ² with one degree of freedom, 95 %
 _STEPS = 200
+_WIDE = 9.0  # twice the loss of the logarithm of the likelihood beyond which a walk counts for nothing
+_MIXED = 16
 _QUICKEST = 100.0  # samples in the shortest correlation time that is looked for
 _TIMES = 25  # correlation times that are tried
 _CLOSE = 1e-5  # of the logarithm of the likelihood
@@ -338,41 +340,36 @@ class _Model:
         columns = np.concatenate([self.columns, self.table.column(term)[None]])
         return _Model(self.table, [*self.terms, term], columns, self.weight, np.append(self.best, 0.0))
 
-    def eliminated(self, v: Array, ramp: float | None = None) -> tuple[Array, Array, Array, float]:
-        """Fit ramp and ends by generalised least squares, given the variances; a given ramp is left as it is.
+    def ramp_and_ends(self, v: Array) -> tuple[Array, Array]:
+        """Return the sizes of ramp and ends by generalised least squares, (3,), and their covariance, (3, 3)."""
+        w = self.weight / self.table.number / v
+        covariance = np.asarray(np.linalg.inv(self.table.shapes @ w), dtype=np.float64)
+        return covariance @ (self.table.shapes_z @ w), covariance
+
+    def eliminated(self, v: Array) -> tuple[Array, Array, float]:
+        """Take ramp and ends off, given the variances.
 
         Returns:
-            The fitted sizes; the remaining power in each band; the part of it that the fit took, expected; the
-            logarithm of the determinant of the fit's normal matrix.
+            The remaining power in each band; the part of it that the fit took, expected; the logarithm of the
+            determinant of their covariance.
         """
         t = self.table
-        w = self.weight / t.number / v
-        keep = slice(0, 3) if ramp is None else slice(1, 3)
-        power, shapes_z, shapes = t.power, t.shapes_z[keep], t.shapes[keep, keep]
-        if ramp is not None:
-            power = power - 2.0 * ramp * t.shapes_z[0] + ramp**2 * t.shapes[0, 0]
-            shapes_z = shapes_z - ramp * t.shapes[keep, 0]
-        normal = shapes @ w
-        inverse = np.linalg.inv(normal)
-        size = inverse @ (shapes_z @ w)
-        power = power - 2.0 * size @ shapes_z + np.einsum("i,ijb,j->b", size, shapes, size)
-        taken = np.einsum("ij,ijb->b", inverse, shapes)
-        return size, np.maximum(power, 0.0), taken, float(np.linalg.slogdet(normal)[1])
+        size, covariance = self.ramp_and_ends(v)
+        power = t.power - 2.0 * size @ t.shapes_z + np.einsum("i,ijb,j->b", size, t.shapes, size)
+        taken = np.einsum("ij,ijb->b", covariance, t.shapes)
+        return np.maximum(power, 0.0), taken, float(np.linalg.slogdet(covariance)[1])
 
-    def evaluate(self, v: Array, ramp: float | None = None) -> tuple[Array, float]:
+    def evaluate(self, v: Array) -> tuple[Array, float]:
         """Return each band's power without ramp and ends, and the logarithm of the restricted likelihood."""
-        _, power, taken, determinant = self.eliminated(v, ramp)
+        power, taken, determinant = self.eliminated(v)
         terms = self.weight * (np.log(v) + power / (self.table.number * v))
-        return (power + taken) / self.table.number, -0.5 * (float(terms.sum()) + determinant)
+        return (power + taken) / self.table.number, -0.5 * (float(terms.sum()) - determinant)
 
-    def solve(
-        self, held: Mapping[int, float], ramp: float | None = None, start: Array | None = None
-    ) -> tuple[Array, float]:
+    def solve(self, held: Mapping[int, float], start: Array | None = None) -> tuple[Array, float]:
         """Maximise the likelihood over c² ≥ 0.
 
         Args:
             held: terms that are held, and their c².
-            ramp: R, if it is held, less the table's own.
             start: c² to begin with.
 
         Returns:
@@ -387,7 +384,7 @@ class _Model:
         if start is None:  # the record's own power, smoothed
             few = np.ones(9)
             v = np.convolve(t.power, few, "same") / np.convolve(t.number, few, "same") + t.floor
-        power, top = self.evaluate(v, ramp)
+        power, top = self.evaluate(v)
         if start is None:
             top = -math.inf
         for _ in range(_STEPS):
@@ -399,7 +396,7 @@ class _Model:
             while True:
                 trial = squares + part * (wanted - squares) if math.isfinite(before) else wanted
                 v = self.variance(trial)
-                power, top = self.evaluate(v, ramp)
+                power, top = self.evaluate(v)
                 if top >= before or part < 1e-3:
                     break
                 part *= 0.5
@@ -424,7 +421,7 @@ class _Model:
             Signed roots of the deviance ν(r − 1 − ln r), r the band's power over the fit's, (b,).
         """
         v = self.variance(self.best)
-        _, power, taken, _ = self.eliminated(v)
+        power, taken, _ = self.eliminated(v)
         ratio = np.maximum((power + taken) / (self.table.number * v), 1e-300)
         deviance = weight * (ratio - 1.0 - np.log(ratio))
         return np.asarray(np.sign(ratio - 1.0) * np.sqrt(np.maximum(deviance, 0.0)))
@@ -463,7 +460,7 @@ def _calibrated(table: _Table, terms: Sequence[NoiseTerm]) -> _Calibrated:
     """Fit, and weigh the bands by what is known of the terms' spectra."""
     columns = np.stack([table.column(term) for term in terms])
     model = _Model(table, terms, columns, table.number)
-    table.take_off(model.eliminated(model.variance(model.best))[0])
+    table.take_off(model.ramp_and_ends(model.variance(model.best))[0])
     model = _Model(table, terms, columns, table.number)
     drift = [i for i, term in enumerate(terms) if term.symbol not in ("Q", "N")]
     share = model.best[drift] @ model.columns[drift] / model.variance(model.best)
@@ -573,26 +570,36 @@ def _band(model: _Model, i: int, limit: float = _LIMIT) -> tuple[float, float]:
 
 
 def _ramp_band(model: _Model) -> tuple[float, float, float]:
-    """Return the most likely ramp and its 95 % band, less the table's own ramp."""
+    """Return the most likely ramp and its 95 % band, less the table's own ramp.
+
+    Given the noise, the ramp is a normal number. How much noise there is near its frequency is known from a few
+    coefficients only: the band is that of normal distributions mixed over the rate random walk, each with the
+    restricted likelihood of its K, as a t-distribution is that of normal ones mixed over their variance.
+    """
     from scipy.optimize import brentq
+    from scipy.special import ndtr
 
-    size, squares = 0.0, model.best
-    for _ in range(5):  # the ramp given the noise, the noise given the ramp
+    walk = model.index("K")
+    low, high = _band(model, walk, _WIDE)
+    nodes, weights = np.polynomial.legendre.leggauss(_MIXED)
+    sizes, sigmas, shares = np.empty(_MIXED), np.empty(_MIXED), np.empty(_MIXED)
+    for j, k in enumerate(0.5 * (low + high) + 0.5 * (high - low) * nodes):
+        squares, top = model.solve({walk: float(k) ** 2}, start=model.best)
         v = model.variance(squares)
-        size = float(model.eliminated(v)[0][0])
-        squares, top = model.solve({}, size, squares)
-    w = model.weight / model.table.number / v
-    sigma = 1.0 / math.sqrt(float(model.table.shapes[0, 0] @ w))
+        found, covariance = model.ramp_and_ends(v)
+        sizes[j], sigmas[j] = found[0], math.sqrt(covariance[0, 0])
+        shares[j] = weights[j] * math.exp(top - model.top)
+    shares /= shares.sum()
 
-    def outside(ramp: float) -> float:
-        return 2.0 * (top - model.solve({}, ramp, squares)[1]) - _LIMIT
+    def below(ramp: float) -> float:
+        return float(shares @ ndtr((ramp - sizes) / sigmas))
 
-    ends = []
-    for sign in (-1.0, 1.0):
-        step = 2.0 * sigma
-        while outside(size + sign * step) < 0.0:
-            step *= 1.5
-        ends.append(brentq(outside, size, size + sign * step, xtol=1e-2 * sigma))
+    tail = 0.5 * (1.0 - PROBABILITY)
+    least, most = float(np.min(sizes - 8.0 * sigmas)), float(np.max(sizes + 8.0 * sigmas))
+    ends = [
+        brentq(lambda x, p=p: below(x) - p, least, most, xtol=1e-3 * float(sigmas.min())) for p in (tail, 1.0 - tail)
+    ]
+    size = float(model.ramp_and_ends(model.variance(model.best))[0][0])
     return size, ends[0], ends[1]
 
 

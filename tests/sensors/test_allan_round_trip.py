@@ -1,0 +1,180 @@
+"""What the emulator puts in, identification finds: every noise term alone and all together, at every grade."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from sinssim.data import ImuData
+from sinssim.scenario.grades import GRADE_TABLE
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.sensors.noise_fit import fit_noise
+
+GRADES = [name for name, grade in GRADE_TABLE.items() if grade.gyro.random_walk > 0.0]
+FIELDS = {"Q": "quantum", "N": "random_walk", "B": "flicker", "K": "rate_walk", "R": "ramp"}
+PULSE = np.sqrt(12.0)  # pulses in a Q
+
+
+def sizes(random_walk):
+    """Return terms that all show in ten hours beside a grade's random walk.
+
+    Quantisation is as large as the random walk at 0.1 s, the flicker at 200 s, the rate random walk as the flicker at
+    2000 s, the ramp twice as large at 10 000 s.
+    """
+    flicker = random_walk / 0.664 / np.sqrt(200.0)
+    return {
+        "Q": random_walk * np.sqrt(0.1 / 3.0),
+        "N": random_walk,
+        "B": flicker,
+        "K": 0.664 * flicker * np.sqrt(3.0 / 2000.0),
+        "R": 2.0 * 0.664 * flicker * np.sqrt(2.0) / 1e4,
+    }
+
+
+def triad(terms):
+    """Return the errors of a triad that have these coefficients."""
+    values = {FIELDS[symbol]: value for symbol, value in terms.items()}
+    if "Q" in terms:
+        values["quantum"] = PULSE * terms["Q"]
+    if "R" in terms:
+        values["ramp"] = np.full(3, terms["R"])
+    return TriadErrors(**values)
+
+
+@cache
+def lively(count, rate_hz):
+    """Return ideal increments of a block that shakes by many pulses from sample to sample: rounding is then white."""
+    rng = np.random.default_rng(1)
+    time = np.arange(count + 1) / rate_hz
+    return ImuData(time, rng.normal(0.0, 1e-2, (count, 3)), rng.normal(0.0, 1.0, (count, 3)))
+
+
+def errors_of(ideal, measured):
+    """Return what the sensors got wrong: six channels."""
+    return np.hstack([measured.dtheta - ideal.dtheta, measured.dvel - ideal.dvel]).T
+
+
+def emulated(grade, symbols, count, rate_hz, seed):
+    """Return the errors of six channels, and the coefficients in each."""
+    row = GRADE_TABLE[grade]
+    all_terms = [sizes(t.random_walk) for t in (row.gyro, row.accel)]
+    terms = [{symbol: t[symbol] for symbol in symbols} for t in all_terms]
+    ideal = lively(count, rate_hz)
+    measured = emulate(ideal, ImuErrors(triad(terms[0]), triad(terms[1])), seed)
+    return errors_of(ideal, measured), [terms[0]] * 3 + [terms[1]] * 3
+
+
+def near(estimate, truth):
+    """Return whether an estimate is within 5 % or two standard errors; if there is none, whether its limit holds."""
+    if estimate.value is None:
+        return bool(estimate.low <= truth <= estimate.high)
+    half = 0.5 * (estimate.high - estimate.low)
+    return bool(abs(estimate.value - truth) < max(0.05 * truth, 2.0 / 1.96 * half))
+
+
+def check_alone(grade, symbol, count, rate_hz, rows):
+    channels, truths = emulated(grade, symbol, count, rate_hz, seed=4)
+    for row in rows:
+        estimate = fit_noise(channels[row], 1.0 / rate_hz).estimates[symbol]
+        assert estimate.value == pytest.approx(truths[row][symbol], rel=0.05)
+
+
+@pytest.mark.parametrize("symbol", FIELDS)
+@pytest.mark.parametrize("grade", GRADES)
+def test_each_term_alone(grade, symbol):
+    check_alone(grade, symbol, 36_000, 10.0, [0, 5])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("symbol", FIELDS)
+@pytest.mark.parametrize("grade", GRADES)
+def test_each_term_alone_in_ten_hours_at_100_hz(grade, symbol):
+    check_alone(grade, symbol, 3_600_000, 100.0, range(6))
+
+
+def test_all_together():
+    """Within 5 % or two standard errors of the fit's own band."""
+    channels, truths = emulated("mems-tactical", FIELDS, 360_000, 10.0, seed=1)
+    for channel, truth in zip(channels[[0, 5]], [truths[0], truths[5]], strict=True):
+        fit = fit_noise(channel, 0.1)
+        for symbol, value in truth.items():
+            assert near(fit.estimates[symbol], value), symbol
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("grade", GRADES)
+def test_all_together_in_ten_hours_at_100_hz(grade):
+    """Of 102 records (17 seeds, six channels) the bands hold the truth in 90 to 98 %, chance allowed for."""
+    inside, close = dict.fromkeys(FIELDS, 0), dict.fromkeys(FIELDS, 0)
+    found = {symbol: [] for symbol in FIELDS}
+    for seed in range(17):
+        channels, truths = emulated(grade, FIELDS, 3_600_000, 100.0, seed)
+        for channel, truth in zip(channels, truths, strict=True):
+            fit = fit_noise(channel, 0.01)
+            for symbol, value in truth.items():
+                estimate = fit.estimates[symbol]
+                inside[symbol] += estimate.low <= value <= estimate.high
+                close[symbol] += near(estimate, value)
+                found[symbol].append(fit.likely[symbol] / value)
+    for symbol in FIELDS:
+        relative = np.array(found[symbol])
+        print(
+            f"{grade}, {symbol}: in the band {inside[symbol]} of 102; within 5 % or 2 σ {close[symbol]}; mean "
+            f"{relative.mean():.4f}, spread {relative.std():.4f} of the truth"
+        )
+    for symbol in FIELDS:
+        assert 90 <= inside[symbol] <= 102, symbol
+        assert abs(np.median(found[symbol]) - 1.0) < 4.0 * 1.25 * np.std(found[symbol]) / 10.0 + 0.01, symbol
+
+
+INSTABLE = [name for name, grade in GRADE_TABLE.items() if grade.gyro.instability > 0.0]
+
+
+@pytest.mark.parametrize("grade", INSTABLE)
+def test_the_grades_own_instability_alone(grade):
+    """A Gauss-Markov bias of known correlation time, from a scenario's keys, ten hours at 10 Hz."""
+    section = ImuSection.model_validate(
+        {"grade": "ideal", "gyro_instability_deg_h": GRADE_TABLE[grade].gyro.instability * 3600.0 * 180.0 / np.pi}
+    )
+    ideal = lively(360_000, 10.0)
+    channels = errors_of(ideal, emulate(ideal, section, 3))
+    for channel in channels[:2]:
+        fit = fit_noise(channel, 0.1, correlation_time=3600.0)
+        assert fit.likely["sigma_b"] == pytest.approx(GRADE_TABLE[grade].gyro.instability, rel=0.05)
+
+
+def test_every_key_of_a_scenario_in_its_unit():
+    """Datasheet units in, datasheet units out, for gyros and accelerometers."""
+    from sinssim.sensors.noise_report import UNITS
+
+    keys = {
+        "gyro_quantum_arcsec": 2.0,
+        "gyro_arw_deg_sqrt_h": 0.3,
+        "gyro_flicker_deg_h": 30.0,
+        "gyro_rrw_deg_h_sqrt_h": 400.0,
+        "gyro_ramp_deg_h_per_h": [9000.0] * 3,
+        "accel_quantum_mm_s": 0.3,
+        "accel_vrw_ug_sqrt_hz": 100.0,
+        "accel_flicker_ug": 800.0,
+        "accel_rrw_ug_sqrt_h": 10_000.0,
+        "accel_ramp_ug_per_h": [300_000.0] * 3,
+    }
+    ideal = lively(72_000, 10.0)
+    for sensor, row in (("gyro", 0), ("accel", 3)):
+        for symbol, word in (("Q", "quantum"), ("N", "rw"), ("B", "flicker"), ("K", "rrw"), ("R", "ramp")):
+            key, value = next((k, v) for k, v in keys.items() if k.startswith(f"{sensor}_") and _names(k, word))
+            section = ImuSection.model_validate({"grade": "ideal", key: value})
+            channel = errors_of(ideal, emulate(ideal, section, 1))[row]
+            unit, size = UNITS[sensor][symbol]
+            found = fit_noise(channel, 0.1).likely[symbol] / size
+            truth = value[0] if isinstance(value, list) else value
+            truth = truth / PULSE if symbol == "Q" else truth
+            assert found == pytest.approx(truth, rel=0.05), (key, unit)
+
+
+def _names(key, word):
+    """Return whether a key is that of a term: arw and vrw are the random walk, rrw is another."""
+    return f"_{word}_" in key or (word == "rw" and ("_arw_" in key or "_vrw_" in key))
