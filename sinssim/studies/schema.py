@@ -14,7 +14,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from sinssim.errors import unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES
+from sinssim.names import ALGORITHMS, CURVATURES, MEASURED_ATTITUDE
 from sinssim.scenario.grades import GRADES
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.motion import MotionSection, VibrationSection
@@ -111,6 +111,8 @@ class Part(Section):
         found: list[str] = []
         for pattern in patterns:
             matching = [name for name in ALGORITHMS if fnmatchcase(name, pattern)]
+            if pattern == MEASURED_ATTITUDE:
+                raise ValueError(f'{pattern} belongs to a set of sensors: variants = ["attitude-sensor"] brings it')
             if not matching:
                 raise unknown_name("algorithm", pattern, ALGORITHMS)
             found += matching

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,6 +21,16 @@ def test_runs_show_the_closed_forms() -> None:
     assert np.abs(by_accelerometer - expected).max() < 1e-6 * expected.max()
     expected = GYRO_DRIFT * (time - np.sin(w * time) / w)
     assert np.abs(by_gyro - expected).max() < 1e-6 * expected.max()
+
+
+def test_the_script_says_how_near_they_are(tmp_path: Path) -> None:
+    script = Path(__file__).parents[2] / "scenarios" / "one_component.py"
+    command = [sys.executable, str(script), "-o", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    apart = [float(x) for x in re.findall(r"differ by (\S+) of", done.stdout)]
+    assert len(apart) == 2
+    assert max(apart) < 1e-6
+    assert (tmp_path / "figure_8_4.png").is_file()
 
 
 def test_figure_is_drawn(tmp_path: Path) -> None:

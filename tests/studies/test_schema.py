@@ -76,6 +76,7 @@ def test_studies_are_no_scenarios() -> None:
         ("parts.1.schedules_hz=[[100.0, 40.0, 10.0]]", ["40 Hz does not divide 100 Hz", "fast, medium"]),
         ('parts.1.algorithms=["quaternoin"]', ["unknown algorithm 'quaternoin'", "Did you mean 'quaternion'"]),
         ('parts.1.algorithms=["euler", "euler"]', ["'euler' 2 times"]),
+        ('parts.1.algorithms=["measured-attitude"]', ['variants = ["attitude-sensor"]']),
         ('parts.1.algorithms=["poisson-1", "poisson-*"]', ["'poisson-1' 2 times"]),
         ('parts.1.sensors=["laser-standart"]', ["parts.1.sensors", "Did you mean 'laser-standard'"]),
         ('parts.1.frames=["polar"]', ["unknown frame 'polar'"]),
