@@ -3,13 +3,14 @@
 A kernel that runs a sensor block through an ensemble holds, for R runs of six channels (three gyros, three
 accelerometers):
 
-    p[parameter, channel, run]   what is constant in a run, SI (`pack` fills it from `ImuErrors`)
-    s[state, channel, run]       what goes on from sample to sample (`begin` sets it)
+    p[run, channel, parameter]   what is constant in a run, SI (`pack` fills it from `ImuErrors`)
+    s[run, channel, state]       what goes on from sample to sample (`begin` sets it)
     c[condition]                 what all runs share at a sample (`advance` moves it on)
     z[noise, channel, run]       the normal numbers of the sample (`draw_sample` fills it), or of a block of samples
 
-and calls `advance` once a sample, then for every run `draw_sample` and `measure`. Nothing is kept but that: no run's
-samples are stored. `active` says which stages there are; a constant there leaves the others out of the machine code.
+and calls, for each sample, `advance` and `draw_sample` once and `measure` for every run. Nothing is kept but that: no
+run's samples are stored. `active` says which stages there are; a constant there leaves the others out of the machine
+code.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from sinssim.data import DROPPED, FROZEN, SATURATED, Array
 from sinssim.jit import strict_inline, strict_kernel
 from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.gauss_markov import lost, mean_step
-from sinssim.sensors.random_numbers import normal_pair, normal_pairs, term_number
+from sinssim.sensors.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
 
 # Stages, bits of `active`
 TILTED, BENT, WARMING, RAMPING, G_SENSITIVE = 1, 2, 4, 8, 16
@@ -71,7 +72,6 @@ STEP, SPIKE, NARROW, DROP, FREEZE = range(5)
 _KEPT = tuple(1.0 - rate for rate in RATES)
 _FLICKERS = len(RATES)
 
-Words = NDArray[np.uint64]
 Counts = NDArray[np.int64]
 
 
@@ -81,21 +81,21 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
 
     Args:
         active: stages there are.
-        s: states, (STATES, 6, R), of which the run's are written.
+        s: states, (R, 6, STATES), of which the run's are written.
         run: which run.
         key_0, key_1: of the run's seed.
     """
-    s[:, :, run] = 0.0
+    s[run] = 0.0
     for axis in range(3):
         if active & WANDERING:
             one, two = normal_pair(key_0, key_1, np.int64(0), TERMS[_WANDERING], np.uint64(axis))
-            s[WANDER, axis, run], s[WANDER, axis + 3, run] = one, two
+            s[run, axis, WANDER], s[run, axis + 3, WANDER] = one, two
         if active & FLICKERING:
             for n in range(_FLICKERS):
                 one, two = normal_pair(key_0, key_1, np.int64(n), TERMS[_START], np.uint64(axis))
                 for m in range(n, _FLICKERS):
-                    s[FLICKERS + m, axis, run] += STATIONARY[m, n] * one
-                    s[FLICKERS + m, axis + 3, run] += STATIONARY[m, n] * two
+                    s[run, axis, FLICKERS + m] += STATIONARY[m, n] * one
+                    s[run, axis + 3, FLICKERS + m] += STATIONARY[m, n] * two
 
 
 @strict_inline
@@ -135,9 +135,7 @@ def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> No
     for n in range(4):
         if active & NOISES[n]:
             for axis in range(3):
-                one, two = z[n, axis], z[n, axis + 3]
-                for run in range(len(key_0)):
-                    one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(k + 1), TERMS[n], np.uint64(axis))
+                normal_pairs_of_runs(z[n, axis], z[n, axis + 3], key_0, key_1, k + 1, TERMS[n], np.uint64(axis))
 
 
 @strict_inline
@@ -147,40 +145,40 @@ def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: in
     after, other = u[_NEXT[i]], u[_OTHER[i]]
     x = u[i]
     if active & TILTED:
-        x += p[TILT_NEXT, i, run] * after + p[TILT_OTHER, i, run] * other
+        x += p[run, i, TILT_NEXT] * after + p[run, i, TILT_OTHER] * other
     n = x
     if active & BENT:
         mean = x / interval
-        n += mean * (p[QUADRATIC, i, run] + p[CUBIC, i, run] * mean) * x + 0.5 * p[ASYMMETRY, i, run] * abs(x)
-        n += mean * (p[CROSS_NEXT, i, run] * after + p[CROSS_OTHER, i, run] * other)
-    scale, rate = p[SCALE, i, run], p[BIAS, i, run]
+        n += mean * (p[run, i, QUADRATIC] + p[run, i, CUBIC] * mean) * x + 0.5 * p[run, i, ASYMMETRY] * abs(x)
+        n += mean * (p[run, i, CROSS_NEXT] * after + p[run, i, CROSS_OTHER] * other)
+    scale, rate = p[run, i, SCALE], p[run, i, BIAS]
     if active & WARMING:
-        scale += p[SCALE_WARM, i, run] * c[WARMTH]
-        rate += p[BIAS_WARM, i, run] * c[WARMTH]
+        scale += p[run, i, SCALE_WARM] * c[WARMTH]
+        rate += p[run, i, BIAS_WARM] * c[WARMTH]
     if active & RAMPING:
-        rate += p[RAMP, i, run] * c[MIDDLE]
+        rate += p[run, i, RAMP] * c[MIDDLE]
     if active & G_SENSITIVE:
-        rate += (p[G_X, i, run] * u[3] + p[G_Y, i, run] * u[4] + p[G_Z, i, run] * u[5]) / interval
+        rate += (p[run, i, G_X] * u[3] + p[run, i, G_Y] * u[4] + p[run, i, G_Z] * u[5]) / interval
     if active & WANDERING:
         first = GYRO if i < 3 else ACCEL
-        fresh, before = z[_WANDERING, i, j], s[WANDER, i, run]
-        rate += p[INSTABILITY, i, run] * (c[first + 2] * before + c[first + 3] * fresh)
-        s[WANDER, i, run] = c[first] * before + c[first + 1] * fresh
+        fresh, before = z[_WANDERING, i, j], s[run, i, WANDER]
+        rate += p[run, i, INSTABILITY] * (c[first + 2] * before + c[first + 3] * fresh)
+        s[run, i, WANDER] = c[first] * before + c[first + 1] * fresh
     if active & RATE_WALKING:
-        fresh, before = c[ROOT_T] * z[_RATE_WALKING, i, j], s[WALKED, i, run]
-        rate += p[RATE_WALK, i, run] * (before + _MEAN_OF_WALK * fresh)
-        s[WALKED, i, run] = before + fresh
+        fresh, before = c[ROOT_T] * z[_RATE_WALKING, i, j], s[run, i, WALKED]
+        rate += p[run, i, RATE_WALK] * (before + _MEAN_OF_WALK * fresh)
+        s[run, i, WALKED] = before + fresh
     if active & FLICKERING:
         fresh = z[_FLICKERING, i, j]
         total = DIRECT * fresh
         for m in range(_FLICKERS):
-            value = _KEPT[m] * s[FLICKERS + m, i, run] + fresh
-            s[FLICKERS + m, i, run] = value
+            value = _KEPT[m] * s[run, i, FLICKERS + m] + fresh
+            s[run, i, FLICKERS + m] = value
             total += WEIGHTS[m] * value
-        rate += p[FLICKER, i, run] * total
+        rate += p[run, i, FLICKER] * total
     y: float = (1.0 + scale) * n + rate * interval  # (2)
     if active & WHITE:
-        y += p[RANDOM_WALK, i, run] * c[ROOT_T] * z[_WHITE, i, j]
+        y += p[run, i, RANDOM_WALK] * c[ROOT_T] * z[_WHITE, i, j]
     return y
 
 
@@ -199,7 +197,7 @@ def _delivered(
 ) -> tuple[float, int]:
     """Return what channel i gives out for its increment, stages 5 (faults) to 8, and its flags."""
     flags = 0
-    limit = p[LIMIT, i, run] if p[LIMIT, i, run] > 0.0 else math.inf
+    limit = p[run, i, LIMIT] if p[run, i, LIMIT] > 0.0 else math.inf
     if active & FAULTY:
         for n in range(len(kinds)):
             if spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -214,11 +212,11 @@ def _delivered(
         if abs(y) > most:
             y = math.copysign(most, y)
             flags |= SATURATED
-    if active & QUANTISED and p[QUANTUM, i, run] > 0.0:
+    if active & QUANTISED and p[run, i, QUANTUM] > 0.0:
         # Whole pulses; the remainder stays in the counter, so that nothing is lost.
-        due = s[REMAINDER, i, run] + y
-        y = np.rint(due / p[QUANTUM, i, run]) * p[QUANTUM, i, run]
-        s[REMAINDER, i, run] = due - y
+        due = s[run, i, REMAINDER] + y
+        y = np.rint(due / p[run, i, QUANTUM]) * p[run, i, QUANTUM]
+        s[run, i, REMAINDER] = due - y
     if active & FAULTY:
         for n in range(len(kinds)):
             if amounts[n, i] > 0.0 and spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -226,9 +224,9 @@ def _delivered(
                     y = 0.0
                     flags |= DROPPED
                 elif kinds[n] == FREEZE:
-                    y = s[LAST, i, run]
+                    y = s[run, i, LAST]
                     flags |= FROZEN
-        s[LAST, i, run] = y
+        s[run, i, LAST] = y
     return y, flags
 
 
@@ -256,8 +254,8 @@ def measure(
         y: measured increments, (6,), written.
         flags: of the channels, (6,), written where the sensors have a range or a fault.
         c: conditions of the sample, (CONDITIONS,).
-        p: parameters, (PARAMETERS, 6, R).
-        s: states, (STATES, 6, R), moved on.
+        p: parameters, (R, 6, PARAMETERS).
+        s: states, (R, 6, STATES), moved on.
         run: which run.
         z: normal numbers, (4, 6, J).
         j: which column of them is the sample's.
@@ -295,7 +293,7 @@ def measure_all(
         time: edges of the intervals, (N+1,) s.
         dtheta, dvel: ideal increments, (N, 3) rad and m/s.
         c: conditions at the start, (CONDITIONS,).
-        p: parameters, (PARAMETERS, 6, 1).
+        p: parameters, (1, 6, PARAMETERS).
         key_0, key_1: of the run's seed.
         kinds, spans, amounts: faults, as in `measure`.
         gyro, accel: measured increments, (N, 3), written.
@@ -303,7 +301,7 @@ def measure_all(
     """
     count = len(dtheta)
     z = np.empty((4, 6, _BLOCK))
-    s = np.empty((STATES, 6, 1))
+    s = np.empty((1, 6, STATES))
     u, y, f = np.empty(6), np.empty(6), np.zeros(6, np.uint8)
     begin(active, s, 0, key_0, key_1)
     for base in range(0, count, _BLOCK):

@@ -66,7 +66,7 @@ class Packed(NamedTuple):
 
     Attributes:
         active: the stages that any run needs.
-        parameters: (PARAMETERS, 6, R).
+        parameters: (R, 6, PARAMETERS).
         conditions: what all runs share, at the start, (CONDITIONS,).
         kinds: of the faults, (F,).
         spans: their begins and ends, (F, 2) s.
@@ -100,24 +100,24 @@ def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
         InputError: an error that no sensor has: a negative noise, a correlation time of zero, axes that lie far from
             the block's.
     """
-    parameters = np.zeros((kernel.PARAMETERS, 6, len(runs)))
+    parameters = np.zeros((len(runs), 6, kernel.PARAMETERS))
     for run, errors in enumerate(runs):
         for first, triad, name in ((0, errors.gyro, "gyro"), (3, errors.accel, "accelerometer")):
             _check(triad, name)
             three = slice(first, first + 3)
             for field, parameter in _PER_AXIS.items():
-                parameters[parameter, three, run] = getattr(triad, field)
+                parameters[run, three, parameter] = getattr(triad, field)
             for field, (after, other) in _PAIRS.items():
                 matrix = getattr(triad, field)
-                parameters[after, three, run] = matrix[range(3), _NEXT]
-                parameters[other, three, run] = matrix[range(3), _OTHER]
+                parameters[run, three, after] = matrix[range(3), _NEXT]
+                parameters[run, three, other] = matrix[range(3), _OTHER]
         for j, parameter in enumerate((kernel.G_X, kernel.G_Y, kernel.G_Z)):
-            parameters[parameter, :3, run] = errors.gyro.g_sensitivity[:, j]
+            parameters[run, :3, parameter] = errors.gyro.g_sensitivity[:, j]
     one = runs[0]
     if not one.warm_up.time_constant > 0.0:
         raise InputError(f"the warm-up's time constant, {one.warm_up.time_constant:g} s, must be positive.")
     faults = [fault for fault in one.faults if fault.kind != "jitter"]
-    active = sum(stage for stage, needed in _STAGES.items() if parameters[needed, :, :].any())
+    active = sum(stage for stage, needed in _STAGES.items() if parameters[:, :, needed].any())
     conditions = np.zeros(kernel.CONDITIONS)
     conditions[kernel.START] = start
     conditions[kernel.STEADY], conditions[kernel.WARM_UP] = one.warm_up.steady, one.warm_up.time_constant

@@ -13,10 +13,13 @@ import math
 import zlib
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.jit import strict_inline, strict_kernel
+
+Words = NDArray[np.uint64]
 
 _MULTIPLY_0, _MULTIPLY_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
@@ -124,6 +127,23 @@ def normal_pairs(
     """
     for n in range(len(one)):
         one[n], two[n] = normal_pair(key_0, key_1, np.int64(first + n), term, axis)
+
+
+@strict_kernel
+def normal_pairs_of_runs(
+    one: Array, two: Array, key_0: Words, key_1: Words, number: int, term: np.uint64, axis: np.uint64
+) -> None:
+    """Write the pairs of one sample of many runs, several at a time where the machine has the lanes.
+
+    Args:
+        one, two: for the gyro's and the accelerometer's numbers, (R,).
+        key_0, key_1: of the runs' seeds, (R,).
+        number: of the sample.
+        term: as `term_number` gives it.
+        axis: number of the axis.
+    """
+    for run in range(len(one)):
+        one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(number), term, axis)
 
 
 def term_number(term: str) -> np.uint64:

@@ -22,7 +22,7 @@ MIX = np.uint64(0x9E3779B97F4A7C15)
 def run_all(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts):
     """Return a number of every run into which every bit of every sample of every channel went, and the flags' sum."""
     runs = len(key_0)
-    s, z = np.empty((STATES, 6, runs)), np.empty((4, 6, runs))
+    s, z = np.empty((runs, 6, STATES)), np.empty((4, 6, runs))
     u, y, flags = np.empty(6), np.empty(6), np.zeros(6, np.uint8)
     mixed, flagged = np.zeros(runs, np.uint64), np.zeros(runs, np.int64)
     for run in range(runs):
