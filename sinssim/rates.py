@@ -7,7 +7,23 @@ import math
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
 
-_WHOLE = 1e-6  # a ratio of rates this near to a whole number is one
+_WHOLE = 2e-6  # a ratio of rates this near to a whole number, relatively, is one: 33.3333 Hz divides 100 Hz
+_NEAR = 0.01  # but no ratio that is farther from one
+
+
+def whole_ratio(fast: float, slow: float) -> int | None:
+    """Return how many times one rate goes into another.
+
+    Args:
+        fast: Hz.
+        slow: Hz.
+
+    Returns:
+        A whole number, at least 1; None if it does not go a whole number of times, as nearly as rates are written.
+    """
+    ratio = fast / slow
+    whole = round(ratio)
+    return whole if whole >= 1 and abs(ratio - whole) <= min(_WHOLE * whole, _NEAR) else None
 
 
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
@@ -30,11 +46,10 @@ def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int,
     for name, rate in zip(("fast", "medium", "slow"), rates_hz, strict=True):
         if not (math.isfinite(rate) and rate > 0.0):
             raise InputError(f"rates_hz: the {name} rate, {rate} Hz, must be positive.")
-        ratio = above / rate
-        whole = max(round(ratio), 1)
-        if abs(ratio - whole) > _WHOLE * whole:
+        ratio, whole = above / rate, whole_ratio(above, rate)
+        if whole is None:
             low = max(math.floor(ratio), 1)
-            near = " or ".join(f"{above / n:.6g}" for n in dict.fromkeys((low, low + 1 if ratio > 1.0 else 1)))
+            near = " or ".join(f"{above / n:.9g}" for n in dict.fromkeys((low, low + 1 if ratio > 1.0 else 1)))
             raise InputError(
                 f"rates_hz: the {name} rate, {rate:g} Hz, does not divide {above_name}, {above:.6g} Hz, a whole number "
                 f"of times; {near} Hz would."

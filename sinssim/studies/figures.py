@@ -117,6 +117,16 @@ def _rate_axis(axes: Axes, rates: Sequence[float]) -> None:
     axes.set_xlabel("sample rate [Hz]", fontsize=9)
 
 
+def _cost_axis(axes: Axes) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("processor time per second of motion [µs]", fontsize=9)
+
+
 def _panels(motions: Sequence[str], quantities: int, names: int) -> tuple[Figure, Any]:
     figure = _figure(max(3.3 * len(motions), 6.0) + 2.2, max(3.2 * quantities, 0.6 + 0.165 * names))
     return figure, figure.subplots(quantities, len(motions), squeeze=False, sharey="row")
@@ -195,8 +205,7 @@ def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence
             if over == "rate":
                 _rate_axis(axes, rates)
             else:
-                axes.set_xscale("log")
-                axes.set_xlabel("processor time per second of motion [µs]", fontsize=9)
+                _cost_axis(axes)
             if line == 0:
                 axes.set_title(motion, fontsize=10)
             if column == 0:

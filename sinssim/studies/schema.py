@@ -15,6 +15,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 
 from sinssim.errors import unknown_name
 from sinssim.names import ALGORITHMS, CURVATURES, MEASURED_ATTITUDE
+from sinssim.rates import whole_ratio
 from sinssim.scenario.grades import GRADES
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.motion import MotionSection, VibrationSection
@@ -143,17 +144,17 @@ class Part(Section):
             raise ValueError("it needs rates_hz, for example rates_hz = [100.0], or schedules_hz")
         for schedule in self.schedules_hz:
             for fast, slow in itertools.pairwise(schedule):
-                if not divides(slow, fast):
+                if whole_ratio(fast, slow) is None:
                     raise ValueError(
                         f"schedules_hz: {slow:g} Hz does not divide {fast:g} Hz; each rate of a schedule (fast, "
                         "medium, slow) is a whole fraction of the one before"
                     )
         for rate in (*self.rates_hz, *(schedule[0] for schedule in self.schedules_hz)):
-            if not divides(rate, self.highest_hz):
-                near = self.highest_hz / round(self.highest_hz / rate)
+            if whole_ratio(self.highest_hz, rate) is None:
+                near = self.highest_hz / max(2, round(self.highest_hz / rate))
                 raise ValueError(
                     f"rates_hz: {rate:g} Hz does not divide the highest rate, {self.highest_hz:g} Hz, whose samples "
-                    f"are summed to make its own; {near:g} Hz does"
+                    f"are summed to make its own; {near:.9g} Hz does"
                 )
         return self
 
@@ -177,20 +178,6 @@ class Part(Section):
     def cases(self) -> int:
         """Number of navigations on each motion."""
         return len(self.engines) * len(self.pace) * len(self.sensors) * len(self.variants)
-
-
-def divides(slow: float, fast: float) -> bool:
-    """Return whether one rate is a whole fraction of another.
-
-    Args:
-        slow: Hz.
-        fast: Hz.
-
-    Returns:
-        Whether fast/slow is a whole number, to rounding.
-    """
-    ratio = fast / slow
-    return ratio > 0.5 and abs(ratio - round(ratio)) < 1e-9 * ratio
 
 
 class Study(Section):

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from sinssim import ALGORITHMS
 from sinssim.errors import InputError
+from sinssim.rates import whole_ratio
 from sinssim.scenario.content import list_content
 from sinssim.studies.load import load_study
-from sinssim.studies.schema import divides
 
 PART = """\
 [[parts]]
@@ -69,7 +70,7 @@ def test_studies_are_no_scenarios() -> None:
 @pytest.mark.parametrize(
     ("setting", "said"),
     [
-        ("parts.1.rates_hz=[30.0, 100.0]", ["30 Hz does not divide", "100 Hz", "33.3333 Hz does"]),
+        ("parts.1.rates_hz=[30.0, 100.0]", ["30 Hz does not divide", "100 Hz", "33.3333333 Hz does"]),
         ("parts.1.rates_hz=[]", ["rates_hz"]),
         ("parts.1.rates_hz=[100.0, 100.0]", ["rates_hz", "100.0 Hz 2 times"]),
         ("parts.1.rates_hz=[0.0]", ["greater than 0"]),
@@ -117,12 +118,22 @@ def test_two_motions_of_one_name(tmp_path: Path) -> None:
     assert "2 motions are called 'parked'" in refused(tmp_path, PART + again)
 
 
+@pytest.mark.parametrize("rate", [7.0, 30.0, 44.0, 61.0, 99.0, 0.003])
+def test_the_rate_that_is_said_to_divide_does(tmp_path: Path, rate: float) -> None:
+    message = refused(tmp_path, PART, f"parts.1.rates_hz=[{rate}, 100.7]")
+    near = float(re.findall(r"; (\S+) Hz does", message)[0])
+    assert load(tmp_path, PART, f"parts.1.rates_hz=[{near}, 100.7]").parts[0].rates_hz[0] == near
+
+
 @pytest.mark.parametrize(
     ("slow", "fast", "whole"),
-    [(10.0, 400.0, True), (100.0 / 3.0, 100.0, True), (30.0, 100.0, False), (200.0, 100.0, False)],
-)
-def test_divides(slow: float, fast: float, whole: bool) -> None:
-    assert divides(slow, fast) is whole
+    [
+        (10.0, 400.0, 40), (100.0 / 3.0, 100.0, 3), (33.3333, 100.0, 3), (33.33, 100.0, None), (30.0, 100.0, None),
+        (200.0, 100.0, None), (0.003, 100.7, None), (0.01, 400.0, 40000),
+    ],
+)  # fmt: skip
+def test_whole_ratio(slow: float, fast: float, whole: int | None) -> None:
+    assert whole_ratio(fast, slow) == whole
 
 
 def test_the_documented_study_loads(tmp_path: Path) -> None:
