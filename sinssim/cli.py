@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import os
@@ -745,7 +746,11 @@ def program() -> NoReturn:
 
     Python's own end takes apart compilers and a gigabyte of arrays for a third of a second, and can fall over a thread
     that is still loading one of them. Everything that is to be closed has been closed by then.
+
+    Garbage in cycles is looked for seldom: the libraries' hundreds of thousands of objects come to stay, and going
+    through them again and again while they are loaded would take a fifth of a second.
     """
+    gc.set_threshold(500_000)
     code = 1
     try:
         main()
