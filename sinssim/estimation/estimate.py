@@ -227,40 +227,51 @@ class _Loop:
             early if its errors become too large.
         """
         around, first = self.around, self.done
-        epochs, model = around.epochs, around.model
         calibration, parameters = self._calibration(), self._parameters()
-        final = int(epochs.edge[last])
+        final = int(around.epochs.edge[last])
         _, samples = self.engine.samples(edge, final)
         nominal = self.engine.navigate(edge, final, state, compensate(samples, calibration))
         line = linearise(around, first, last, nominal, calibration, parameters)
-        end, small = last, True
-        for k, epoch in enumerate(range(first, last + 1)):
+        try:
+            self._through(line, last, closed)
+        except Diverged:
+            if self.done > first:
+                self._finish(line, first, feed=False)
+            raise
+        return self._finish(line, first, feed=closed), self.done == last + 1
+
+    def _through(self, line: Linearisation, last: int, closed: bool) -> None:
+        """Filter the epochs of a stretch, up to `last` or where its errors have become too large."""
+        epochs, small = self.around.epochs, True
+        for k, epoch in enumerate(range(line.first, last + 1)):
             self._predict(line, k)
             observed = line.observed.get(epoch, ())
             for one in observed:
                 self._update(one, epoch)
             x, p = self._known(float(epochs.time[epoch]))
             self.record.note(epoch, x, p)
+            self.done = epoch + 1
             if closed and observed and np.any(np.abs(self.filter.x[:CORE]) > _SMALL):
                 small = False
-            stop = epoch == last or (not small and bool(epochs.on_edge[epoch]))
-            if observed or stop or epochs.second[epoch]:
+            ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
+            if observed or ends or epochs.second[epoch]:
                 self._keep(epoch, p)
-            if stop:
-                end = epoch
-                break
-        self.done = end + 1
-        count = self.done - first
-        fed = np.where(model.fed_back, self.filter.x, 0.0) if closed else np.zeros(model.size)
-        there = rows_of(line.state, slice(count - 1, count))
-        if closed:
-            there = corrected(there, fed[None], around.ellipsoid)
-        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, there)
-        self._compensated = self._compensated + np.where(np.arange(model.size) < CORE, 0.0, fed)
+            if ends:
+                return
+
+    def _finish(self, line: Linearisation, first: int, *, feed: bool) -> NavState:
+        """Write down what a stretch gave, and return the state at its end, with what is fed back."""
+        around, count = self.around, self.done - first
+        fed = np.where(around.model.fed_back, self.filter.x, 0.0) if feed else np.zeros(around.model.size)
+        end = rows_of(line.state, slice(count - 1, count))
+        if feed:
+            end = corrected(end, fed[None], around.ellipsoid)
+        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end)
+        self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
         self.filter.x = self.filter.x - fed
         for pending in self._pending:
             pending.x = pending.x - fed
-        return NavState(*(part[0] for part in vars(there).values())), end == last
+        return NavState(*(part[0] for part in vars(end).values()))
 
     def _parameters(self) -> dict[str, Array]:
         model = self.around.model

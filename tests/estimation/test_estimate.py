@@ -1,0 +1,310 @@
+"""The filter in closed and open loop, on time and late, with readings that lie and with none at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sinssim import rotation
+from sinssim.alignment.budget import expected_errors
+from sinssim.data import Array, Measurements
+from sinssim.earth_models import WGS84
+from sinssim.errors import InputError
+from sinssim.estimation import Block, ErrorModel, Estimate, error_model
+from sinssim.estimation.consistency import nees
+from sinssim.estimation.estimate import estimate
+from sinssim.estimation.nominal import rows_of
+from sinssim.estimation.result import corrected
+from sinssim.nav_error import navigation_error
+from sinssim.scenario.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.strapdown import navigate
+from sinssim.truth.great_circle import GreatCircle
+from sinssim.truth.parked import Parked
+from tests.estimation.worlds import biases_only, errors_of, metres, one_run, positions, standing, velocities, weaving
+
+DURATION = 300.0
+SIGMA = biases_only("laser-standard")
+MODEL = error_model(SIGMA, position=(5.0, 5.0, 5.0), velocity=0.1, attitude=(3e-4, 3e-4, 3e-3))
+SECONDS = np.arange(1.0, DURATION + 0.5)
+
+
+def world(seed: int, model: ErrorModel = MODEL, sigma: ImuErrors = SIGMA, rate_hz: float = 20.0) -> tuple:
+    flight, ideal = weaving(DURATION, rate_hz)
+    run = one_run(flight, ideal, model, sigma, seed)
+    rng = np.random.default_rng([5, seed])
+    return flight, run, [positions(flight, SECONDS, rng), velocities(flight, SECONDS, rng)]
+
+
+def only(m: Measurements, use: Array) -> Measurements:
+    return replace(m, time=m.time[use], arrival=m.arrival[use], value=m.value[use], sigma=m.sigma[use])
+
+
+def in_sigmas(a: Estimate, b: Estimate, at_a: Array, at_b: Array) -> float:
+    """Return the largest difference of two estimates in standard deviations, at rows of each."""
+    reference = navigation_error(rows_of(a.solution, at_a), b_rows(b, at_b))
+    off = np.hstack([reference.position_ned, reference.velocity_ned, reference.attitude])
+    parameters = [a.parameters[name][at_a] - b.parameters[name][at_b] for name in a.parameters]
+    off = np.hstack([off, *parameters])
+    return float(np.abs(off / a.sigma[at_a]).max())
+
+
+def b_rows(estimate: Estimate, rows: Array):
+    from sinssim.estimation.nominal import solution_of
+
+    return solution_of(estimate.time[rows], rows_of(estimate.solution, rows), "")
+
+
+def test_errors_lie_within_their_sigmas_and_biases_are_found() -> None:
+    values = []
+    for seed in range(8):
+        flight, run, given = world(seed)
+        result = estimate(run.imu, run.initial, given, MODEL, rate_hz=5.0)
+        assert result.divergence is None
+        errors = errors_of(MODEL, result, flight, run)
+        values.append(nees(errors[result.rows[-1]], result.covariance[-1]))
+        assert np.abs(errors[-1] / result.sigma[-1]).max() < 4.0
+        vertical = MODEL.slices["accelerometer bias"].stop - 1
+        assert result.sigma[-1, vertical] < 0.2 * MODEL.sigma[vertical]
+        np.testing.assert_allclose(result.covariance[-1].diagonal(), result.sigma[result.rows[-1]] ** 2, rtol=1e-14)
+    assert 0.7 * 15 < np.mean(values) < 1.35 * 15  # 8 × 15 degrees of freedom: 0.76 … 1.27 in 95 %
+
+
+def test_what_is_fed_back_when_makes_no_difference() -> None:
+    _, run, given = world(3)
+    usual = estimate(run.imu, run.initial, given, MODEL)
+    everything = np.arange(len(usual.time))
+    textbook = estimate(run.imu, run.initial, given, MODEL, feedback_s=1.0)  # after every update
+    assert in_sigmas(usual, textbook, everything, everything) < 0.01
+    open_loop = estimate(run.imu, run.initial, given, MODEL, loop="open")
+    # in the open loop the errors are as large as inertial navigation makes them: 0.4″ of second order in the attitude
+    assert in_sigmas(usual, open_loop, everything, everything) < 0.1
+
+
+def test_the_inertial_solution_stays_beside() -> None:
+    _, run, given = world(0)
+    result = estimate(run.imu, run.initial, given, MODEL, rate_hz=1.0)
+    alone = navigate(run.imu, run.initial)
+    assert result.inertial is not None
+    np.testing.assert_array_equal(result.inertial.latitude, alone.latitude)
+    np.testing.assert_array_equal(result.inertial.q_nb, alone.q_nb)
+
+
+@pytest.mark.parametrize("loop", ["closed", "open"])
+def test_without_measurements_the_result_is_inertial(loop: str) -> None:
+    _, run, given = world(0)
+    lost = [replace(m, value=np.full_like(m.value, np.nan)) for m in given]
+    for measurements, remark in ((lost, "No reading was taken in at all"), ([], "There are no measurements")):
+        result = estimate(run.imu, run.initial, measurements, MODEL, rate_hz=5.0, loop=loop)
+        assert any(remark in text and "inertial" in text for text in result.remarks)
+        assert result.inertial is not None
+        rows = np.searchsorted(result.inertial.time, result.time - 1e-9)
+        error = navigation_error(rows_of(result.inertial, rows), result.solution)
+        assert np.abs(error.position_ned).max() < 1e-6
+        assert error.angle.max() < 1e-12
+        assert result.divergence is None
+        assert all(not i.accepted.any() for i in result.innovations)
+    assert "gnss-position: none of 300 readings was taken in (300 not a finite number)" in " ".join(
+        estimate(run.imu, run.initial, lost, MODEL, rate_hz=1.0).remarks
+    )
+
+
+def test_a_late_reading_counts_from_its_instant_and_is_known_when_it_arrives() -> None:
+    _, run, (place, speed) = world(2)
+    on_time = estimate(run.imu, run.initial, [place, speed], MODEL)
+    late = replace(place, arrival=place.time + 0.35)
+    delayed = estimate(run.imu, run.initial, [late, speed], MODEL)
+    np.testing.assert_array_equal(on_time.time, delayed.time)
+    tenth = np.round(delayed.time * 10.0).astype(int) % 10
+    waiting = (tenth < 4) & (delayed.time >= 1.0)
+    arrived = np.flatnonzero(~waiting)
+    assert in_sigmas(on_time, delayed, arrived, arrived) < 1e-9
+    np.testing.assert_allclose(delayed.sigma[arrived], on_time.sigma[arrived], rtol=1e-12)
+    # while it is on its way: as if the readings had ended one second earlier. Velocities wait with it, at its instant
+    # those that came at once are in already.
+    for second in (57.0, 200.0):
+        shorter = [only(late, late.time < second), only(speed, speed.time <= second)]
+        without = estimate(run.imu, run.initial, shorter, MODEL)
+        rows = np.flatnonzero((delayed.time > second - 0.01) & (delayed.time < second + 0.31))
+        assert len(rows) == 4
+        same = np.searchsorted(without.time, delayed.time[rows] - 1e-9)
+        assert in_sigmas(delayed, without, rows, same) < 1e-3
+        np.testing.assert_allclose(delayed.sigma[rows], without.sigma[same], rtol=1e-4)
+        assert np.all(delayed.sigma[rows, 0] > on_time.sigma[rows, 0])
+
+
+def test_readings_later_than_the_next_ones_are_taken_in_order() -> None:
+    _, run, (place, speed) = world(2)
+    on_time = estimate(run.imu, run.initial, [place, speed], MODEL, rate_hz=5.0, history=True)
+    very_late = replace(place, arrival=place.time + 2.5)
+    delayed = estimate(run.imu, run.initial, [very_late, speed], MODEL, rate_hz=5.0, history=True)
+    # what was known at t is what is known on time of readings up to t − 2.5 s, predicted
+    assert np.all(delayed.sigma[50:, 0] >= on_time.sigma[50:, 0])
+    assert on_time.history is not None
+    assert delayed.history is not None
+    np.testing.assert_allclose(delayed.history.covariance, on_time.history.covariance, rtol=1e-6, atol=1e-18)
+
+
+def test_readings_between_the_samples() -> None:
+    flight, run, _ = world(4)
+    rng = np.random.default_rng(0)
+    instants = np.sort(rng.uniform(0.5, DURATION, 300))
+    exact = [positions(flight, instants, rng, (1e-3,) * 3), velocities(flight, instants, rng, 1e-4)]
+    result = estimate(run.imu, run.initial, exact, MODEL, gate=None)
+    errors = errors_of(MODEL, result, flight, run)[300:]
+    # 200 m/s over half a sample of 50 ms would be 5 m
+    assert np.sqrt(np.mean(errors[:, :3] ** 2)) < 2e-3
+
+
+def test_a_jump_is_gated_and_said() -> None:
+    flight, run, (place, speed) = world(1)
+    north, _ = metres(flight.state(place.time))
+    wrong = (place.time > 100.0) & (place.time <= 120.0)
+    value = place.value.copy()
+    value[wrong, 0] += 50.0 / north[wrong]
+    result = estimate(run.imu, run.initial, [replace(place, value=value), speed], MODEL, rate_hz=5.0)
+    record = result.innovations[0]
+    assert not record.accepted[wrong].any()
+    assert record.accepted[~wrong].mean() > 0.99
+    assert all("beyond the gate" in record.reason[k] for k in np.flatnonzero(wrong))
+    assert np.all(record.nis[wrong] > record.bound)
+    assert any(text.startswith("gnss-position: the gate rejected 2") for text in result.remarks)
+    assert np.abs(errors_of(MODEL, result, flight, run)[:, 0]).max() < 20.0
+    assert result.divergence is None  # velocities were taken in all the time
+    ungated = estimate(run.imu, run.initial, [replace(place, value=value), speed], MODEL, rate_hz=5.0, gate=None)
+    assert ungated.innovations[0].accepted.all()
+
+
+def test_filter_and_sensor_that_contradict_are_reported() -> None:
+    flight, run, (place, _) = world(1)
+    north, _ = metres(flight.state(place.time))
+    value = place.value.copy()
+    value[150:, 0] += 300.0 / north[150:]
+    result = estimate(run.imu, run.initial, [replace(place, value=value)], MODEL, rate_hz=5.0)
+    assert result.divergence is not None
+    assert result.divergence.time == 151.0
+    assert result.divergence.measurement == "gnss-position 150 (valid at 151.000 s)"
+    assert "rejected" in result.divergence.reason
+    assert result.time[-1] == DURATION  # all of it is there
+
+
+def test_a_filter_that_cannot_go_on_keeps_what_it_has() -> None:
+    _, run, (place, _) = world(1)
+    # The variances of a place somewhere in the solar system and of a millimetre do not go into one double.
+    lost = error_model(SIGMA, position=1e8, velocity=1e8, attitude=1.0)
+    given = only(replace(place, sigma=np.full_like(place.sigma, 1e-3)), place.time > 60.0)
+    result = estimate(run.imu, run.initial, [given], lost, rate_hz=5.0, gate=None)
+    assert result.divergence is not None
+    assert result.divergence.reason == "the covariance is no longer positive definite"
+    assert result.divergence.measurement.startswith("gnss-position ")
+    assert 60.0 < result.divergence.time < 70.0
+    assert 60.0 < result.time[-1] < result.divergence.time
+    assert len(result.solution.latitude) == len(result.time) == len(result.sigma)
+    assert result.rows[-1] < len(result.time)
+    assert np.isfinite(result.sigma).all()
+
+
+def test_an_engine_that_fails_under_the_filter() -> None:
+    to_the_pole = GreatCircle(np.radians(89.5), 0.0, 9000.0, 0.0, 250.0, 300.0)
+    run = one_run(to_the_pole, to_the_pole.increments(10.0), MODEL, SIGMA, 1)
+    given = positions(to_the_pole, SECONDS, np.random.default_rng(0))
+    result = estimate(run.imu, run.initial, [given], MODEL, rate_hz=5.0)
+    assert result.divergence is not None
+    assert "inertial navigation failed: the north-pointing level frame" in result.divergence.reason
+    assert 100.0 < result.time[-1] < 180.0  # within 11 km of it, 44 km on
+    assert np.isfinite(result.sigma).all()
+    assert result.inertial is None
+    assert "The pure inertial solution failed" in result.remarks[0]
+
+
+def test_the_alignments_covariance_may_start_it() -> None:
+    _, run, given = world(1)
+    p = np.diag(MODEL.sigma**2)
+    p[8, 10] = p[10, 8] = 0.9 * MODEL.sigma[8] * MODEL.sigma[10]
+    usual = estimate(run.imu, run.initial, given, MODEL, rate_hz=1.0)
+    tied = estimate(run.imu, run.initial, given, MODEL, rate_hz=1.0, covariance=p)
+    np.testing.assert_allclose(tied.covariance[0], p, rtol=1e-12)
+    assert tied.sigma[-1, 10] < usual.sigma[-1, 10]
+    core = estimate(run.imu, run.initial, given, MODEL, rate_hz=1.0, covariance=p[:9, :9])
+    np.testing.assert_allclose(core.sigma[-1], usual.sigma[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"loop": "half"}, "closed"),
+        ({"gate": 0.0}, "gate = 0"),
+        ({"feedback_s": -1.0}, "feedback_s"),
+        ({"covariance": np.eye(4)}, "first 9 to 15"),
+        ({"covariance": np.eye(16)}, "first 9 to 15"),
+        ({"covariance": np.diag([*np.ones(8), -1.0])}, "semi-definite"),
+        ({"covariance": np.full((9, 9), np.nan)}, "finite"),
+        ({"covariance": np.eye(9) + 0.1 * np.triu(np.ones((9, 9)), 1)}, "symmetric"),
+        ({"algorithm": "rotation-vector-2"}, "several samples"),
+    ],
+)
+def test_refused(options: dict, message: str) -> None:
+    _, run, given = world(0)
+    with pytest.raises(InputError, match=message):
+        estimate(run.imu, run.initial, given, MODEL, **options)
+
+
+def test_all_fifteen_to_thirty_three_states_at_once() -> None:
+    """Scale factors, misalignments, a Gauss-Markov bias, a lever arm and a barometer's bias: NEES of a few runs."""
+    sigma = expected_errors(ImuSection(grade="mems-industrial")).sigma
+    arm = np.array([0.3, 0.1, -1.2])
+    model = error_model(
+        sigma,
+        position=3.0,
+        velocity=0.1,
+        attitude=(5e-3, 5e-3, 2e-2),
+        imu=("gyro bias", "accelerometer bias", "gyro scale", "accelerometer scale", "gyro misalignment"),
+        extra=(Block("gnss lever arm", 0.1), Block("baro-height bias", 10.0)),
+    )
+    assert model.size == 9 + 6 + 6 + 6 + 3 + 3 + 1
+    values = []
+    for seed in range(4):
+        flight, ideal = weaving(DURATION, 50.0)
+        run = one_run(flight, ideal, model, sigma, seed)
+        run.parameters.pop("gyro instability")
+        rng = np.random.default_rng([5, seed])
+        truth = flight.state(SECONDS)
+        offset = rotation.rotate(truth.q_nb, arm + run.parameters["gnss lever arm"])
+        antenna = corrected(truth, np.hstack([-offset, np.zeros((len(offset), 6))]), WGS84)
+        place = positions(flight, SECONDS, rng)
+        value = place.value + np.column_stack(
+            [antenna.latitude - truth.latitude, antenna.longitude - truth.longitude, antenna.height - truth.height]
+        )
+        heights = truth.height[:, None] + run.parameters["baro-height bias"] + rng.standard_normal((len(SECONDS), 1))
+        baro = Measurements("baro-height", SECONDS, SECONDS, heights, np.ones_like(heights))
+        given = [replace(place, value=value, lever_arm=arm), baro]
+        result = estimate(run.imu, run.initial, given, model, gate=None)
+        errors = errors_of(model, result, flight, run)
+        counted = np.r_[0 : model.slices["gyro instability"].start, model.slices["gnss lever arm"].start : model.size]
+        p = result.covariance[-1][np.ix_(counted, counted)]
+        values.append(nees(errors[-1][counted], p) / len(counted))
+        assert result.sigma[-1, -1] < 1.0  # the bias of the barometer, from 10 m
+    assert 0.7 < np.mean(values) < 1.35  # 4 × 31 degrees of freedom: 0.77 … 1.26 in 95 %
+
+
+@pytest.mark.parametrize("hours", [pytest.param(2.0, id="2h"), pytest.param(24.0, id="24h", marks=pytest.mark.slow)])
+def test_the_covariance_stays_one(hours: float) -> None:
+    """Symmetric and positive definite; parked, where many states are seen by nothing but each other."""
+    duration = hours * 3600.0
+    place = Parked(0.9, 0.2, 100.0, rotation.quaternion_from_euler(0.01, 0.02, 1.0), duration)
+    rng = np.random.default_rng(0)
+    errors = ImuErrors(TriadErrors(random_walk=8e-7), TriadErrors(random_walk=1e-4))
+    run = one_run(place, place.increments(1.0), MODEL, replace(SIGMA, gyro=errors.gyro, accel=errors.accel), 0)
+    time = np.arange(10.0, duration + 1.0, 10.0)
+    given = [positions(place, time, rng), standing(time, rng)]
+    result = estimate(run.imu, run.initial, given, MODEL, rate_hz=1.0)
+    assert result.divergence is None
+    assert result.time[-1] == duration
+    p = result.covariance
+    assert np.abs(p - p.transpose(0, 2, 1)).max() <= 1e-12
+    scale = np.sqrt(np.einsum("kii->ki", p))
+    correlation = p / (scale[:, :, None] * scale[:, None, :])
+    assert np.abs(correlation - correlation.transpose(0, 2, 1)).max() <= 1e-12
+    assert np.linalg.eigvalsh(correlation).min() > 0.0
