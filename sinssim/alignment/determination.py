@@ -148,10 +148,11 @@ def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
     # which way up the vehicle stands.
     a_term = (wx * az - wz * ax) * g_m
     b_term = wy * horizontal2 - (wx * ax + wz * az) * ay
-    heading = np.arctan2(-a_term, b_term)
+    # subtracted from zero, not negated: a negative zero would be printed, and make −180° of a roll of 180°
+    heading = np.arctan2(0.0 - a_term, b_term)
     heading = np.where(heading < 0.0, heading + 2.0 * np.pi, heading)
     heading = np.where(heading >= 2.0 * np.pi, 0.0, heading)  # a tiny negative angle plus 2π rounds to 2π
-    roll = np.arctan2(-ax, az)
+    roll = np.arctan2(0.0 - ax, az)
     pitch = np.arctan2(ay, np.sqrt(horizontal2))
     # |ω × a| / (g_m U_m) is the cosine whose sine (1) gives
     cross = np.sqrt((wy * az - wz * ay) ** 2 + (wz * ax - wx * az) ** 2 + (wx * ay - wy * ax) ** 2)

@@ -351,7 +351,7 @@ def _by_name(angles: Angles, unit: float) -> dict[str, float | None]:
 
 
 def _angle(value: Array) -> str:
-    return "not determined" if np.isnan(value) else f"{float(value) / DEG:.5f}"
+    return "not determined" if np.isnan(value) else f"{round(float(value) / DEG, 5) + 0.0:.5f}"  # no negative zero
 
 
 def _minutes(value: float) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.alignment import InstrumentErrors, determine, ideal_readings, paper_axes
+from sinssim.alignment.determination import solve
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.units import DEG_H, PPM, UG
@@ -213,3 +214,10 @@ def test_angles_out_of_range_are_refused(angles, text):
 def test_gravity_that_is_none_is_refused():
     with pytest.raises(InputError, match="gravity must be a positive"):
         ideal_readings(0.0, 0.0, 0.0, 0.5, gravity=-9.8)
+
+
+def test_zeros_have_no_sign_and_a_vehicle_upside_down_a_roll_of_plus_180_degrees():
+    level, _, _ = solve([5e-5, 0.0, -5e-5], [0.0, 0.0, -9.81])
+    assert [str(angle) for angle in (level.heading, level.roll)] == ["0.0", "0.0"]
+    over, _, _ = solve([5e-5, 0.0, 5e-5], [0.0, 0.0, 9.81])
+    assert (over.heading, over.roll) == (0.0, np.pi)
