@@ -58,6 +58,12 @@ EXAMPLES: dict[str, Any] = {
     "lock_in_deg_h": 360.0,
     "dither_amplitude_arcsec": 140.0,
     "dither_frequency_hz": 400.0,
+    "filter.alignment_s": 120.0,
+    "filter.initial_sigma.position_m": 10.0,
+    "filter.initial_sigma.height_m": 10.0,
+    "filter.initial_sigma.velocity_mps": 0.1,
+    "filter.initial_sigma.tilt_arcmin": 1.0,
+    "filter.initial_sigma.heading_arcmin": 10.0,
     "aiding.gnss.jumps.from_s": 600.0,
     "aiding.gnss.jumps.to_s": 700.0,
     "aiding.gnss.ramps.from_s": 600.0,
@@ -243,6 +249,7 @@ def reference() -> str:
         "compensation": "Compensation of the sensors' errors",
         "aiding": "Aiding sensors",
         "navigation": "Navigation",
+        "filter": "The filter",
     }
     page = [INTRODUCTION]
     order = [name for name in properties if name in motions] + [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 import math
 import os
@@ -680,8 +679,9 @@ def _show_result(result: RunResult, directory: Path) -> None:
         "attitude\nmax, arcmin",
     ):
         table.add_column(heading, justify="right", no_wrap=True)
-    failures = result.summary["failures"]
-    for name, errors in result.summary["algorithms"].items():
+    failures, of_filter = result.summary["failures"], result.summary.get("filter", {})
+    aided = {name: of_filter[name] for name in ("aided", "smoothed") if of_filter.get(name)}
+    for name, errors in {**result.summary["algorithms"], **aided}.items():
         table.add_row(
             name,
             _number(errors["final_horizontal_error_m"]),
@@ -699,6 +699,11 @@ def _show_result(result: RunResult, directory: Path) -> None:
     for solution in result.solutions.values():
         for event in solution.events:
             console.print(event.text, markup=False)
+    if of_filter:
+        from sinssim.recording.filter_summary import sentences
+
+        for sentence in sentences(of_filter, brief=True):
+            console.print(sentence, markup=False)
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in result.summary["timing"].items()}
     print("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
     print(f"Read it:    {directory / 'report.html'}    (in any browser)")
@@ -746,11 +751,7 @@ def program() -> NoReturn:
 
     Python's own end takes apart compilers and a gigabyte of arrays for a third of a second, and can fall over a thread
     that is still loading one of them. Everything that is to be closed has been closed by then.
-
-    Garbage in cycles is looked for seldom: the libraries' hundreds of thousands of objects come to stay, and going
-    through them again and again while they are loaded would take a fifth of a second.
     """
-    gc.set_threshold(500_000)
     code = 1
     try:
         main()

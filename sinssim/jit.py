@@ -26,7 +26,10 @@ logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-NO_KERNELS = ("_content", "cli.py", "estimation", "precompile.py", "recording", "scenario", "simulation.py", "studies")
+NO_KERNELS = (
+    "_content", "aided.py", "cli.py", "estimation", "precompile.py", "recording", "scenario", "simulation.py",
+    "studies",
+)  # fmt: skip
 """Parts of the package that hold no kernel and nothing that a kernel uses: an edit there compiles nothing anew."""
 
 # numba reads the folder from its global settings while it decorates, and modules are imported by several threads.

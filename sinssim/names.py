@@ -41,3 +41,12 @@ SLOW_QUANTITIES: dict[str, str] = {
     "hold": "what the slow part computed is held until it computes again",
     "extrapolate": "what the slow part computed is extrapolated linearly from its last two values",
 }
+
+FILTER_STATES: dict[str, str] = {
+    "gyro bias": "constant errors of the gyros",
+    "accelerometer bias": "constant errors of the accelerometers",
+    "gyro scale": "scale-factor errors of the gyros",
+    "accelerometer scale": "scale-factor errors of the accelerometers",
+    "gyro misalignment": "tilts of the gyros' sensitive axes, six angles",
+    "accelerometer misalignment": "tilts of the accelerometers' sensitive axes, six angles",
+}

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, sin
 
 import numpy as np
 
+from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth import WGS84, EarthParameters, Ellipsoid, geodetic_to_ecef_k, parameters
+from sinssim.earth import WGS84, Ellipsoid, geodetic_to_ecef
 from sinssim.errors import InputError
-from sinssim.jit import strict_kernel
-from sinssim.rotation import multiply_k, rotation_vector_from_quaternion_k
 
 
 @dataclass(frozen=True)
@@ -77,44 +75,23 @@ def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoi
             f"truth has {truth.latitude.shape} rows and the {solution.algorithm} solution {solution.latitude.shape}; "
             "errors need the true state at each of the solution's times."
         )
-    position, velocity, attitude = np.empty((3, len(solution.time), 3))
-    _error_rows(parameters(ellipsoid), _rows(truth), _rows(solution), position, velocity, attitude)
-    return NavError(solution.time, position, velocity, attitude)
-
-
-def _rows(state: NavState | NavSolution) -> tuple[Array, Array, Array, Array, Array]:
-    """Return latitude, longitude, height, velocity and quaternion as a kernel reads them."""
-    fields = (state.latitude, state.longitude, state.height, state.velocity_ned, state.q_nb)
-    latitude, longitude, height, velocity, q_nb = (np.ascontiguousarray(field) for field in fields)
-    return latitude, longitude, height, velocity, q_nb
-
-
-@strict_kernel
-def _error_rows(
-    p: EarthParameters,
-    truth: tuple[Array, Array, Array, Array, Array],
-    solution: tuple[Array, Array, Array, Array, Array],
-    position: Array,
-    velocity: Array,
-    attitude: Array,
-) -> None:
-    """Fill in the errors."""
-    latitude, longitude, height, velocity_ned, q_nb = truth
-    latitude1, longitude1, height1, velocity1_ned, q1_nb = solution
-    for i in range(latitude.shape[0]):
-        x, y, z = geodetic_to_ecef_k(p, latitude[i], longitude[i], height[i])
-        x1, y1, z1 = geodetic_to_ecef_k(p, latitude1[i], longitude1[i], height1[i])
-        x, y, z = x1 - x, y1 - y, z1 - z
-        sin_lat, cos_lat = sin(latitude[i]), cos(latitude[i])
-        sin_lon, cos_lon = sin(longitude[i]), cos(longitude[i])
-        position[i, 0] = cos_lat * z - sin_lat * (cos_lon * x + sin_lon * y)
-        position[i, 1] = cos_lon * y - sin_lon * x
-        position[i, 2] = height[i] - height1[i]
-        for axis in range(3):
-            velocity[i, axis] = velocity1_ned[i, axis] - velocity_ned[i, axis]
-        a, b = q_nb[i], q1_nb[i]
-        q0, q1, q2, q3 = multiply_k(a[0], a[1], a[2], a[3], b[0], -b[1], -b[2], -b[3])
-        attitude[i] = rotation_vector_from_quaternion_k(q0, q1, q2, q3)
+    difference = geodetic_to_ecef(solution.latitude, solution.longitude, solution.height, ellipsoid)
+    difference -= geodetic_to_ecef(truth.latitude, truth.longitude, truth.height, ellipsoid)
+    x, y, z = difference.T
+    sin_lat, cos_lat = np.sin(truth.latitude), np.cos(truth.latitude)
+    sin_lon, cos_lon = np.sin(truth.longitude), np.cos(truth.longitude)
+    position = np.empty_like(difference)
+    position[:, 0] = cos_lat * z - sin_lat * (cos_lon * x + sin_lon * y)
+    position[:, 1] = cos_lon * y - sin_lon * x
+    position[:, 2] = truth.height - solution.height
+    return NavError(
+        solution.time,
+        position,
+        solution.velocity_ned - truth.velocity_ned,
+        rotation.rotation_vector_from_quaternion(
+            rotation.multiply(truth.q_nb, rotation.conjugate(solution.q_nb)),
+        ),
+    )
 
 
 def _norm(rows: Array) -> Array:

@@ -21,6 +21,7 @@ from sinssim.earth import Ellipsoid, geodetic_to_ecef, radii
 from sinssim.errors import RunError, SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
+from sinssim.recording.filter_summary import filter_markdown, filter_numbers
 from sinssim.recording.report import Material, run_report
 from sinssim.recording.sensed import sensed
 from sinssim.recording.summary import (
@@ -36,6 +37,7 @@ from sinssim.recording.summary import (
 )
 
 if TYPE_CHECKING:
+    from sinssim.aided import Aided
     from sinssim.scenario import Scenario
     from sinssim.scenario.schema import InitialErrorSection
     from sinssim.strapdown.sensor_sets import Readings
@@ -61,6 +63,7 @@ class RunResult:
         compensated: measured increments freed of what the calibration knows, the measured ones without a calibration.
         solutions: navigation solutions by algorithm; of those that have one.
         errors: their errors by algorithm.
+        aided: the aided solution and all about it, of a scenario with a filter.
         summary: what `summary.json` holds.
         directory: the run directory, None if nothing was recorded.
     """
@@ -75,6 +78,7 @@ class RunResult:
     compensated: ImuData
     solutions: dict[str, NavSolution]
     errors: dict[str, NavError]
+    aided: Aided | None
     summary: dict[str, Any]
     directory: Path | None
 
@@ -99,7 +103,7 @@ def run(
         scenario: what to run.
         directory: run directory to write; nothing is written if not given.
         overwrite: whether a run that is in the directory already may be replaced.
-        progress: called with a stage ("flight", "truth", "imu", "navigate", "record") and its done fraction 0…1.
+        progress: called with one of `STAGES` and its done fraction 0…1.
 
     Returns:
         Everything that was computed.
@@ -166,6 +170,16 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
         if writer is not None:
             with stages("record"):
                 writer.navigated(solutions, errors, failed)
+        aided, of_filter = None, None
+        if scenario.filter is not None:
+            with stages("filter"):
+                aided = material.aided = _aid(scenario, trajectory, compensated)
+                of_filter = plain(filter_numbers(aided, scenario))
+            if writer is not None:
+                with stages("record"):
+                    writer.filtered(aided, filter_markdown(of_filter))
+        if writer is not None:
+            with stages("record"):
                 writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
     summary: dict[str, Any] = {
         **_about(scenario, stages, "finished"),
@@ -176,10 +190,23 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
         "algorithms": plain(numbers),
         "singularities": plain(singularities(solutions)),
         "failures": failures(failed),
+        **({} if of_filter is None else {"filter": of_filter}),
     }
     place = _keep(folder, material, summary, run_report(material, summary)) if folder is not None else None
     return RunResult(
-        scenario, trajectory, truth, ideal, measured, readings, perfect, compensated, solutions, errors, summary, place
+        scenario,
+        trajectory,
+        truth,
+        ideal,
+        measured,
+        readings,
+        perfect,
+        compensated,
+        solutions,
+        errors,
+        aided,
+        summary,
+        place,
     )
 
 
@@ -203,6 +230,8 @@ def _rehearse(scenario: Scenario, recorded: bool) -> None:
         ideal = trajectory.increments(scenario.imu.rate_hz)
         _, readings = read(trajectory, ideal, scenario.imu, scenario.seed)
         _navigate(scenario, trajectory, trajectory.state(ideal.time), readings)
+        if scenario.filter is not None:
+            _aid(scenario, trajectory, readings.imu)
 
 
 def _navigate(
@@ -259,6 +288,15 @@ def _navigate(
         raise next(iter(failed.values()))
     found = {name: result for name, result in results.items() if not isinstance(result, RunError)}
     return {name: r[0] for name, r in found.items()}, {name: r[1] for name, r in found.items()}, failed
+
+
+def _aid(scenario: Scenario, trajectory: Trajectory, imu: ImuData) -> Aided:
+    """Estimate by the scenario's filter, from the state that the inertial solutions start from."""
+    from sinssim.aided import aid_run
+
+    start = trajectory.state(trajectory.start)
+    initial = initial_state(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
+    return aid_run(scenario, trajectory, imu, initial)
 
 
 def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0) -> NavState:

@@ -18,8 +18,8 @@ LAYERS = [
     "errors", "units", "interrupt", "algorithms", "names", "rates", "data", "checks", "jit", "earth_models",
     "rotation", "earth",
     # data flows right, imports point left
-    "scenario", "truth", "sensors", "strapdown", "nav_error", "alignment", "estimation", "recording", "studies",
-    "simulation", "precompile", "cli", "__main__",
+    "scenario", "truth", "sensors", "strapdown", "nav_error", "alignment", "estimation", "aided", "recording",
+    "studies", "simulation", "precompile", "cli", "__main__",
 ]  # fmt: skip
 """Modules and subpackages, each of which may import those before it and nothing else of the package."""
 

@@ -22,10 +22,7 @@ SEEN = 10.0
 """A direction is seen if its singular value is above this: σ₀ stands out of the noise ten times."""
 
 SHARE = 0.99
-"""A state is seen if so much of it (of its square) lies in the directions that are seen."""
-
-HALVED = 0.5
-"""And it is observable if that brought its σ down to this part of σ₀, through all noise."""
+"""A state is observable if so much of it (of its square) lies in the directions that are seen."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +35,8 @@ class Observability:
         singular: singular values up to each, the largest first, (R, n).
         directions: the directions of the last ones in units of σ₀, a row each, (n, n).
         share: of each state that lies in directions that are seen in the end, 0 … 1, (n,).
-        seen: whether that is enough, (n,).
+        observable: whether that is enough, (n,).
         reduction: 1σ by the filter at the end over σ₀, (n,).
-        observable: whether the state is seen and its σ at least halved, (n,); what is seen and did not come down
-            drowns in the noise that drives the states.
     """
 
     states: tuple[str, ...]
@@ -49,9 +44,8 @@ class Observability:
     singular: Array
     directions: Array
     share: Array
-    seen: NDArray[np.bool_]
-    reduction: Array
     observable: NDArray[np.bool_]
+    reduction: Array
 
 
 def observability(
@@ -86,7 +80,12 @@ def observability(
     share = np.sum(directions[last > SEEN] ** 2, axis=0)
     sigma = np.sqrt(history.covariance[rows[-1]].diagonal()) if len(rows) else model.sigma
     reduction = np.divide(sigma, model.sigma, out=np.ones(n), where=model.sigma > 0.0)
-    seen = (share >= SHARE) & (model.sigma > 0.0)
-    observable = seen & (reduction <= HALVED)
-    every_one = np.array(singular).reshape(-1, n)
-    return Observability(model.states, np.array(times), every_one, directions, share, seen, reduction, observable)
+    return Observability(
+        model.states,
+        np.array(times),
+        np.array(singular).reshape(-1, n),
+        directions,
+        share,
+        np.asarray((share >= SHARE) & (model.sigma > 0.0)),
+        reduction,
+    )

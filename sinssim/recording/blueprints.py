@@ -16,7 +16,7 @@ from sinssim.scenario.content import find_content, list_content
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
-_FIRST = ("flight", "navigation", "sensors")
+_FIRST = ("flight", "navigation", "sensors", "filter")
 
 
 @dataclass(frozen=True)
@@ -195,6 +195,21 @@ def view_kind(name: str) -> str:
     return str(getattr(_module(name), "KIND", "run"))
 
 
+def view_needs(name: str) -> str:
+    """Return what a run must have had for a view to show anything.
+
+    Args:
+        name: name of a view, or path of a Python file.
+
+    Returns:
+        A label of the run, as the file says in its constant `NEEDS`, "filter" for example; "" if it needs nothing.
+
+    Raises:
+        InputError: there is no such view, or its file does not work.
+    """
+    return str(getattr(_module(name), "NEEDS", ""))
+
+
 def _module(name: str) -> Any:
     path = find_content("viz", name)
     spec = importlib.util.spec_from_file_location(f"sinssim_view_{path.stem}", path)
@@ -232,6 +247,10 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> 
     import rerun.blueprint as rrb
 
     names = [name for name in view_names() if view_kind(name) == run.label("kind", "run")]
+    empty = [name for name in names if (need := view_needs(name)) and not run.label(need)]
+    if active in empty:
+        raise InputError(f"the view {active!r} is of a run with a {view_needs(active)}, and {run.name} had none.")
+    names = [name for name in names if name not in empty]
     if active is not None and active not in names:
         if not Path(active).is_file():
             raise unknown_name("view", active, names)

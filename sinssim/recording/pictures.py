@@ -235,11 +235,27 @@ def draw_navigation(
         recording.series("navigation/one_mile_an_hour", ends, rate, ["1 nmi/h"], colors=grey, widths=1.0)
 
     for name, color, width in zip(names, style.colors(names), widths, strict=True):
-        s = solutions[name]
-        path = _rows(len(s.time), _PATH_POINTS)
-        lat_lon = np.column_stack((s.latitude[path], s.longitude[path])) / units.DEG
-        radius = rr.Radius.ui_points(0.4 * width)
-        recording.static(f"map/{name}", rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))
-        points = scene.points(s.latitude[path], s.longitude[path], s.height[path])
-        recording.static(f"world/nav/{name}", rr.LineStrips3D([points], radii=radius, colors=color))
+        draw_path(recording, scene, name, solutions[name], color, width)
     return labels
+
+
+def draw_path(
+    recording: Recording, scene: Scene, name: str, solution: NavSolution, color: style.Rgb, width: float
+) -> None:
+    """Record where a solution went, on the map and in the 3D scene.
+
+    Args:
+        recording: where.
+        scene: how the flight lies in the 3D view.
+        name: of the solution.
+        solution: the solution.
+        color: of the line.
+        width: of the line in plots, points.
+    """
+    s = solution
+    path = _rows(len(s.time), _PATH_POINTS)
+    lat_lon = np.column_stack((s.latitude[path], s.longitude[path])) / units.DEG
+    radius = rr.Radius.ui_points(0.4 * width)
+    recording.static(f"map/{name}", rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))
+    points = scene.points(s.latitude[path], s.longitude[path], s.height[path])
+    recording.static(f"world/nav/{name}", rr.LineStrips3D([points], radii=radius, colors=color))

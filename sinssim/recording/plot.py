@@ -34,7 +34,7 @@ class Line:
     """A line in a plot.
 
     Attributes:
-        label: its name in the legend.
+        label: its name in the legend, "" for a line that is not there.
         time: (N,) s, in order.
         values: (N,).
         color: as CSS has it.
@@ -43,6 +43,7 @@ class Line:
         size: of the plot's unit, in the values' own.
         turn: the values are angles that jump by this much, 0 if they are not.
         reference: something to compare with: the axis does not stretch for it.
+        dots: diameter of dots that are drawn instead of a line, 0 for a line, px.
     """
 
     label: str
@@ -54,6 +55,7 @@ class Line:
     size: float = 1.0
     turn: float = 0.0
     reference: bool = False
+    dots: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,22 @@ def path(x: Array, y: Array, color: str, width: float, dashes: str = "") -> str:
         f'<polyline points="{points(x, y)}" fill="none" stroke="{color}" stroke-width="{width:.3g}" '
         f'stroke-linejoin="round"{dashed}/>'
     )
+
+
+def dots(x: Array, y: Array, color: str, size: float) -> str:
+    """Return dots.
+
+    Args:
+        x, y: (N,) px.
+        color: as CSS has it.
+        size: their diameter, px.
+
+    Returns:
+        An SVG element.
+    """
+    places = np.unique(np.round(2.0 * np.column_stack((x, y))), axis=0) / 2.0
+    strokes = "".join([f"M{a:g} {b:g}h0" for a, b in places.tolist()])
+    return f'<path d="{strokes}" fill="none" stroke="{color}" stroke-width="{size:.3g}" stroke-linecap="round"/>'
 
 
 def segments(x1: Sequence[float], y1: Sequence[float], x2: Sequence[float], y2: Sequence[float], kind: str) -> str:
@@ -270,6 +288,10 @@ def plot(
     # An inner element clips what leaves the axes.
     body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
     for line in lines:
+        if line.dots:
+            x, y = (line.time - start) * to_x, height - (line.values / line.size - low) * to_y
+            body.append(dots(x, y, line.color, line.dots))
+            continue
         for t, v in _pieces(line, start, end, inner):
             x, y = _settle((t - start) * to_x, height - (v / line.size - low) * to_y)
             body.append(path(x, y, line.color, line.width, line.dashes))
@@ -296,6 +318,7 @@ def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
     Returns:
         SVG, and where it ends, px; nothing where there is but one line.
     """
+    lines = [line for line in lines if line.label]
     if len(lines) < 2:
         return "", top - 12
     parts, x, y = [], float(_LEFT), top
@@ -303,7 +326,12 @@ def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
         long = _ENTRY + _LETTER * len(line.label)
         if x > _LEFT and x + long > width - _RIGHT:
             x, y = float(_LEFT), y + 16
-        parts.append(path(np.array([x, x + 34.0]), np.array([y - 4.0, y - 4.0]), line.color, line.width, line.dashes))
+        along = x + np.linspace(0.0, 34.0, 4)
+        level = np.full(4, y - 4.0)
+        if line.dots:
+            parts.append(dots(along, level, line.color, max(line.dots, 3.0)))
+        else:
+            parts.append(path(along[[0, -1]], level[[0, -1]], line.color, line.width, line.dashes))
         parts.append(text(x + 40, y, line.label, kind="soft"))
         x += long
     return "".join(parts), y + 6

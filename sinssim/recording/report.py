@@ -14,6 +14,8 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import Ellipsoid, gravity_ned, radii
 from sinssim.nav_error import NavError
 from sinssim.recording import page, plot, style
+from sinssim.recording.filter_report import STYLE as FILTER_STYLE
+from sinssim.recording.filter_report import filter_section
 from sinssim.recording.page import number, signed, table, words
 from sinssim.recording.plot import Line, Mark
 from sinssim.recording.report_sensors import sensor_errors
@@ -25,10 +27,11 @@ from sinssim.recording.track import degrees, draw_map
 from sinssim.scenario.summary import given, sensor_words
 
 if TYPE_CHECKING:
+    from sinssim.aided import Aided
     from sinssim.scenario import Scenario
     from sinssim.truth.trajectory import Trajectory
 
-_STYLE = f"""{plot.STYLE}{TRACK_STYLE}
+_STYLE = f"""{plot.STYLE}{TRACK_STYLE}{FILTER_STYLE}
 .pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
 .pair > div > table:first-child, .pair .wide:first-child table {{ margin-top: 0; }}
 .pair > div td.text {{ min-width: 9rem; }}
@@ -70,6 +73,7 @@ class Material:
         solutions: by algorithm.
         errors: by algorithm.
         sensed: what the sensors read, by kinds of sensors.
+        aided: of a scenario with a filter.
     """
 
     scenario: Scenario
@@ -79,6 +83,7 @@ class Material:
     solutions: Mapping[str, NavSolution] = field(default_factory=dict)
     errors: Mapping[str, NavError] = field(default_factory=dict)
     sensed: Sequence[Sensed] = ()
+    aided: Aided | None = None
 
 
 def run_report(run: Material, summary: Mapping[str, Any]) -> str:
@@ -104,6 +109,9 @@ def run_report(run: Material, summary: Mapping[str, Any]) -> str:
         body += _numbers(summary["algorithms"])
         body += _error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid))
         body += ["<h2>Singular attitudes</h2>", _singularities(summary["singularities"])]
+    if run.aided is not None and "filter" in summary:
+        span = (float(run.time[0]), float(run.time[-1]))
+        body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
     body += ["<h2>How it was made</h2>", *_made(scenario, summary)]
     body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml().strip())}</pre>"]
     return page.page(f"{scenario.name}: run", body, _STYLE)

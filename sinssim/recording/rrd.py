@@ -233,6 +233,37 @@ class Recording:
         self._scalars(entity, time, values)
         self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
 
+    def points(
+        self,
+        entity: str,
+        time: Array,
+        values: Array,
+        names: Sequence[str],
+        color: style.Rgb,
+        *,
+        marker: str,
+        size: float,
+    ) -> None:
+        """Record dots for a plot, in the units that people read.
+
+        Args:
+            entity: where.
+            time: (N,) s.
+            values: (N, k); a NaN makes no dot.
+            names: k names for the legend.
+            color: of them all.
+            marker: their shape, "circle", "cross" or another that Rerun knows.
+            size: of their markers, points.
+        """
+        count = len(names)
+        dots = rr.SeriesPoints(
+            names=list(names), colors=[color] * count, markers=[marker] * count, marker_sizes=[size] * count
+        )
+        self.static(entity, dots)
+        self._scalars(entity, time, values)
+        if np.isfinite(values).any():
+            self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
+
     def _scalars(self, entity: str, time: Array, values: Array) -> None:
         rows = np.ascontiguousarray(values)
         times = nanoseconds(time)

@@ -24,6 +24,11 @@ COLORS: dict[str, Rgb] = {
     "truth": (0, 158, 115),
     "ideal": (0, 158, 115),
     "measured": (213, 94, 0),
+    # what a filter estimates
+    "aided": (0, 114, 178),
+    "smoothed": (204, 121, 167),
+    "bound": (150, 150, 150),
+    "refused": (225, 30, 110),
     # axes: of the body, and of the local level
     "x": (213, 94, 0),
     "y": (0, 158, 115),

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any, Self
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import RunError
 from sinssim.nav_error import NavError
-from sinssim.recording import parquet, pictures
+from sinssim.recording import parquet, pictures, style
 from sinssim.recording.blueprints import RunInfo, all_views
+from sinssim.recording.filter_pictures import draw_filter
+from sinssim.recording.filter_streams import filter_streams
 from sinssim.recording.rrd import Recording
 from sinssim.recording.scene import Scene, map_zoom
 from sinssim.recording.sensed import Sensed
@@ -30,8 +32,11 @@ from sinssim.recording.viewer import RUN_ENTITY
 from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
+    from sinssim.aided import Aided
     from sinssim.scenario import Scenario
     from sinssim.strapdown.sensor_sets import Readings
+
+_PATH_WIDTH = 2.0
 
 
 class RunWriter:
@@ -142,6 +147,20 @@ class RunWriter:
             self._stream(nav_stream(name, solution))
             self._stream(error_stream(name, errors[name], solution))
 
+    def filtered(self, aided: Aided, about: str) -> None:
+        """Write what a filter made of the aiding sensors.
+
+        Args:
+            aided: the aided solution, and the truth about it.
+            about: whether the filter is consistent, Markdown.
+        """
+        self._submit(self._to_rerun, self._recording.document, "about/filter", about)
+        self._submit(self._to_rerun, self._draw_filter, aided)
+        for stream in filter_streams(aided):
+            self._stream(stream)
+        if (end := aided.estimate.divergence) is not None:
+            self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
+
     def finish(self, summary: str, progress: Callable[[float], None]) -> None:
         """Write what is left, and wait until everything is written.
 
@@ -174,6 +193,13 @@ class RunWriter:
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
         self._run = replace(self._run, map_zoom=map_zoom([self._truth, *solutions.values()]))
+        self._learn(labels)
+
+    def _draw_filter(self, aided: Aided) -> None:
+        labels = draw_filter(self._recording, aided)
+        pictures.draw_path(
+            self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"], _PATH_WIDTH
+        )
         self._learn(labels)
 
     def _learn(self, labels: dict[str, str]) -> None:

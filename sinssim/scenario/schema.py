@@ -14,6 +14,7 @@ from sinssim.names import CURVATURES, FRAMES, MEASURED_ATTITUDE, SCENARIO_ALGORI
 from sinssim.rates import check_parts, schedule
 from sinssim.scenario.aiding import AidingSection
 from sinssim.scenario.compensation import CompensationSection
+from sinssim.scenario.filter import FilterSection
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.isolator import IsolatorSection
 from sinssim.scenario.legs import FlightSection
@@ -185,6 +186,7 @@ class Scenario(Section):
     compensation: CompensationSection | None = None
     aiding: AidingSection | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
+    filter: FilterSection | None = None
 
     @model_validator(mode="after")
     def _one_source_of_truth(self) -> Self:
@@ -194,6 +196,18 @@ class Scenario(Section):
             raise ValueError(
                 "exactly one of [flight], [parked], [great_circle] and [motion] says what the true motion is; here "
                 + (f"there are {' and '.join(given)}" if given else "there is none of them")
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _filter_has_what_it_needs(self) -> Self:
+        if self.filter is not None and self.aiding is None:
+            raise ValueError("[filter] has nothing to correct by: name an aiding sensor, for example [aiding.gnss]")
+        if self.aiding is not None and self.filter is None:
+            raise ValueError("[aiding] has no [filter] that would use it: add [filter], its defaults will do")
+        if self.filter is not None and self.imu.sensor_set.type != "gyros":
+            raise ValueError(
+                f'[filter] corrects a set with gyros; imu.sensor_set.type = "{self.imu.sensor_set.type}" has none'
             )
         return self
 

@@ -54,7 +54,14 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade', 'sensor_set') or 'as the grade has it'}"
     if scenario.compensation is not None:
         yield f"calibrated  {given(scenario.compensation) or 'perfect'}"
+    if scenario.aiding is not None:
+        for name in type(scenario.aiding).model_fields:
+            sensor = getattr(scenario.aiding, name)
+            if sensor is not None:
+                yield f"aiding      {name}, {sensor.rate_hz:g} Hz; {given(sensor, 'rate_hz') or 'all by default'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
+    if scenario.filter is not None:
+        yield f"filter      {', '.join(scenario.filter.states)}; {given(scenario.filter, 'states') or 'all by default'}"
     yield f"seed        {scenario.seed}"
 
 

@@ -9,11 +9,9 @@ from __future__ import annotations
 import contextlib
 import os
 import pickle
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import traceback
 from collections.abc import Callable, Iterator
 from typing import IO, Any
@@ -54,22 +52,15 @@ def fly_apart(
         RunError: the process broke down.
     """
     program = f"import sys; sys.path[:] = {sys.path!r}; from sinssim.truth.apart import _serve; _serve()"
-    with (
-        # Of its temporary files nothing stays, however the two end: the last one clears up.
-        tempfile.TemporaryDirectory(prefix="sinssim-", ignore_cleanup_errors=True) as folder,
-        # In a group of its own: Ctrl-C goes to this process alone, which then ends the other.
-        subprocess.Popen(
-            [sys.executable, "-c", program],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            process_group=0,
-        ) as other,
-    ):
+    # In a group of its own: Ctrl-C goes to this process alone, which then ends the other.
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
+    ) as other:
         assert other.stdin is not None
         assert other.stdout is not None
         try:
             with contextlib.suppress(BrokenPipeError):  # it has ended already: the answer will be none
-                other.stdin.write(pickle.dumps((flight, seed, folder)))
+                other.stdin.write(pickle.dumps((flight, seed)))
                 other.stdin.close()
             if meanwhile is not None:
                 meanwhile()
@@ -119,12 +110,8 @@ def _serve() -> None:
             pipe.flush()
 
         try:
-            flight, seed, tempfile.tempdir = pickle.load(sys.stdin.buffer)
-            try:
-                record = fly_plan(flight, seed, lambda fraction: answer("fraction", fraction))
-            finally:
-                shutil.rmtree(tempfile.gettempdir(), ignore_errors=True)
-            answer("flown", record)
+            flight, seed = pickle.load(sys.stdin.buffer)
+            answer("flown", fly_plan(flight, seed, lambda fraction: answer("fraction", fraction)))
         except (BrokenPipeError, SystemExit):
             pass  # nobody waits for it any more
         except BaseException as error:

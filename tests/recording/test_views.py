@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from sinssim.errors import InputError
-from sinssim.recording.blueprints import RunInfo, all_views, load_view, view_kind, view_names
+from sinssim.recording.blueprints import RunInfo, all_views, load_view, view_kind, view_names, view_needs
 from sinssim.recording.viewer import find_recording, read_run_info
 from sinssim.simulation import run
 from tests.recording import fake_run
@@ -60,7 +60,8 @@ def test_plots_name_their_unit_show_the_whole_run_and_only_what_is_recorded(reco
 def test_all_views_become_tabs_with_the_asked_one_in_front(recording):
     info = read_run_info(recording)
     tabs = all_views(info, "sensors").root_container
-    names = [name for name in view_names() if view_kind(name) == "run"]  # those of a study are left out
+    # those of a study are left out, and those of what this run did not have
+    names = [name for name in view_names() if view_kind(name) == "run" and not view_needs(name)]
     assert [tab.name for tab in tabs.contents] == names
     assert tabs.active_tab == names.index("sensors")
 
@@ -88,6 +89,8 @@ def test_a_view_that_does_not_work_says_which_and_why(recording, tmp_path):
         all_views(read_run_info(recording), str(broken))
     with pytest.raises(InputError, match="unknown view 'sensor'"):
         all_views(read_run_info(recording), "sensor")
+    with pytest.raises(InputError, match="the view 'filter' is of a run with a filter, and fake had none"):
+        all_views(read_run_info(recording), "filter")
 
 
 def test_what_views_know_about_a_run_survives_its_recording(recording):

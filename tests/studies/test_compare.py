@@ -255,6 +255,26 @@ def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
     assert "The study was interrupted" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")
 
 
+def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatch):
+    whole = module._run_block
+    calls = iter(range(10))
+
+    def second_is_interrupted(*arguments):
+        if next(calls) == 1:
+            raise KeyboardInterrupt
+        whole(*arguments)
+
+    monkeypatch.setattr(module, "_run_block", second_is_interrupted)
+    both = study(
+        algorithms=("two-quaternions",), decides=("orthogonality",), motions=({"parked": PARKED}, {"motion": CONE})
+    )
+    with pytest.raises(KeyboardInterrupt):
+        compare(both, tmp_path / "s")
+    (verdict,) = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))["verdicts"]
+    assert verdict["verdict"] == "undecided"
+    assert "3 of its 6 navigations were not reached" in verdict["reason"]
+
+
 def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, monkeypatch):
     from sinssim.studies import record
 
@@ -268,8 +288,8 @@ def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, mo
 
     monkeypatch.setattr(record, "record", interrupted_once)
     with pytest.raises(KeyboardInterrupt) as interrupt:
-        compare(study(rates_hz=(50.0,), motions=({"parked": PARKED},)), tmp_path / "s")
-    assert "1 navigation was done" in interrupt.value.__notes__[0]
+        compare(study(algorithms=("quaternion",)), tmp_path / "s")
+    assert "3 navigations were done" in interrupt.value.__notes__[0]
     assert json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))["status"] == "finished"
     assert [p.name for p in tmp_path.iterdir()] == ["s"]
 
@@ -278,8 +298,8 @@ def test_a_failure_keeps_what_is_done(tmp_path):
     """The second motion is a flight that does not last as long as it is asked for; that is known when it was flown."""
     short = {"name": "late", "scenario": "parked", "duration_s": 1e5}
     with pytest.raises(InputError, match="less than its duration_s") as failure:
-        compare(study(rates_hz=(50.0,), motions=({"parked": PARKED}, short)), tmp_path / "s")
-    assert "1 navigation was done" in failure.value.__notes__[0]
+        compare(study(algorithms=("quaternion",), motions=({"parked": PARKED}, short)), tmp_path / "s")
+    assert "3 navigations were done" in failure.value.__notes__[0]
     results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "failed"
     assert "The study failed" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")

@@ -12,6 +12,9 @@ from sinssim.sensors.aiding.noise import correlated, white
 from sinssim.sensors.aiding.readings import Sensed, epochs, sensed, within
 from sinssim.truth.trajectory import Trajectory
 
+_DOWN = np.array([1.0, 1.0, -1.0])
+"""North, east, up to north, east, down."""
+
 
 def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Sensed]:
     """Return what a satellite receiver gives.
@@ -49,13 +52,13 @@ def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Se
                 antenna.height + error[:, 2],
             )
         )
-        true = {"gnss-position bias": bias, **arm}
+        true = {"gnss-position bias": bias * _DOWN, **arm}
         given.append(sensed("gnss-position", "gnss-position", s, time, value, sigma, true, lever_arm=told))
     if s.velocity:
         sigma = (s.velocity_sigma_mps,) * 3
         slow = (s.correlated_velocity_sigma_mps,) * 3
         bias = correlated(seed, "gnss velocity drift", slow, time, s.correlation_time_s)
-        value = antenna.velocity_ned + drift * (1.0, 1.0, -1.0) + bias
+        value = antenna.velocity_ned + drift * _DOWN + bias
         value += white(seed, "gnss velocity noise", sigma, len(time))
         true = {"gnss-velocity bias": bias, **arm}
         given.append(sensed("gnss-velocity", "gnss-velocity", s, time, value, sigma, true, lever_arm=told))

@@ -7,6 +7,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import NavSolution
 from sinssim.scenario.aiding import MasterSection
+from sinssim.sensors.aiding.lever_arm import state_at
 from sinssim.sensors.aiding.noise import turn_on, white
 from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
 from sinssim.truth.trajectory import Trajectory
@@ -37,8 +38,9 @@ def master(trajectory: Trajectory, section: MasterSection, solution: NavSolution
     if s.velocity:
         sigma = (s.velocity_sigma_mps,) * 3
         value = solution.velocity_ned[rows] + white(seed, "master velocity noise", sigma, len(time))
-        arm = s.lever_arm_m
-        given.append(sensed("master-velocity", "gnss-velocity", s, time, value, sigma, {}, lever_arm=arm))
+        drift = solution.velocity_ned[rows] - state_at(trajectory, time, s.lever_arm_m).velocity_ned
+        true = {"master-velocity bias": drift}
+        given.append(sensed("master-velocity", "gnss-velocity", s, time, value, sigma, true, lever_arm=s.lever_arm_m))
     if s.attitude:
         askew = np.array(
             [turn_on(seed, "master mounting", None, ARCMIN * s.mounting_sigma_arcmin, i) for i in range(3)]

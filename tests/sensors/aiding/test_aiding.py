@@ -399,7 +399,7 @@ def test_true_parameters_are_what_the_readings_are_off_by(flight):
     assert np.count_nonzero(kept) == 49
     truth = flight.state(fix.time)
     up = fix.measurements.value[:, 2] - truth.height[kept]
-    np.testing.assert_allclose(up, fix.parameters["gnss-position bias"][kept, 2], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(-up, fix.parameters["gnss-position bias"][kept, 2], rtol=0, atol=1e-7)
     east = (fix.measurements.value[:, 1] - truth.longitude[kept]) * np.cos(truth.latitude[kept]) * 6.39e6
     np.testing.assert_allclose(east, fix.parameters["gnss-position bias"][kept, 1], rtol=5e-3, atol=1e-3)
     off = velocity.measurements.value - truth.velocity_ned[kept]

@@ -1,0 +1,348 @@
+"""The aided solution of a run: what the filter is told about a scenario, its estimate, and how far that is from truth.
+
+The filter is told the truth about all noises: the standard deviations that the emulated errors were drawn from. An
+error that a scenario gives as a number is unknown to it, with a standard deviation as large as the number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import units
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.errors import InputError
+from sinssim.estimation import Block, ErrorModel, Estimate, error_model, state_errors
+from sinssim.estimation.estimate import estimate
+from sinssim.nav_error import NavError, navigation_error
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.scenario.aiding import AidingSection
+    from sinssim.sensors.aiding import Sensed
+    from sinssim.truth.trajectory import Trajectory
+
+_LEAST_POSITION_M, _LEAST_VELOCITY_MPS, _LEAST_ANGLE_ARCMIN = 0.1, 0.01, 0.1
+"""What the filter is told of an initial state that is exact: no covariance is singular."""
+
+_APART = 1 << 41
+"""Far from the seeds of scenarios and of calibrations."""
+
+
+@dataclass(frozen=True)
+class Aided:
+    """An aided solution, and the truth about it.
+
+    Attributes:
+        sensed: what the aiding sensors gave.
+        estimate: what the filter made of it.
+        truth: true states at its epochs, K rows.
+        parameters: true values of the sensors' parameters by block, (size,) or (K, size) each.
+        state_errors: actual errors in the filter's own states, (K, n).
+        error: of the aided solution, K rows.
+        smoothed_error: of the smoothed solution, if there is one.
+        smoothed_state_errors: its actual errors in the filter's own states, if there is one.
+    """
+
+    sensed: tuple[Sensed, ...]
+    estimate: Estimate
+    truth: NavState
+    parameters: dict[str, Array]
+    state_errors: Array
+    error: NavError
+    smoothed_error: NavError | None
+    smoothed_state_errors: Array | None
+
+
+def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: NavState) -> Aided:
+    """Emulate a scenario's aiding sensors, estimate by its filter, and compare with the truth.
+
+    Args:
+        scenario: with an [aiding] and a [filter] section.
+        trajectory: the true motion.
+        imu: increments that the engine navigates on.
+        initial: state that navigation starts from.
+
+    Returns:
+        The aided solution; of a filter that diverged, what there was until then.
+
+    Raises:
+        InputError: a sensor that cannot read in so short a run, a coarse alignment of a vehicle that moves, rates that
+            do not fit together.
+    """
+    from sinssim.sensors.aiding import aid
+
+    section, aiding = scenario.filter, scenario.aiding
+    assert section is not None
+    assert aiding is not None
+    sensed = tuple(aid(trajectory, aiding, scenario.seed, _better_system(scenario, trajectory)))
+    model = filter_model(scenario)
+    covariance, edges = None, imu.time
+    if section.alignment_s is not None:
+        imu, initial, covariance = _coarsely_aligned(scenario, imu, initial, model, section.alignment_s)
+    factor = section.measurement_noise_factor
+    found = estimate(
+        imu,
+        initial,
+        [_told(s.measurements, float(imu.time[0]), factor) for s in sensed],
+        model,
+        covariance=covariance,
+        loop=section.loop,
+        rate_hz=section.rate_hz,
+        gate=section.gate or None,
+        smooth=section.smooth,
+        history=True,
+        gravity=scenario.navigation.gravity,
+        ellipsoid=trajectory.ellipsoid.name,
+    )
+    return _compared(scenario, trajectory, edges, sensed, found)
+
+
+def filter_model(scenario: Scenario) -> ErrorModel:
+    """Return the error model of a scenario's filter.
+
+    Args:
+        scenario: with an [aiding] and a [filter] section.
+
+    Returns:
+        Navigation, the inertial sensors' blocks that the section names, and those of the aiding sensors.
+    """
+    f, start = scenario.filter, scenario.navigation.initial_error
+    assert f is not None
+    assert scenario.aiding is not None
+
+    def told(given: float | None, least: float, *known: float) -> float:
+        return max(least, math.hypot(*known)) if given is None else given
+
+    own, s = f.initial_sigma, start
+    north = told(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
+    east = told(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
+    height = told(own.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
+    velocity = [
+        told(own.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
+        for v in (s.velocity_north_mps, s.velocity_east_mps, s.velocity_down_mps)
+    ]
+    tilt = told(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
+    heading = told(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
+    return error_model(
+        inertial_sigma(scenario),
+        position=(north, east, height),
+        velocity=velocity,
+        attitude=np.array([tilt, tilt, heading]) * units.ARCMIN,
+        imu=f.states,
+        extra=_aiding_blocks(scenario.aiding, f.measurement_noise_factor),
+    )
+
+
+def inertial_sigma(scenario: Scenario) -> ImuErrors:
+    """Return the standard deviations of the inertial sensors' errors that a scenario's filter is told.
+
+    Args:
+        scenario: with a [filter] section.
+
+    Returns:
+        Of what is left after the calibration, if there is one; noises in the section's parts of the true.
+    """
+    from sinssim.alignment.budget import expected_errors
+    from sinssim.scenario.imu import ImuSection
+
+    assert scenario.filter is not None
+    noise = expected_errors(scenario.imu)
+    calibrated = scenario.compensation
+    kept = noise
+    if calibrated is not None:
+        kept = expected_errors(ImuSection(grade="ideal", **calibrated.model_dump()))
+    factor = scenario.filter.inertial_noise_factor
+
+    def triad(mean: TriadErrors, sigma: TriadErrors, noise: TriadErrors) -> TriadErrors:
+        return replace(
+            noise,
+            bias=np.hypot(mean.bias, sigma.bias),
+            scale=np.hypot(mean.scale, sigma.scale),
+            misalignment=np.hypot(mean.misalignment, sigma.misalignment),
+            random_walk=factor * noise.random_walk,
+            instability=factor * noise.instability,
+        )
+
+    return ImuErrors(
+        triad(kept.mean.gyro, kept.sigma.gyro, noise.sigma.gyro),
+        triad(kept.mean.accel, kept.sigma.accel, noise.sigma.accel),
+    )
+
+
+def _aiding_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
+    """Yield the blocks of what aiding sensors are off by, where they are."""
+
+    def block(name: str, sigma: Sequence[float], tau: float = math.inf) -> Iterator[Block]:
+        if any(sigma):
+            yield Block(name, factor * np.array(sigma), correlation_time=tau)
+
+    if (g := aiding.gnss) is not None:
+        slow = (g.correlated_position_sigma_m, g.correlated_position_sigma_m, g.correlated_height_sigma_m)
+        if g.position:
+            yield from block("gnss-position bias", slow, g.correlation_time_s)
+        if g.velocity:
+            yield from block("gnss-velocity bias", (g.correlated_velocity_sigma_mps,) * 3, g.correlation_time_s)
+        yield from block("gnss lever arm", (g.lever_arm_sigma_m,) * 3)
+    if (b := aiding.baro) is not None:
+        yield from block("baro bias", (b.bias_sigma_m,), b.bias_correlation_time_s)
+        yield from block("baro scale", (units.PPM * math.hypot(b.scale_sigma_ppm, b.scale_ppm or 0.0),))
+    if (m := aiding.magnetometer) is not None:
+        sigma = math.hypot(m.bias_sigma_deg, m.bias_deg or 0.0, m.deviation_sigma_deg)
+        yield from block("magnetometer bias", (units.DEG * sigma,))
+    if (a := aiding.airspeed) is not None:
+        sigma = math.hypot(a.bias_sigma_mps, a.bias_mps or 0.0, a.wind_sigma_mps)
+        yield from block("airspeed bias", (sigma,), a.wind_correlation_time_s)
+    if (o := aiding.odometer) is not None:
+        yield from block("odometer scale", (units.PPM * math.hypot(o.scale_sigma_ppm, o.scale_ppm or 0.0),))
+    if (r := aiding.attitude) is not None:
+        yield from block("attitude bias", (units.ARCMIN * r.bias_sigma_arcmin,) * 3, r.bias_correlation_time_s)
+    if (t := aiding.star_tracker) is not None:
+        yield from block("star-tracker bias", (units.ARCSEC * t.bias_sigma_arcsec,) * 3)
+    if (w := aiding.master) is not None:
+        if w.velocity:
+            yield from block("master-velocity bias", (w.velocity_drift_mps,) * 3, w.drift_time_s)
+        if w.attitude:
+            yield from block("master-attitude bias", (units.ARCMIN * w.mounting_sigma_arcmin,) * 3)
+
+
+def _better_system(scenario: Scenario, trajectory: Trajectory) -> NavSolution | None:
+    """Return what the better system of a transfer alignment navigates, from the true state at its own place."""
+    section = scenario.aiding.master if scenario.aiding is not None else None
+    if section is None:
+        return None
+    from sinssim.scenario.imu import ImuSection
+    from sinssim.sensors import emulate
+    from sinssim.strapdown import navigate
+    from sinssim.truth.vibration import Vibrating
+
+    place = Vibrating(trajectory, (), section.lever_arm_m)
+    ideal = place.increments(scenario.imu.rate_hz)
+    imu = emulate(ideal, ImuSection(grade=section.grade, rate_hz=scenario.imu.rate_hz), scenario.seed + _APART)
+    return navigate(
+        imu,
+        place.state(place.start),
+        algorithm="quaternion",
+        gravity=scenario.navigation.gravity,
+        ellipsoid=trajectory.ellipsoid.name,
+        vertical="baro-loop",
+        height=place.state(ideal.time).height,
+    )
+
+
+def _coarsely_aligned(
+    scenario: Scenario, imu: ImuData, initial: NavState, model: ErrorModel, duration: float
+) -> tuple[ImuData, NavState, Array]:
+    """Return the samples after a coarse alignment by eq. (1), the state that it ends with, and its covariance."""
+    from sinssim.alignment.budget import Expected
+    from sinssim.alignment.initial import initial_covariance, initial_state
+    from sinssim.alignment.session import determine_session
+
+    count = int(np.searchsorted(imu.time, imu.time[0] + duration - 1e-9))
+    if count >= len(imu):
+        raise InputError(
+            f"filter.alignment_s = {duration:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the filter needs "
+            "a part of it after the alignment."
+        )
+    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    sigma = inertial_sigma(scenario)
+    found = determine_session(session, Expected(sigma, sigma).instrument_sigmas)
+    latitude, height = float(initial.latitude), float(initial.height)
+    start = initial_state(found, float(initial.longitude), height, latitude)
+    seconds = float(session.time[-1] - session.time[0])
+    aligned = initial_covariance(
+        found,
+        sigma,
+        seconds,
+        height=height,
+        latitude=latitude,
+        position_sigma=model.sigma[:3],
+        velocity_sigma=model.sigma[3:6],
+    )
+    covariance = np.diag(model.sigma**2)
+    places = [*range(9)]
+    for name in ("gyro bias", "accelerometer bias"):
+        at = model.slices.get(name)
+        places += [-1] * 3 if at is None else range(at.start, at.stop)
+    index = np.array(places)
+    known = index >= 0
+    covariance[np.ix_(index[known], index[known])] = aligned[np.ix_(known, known)]
+    return ImuData(imu.time[count:], imu.dtheta[count:], imu.dvel[count:]), start, covariance
+
+
+def _told(measurements: Measurements, start: float, factor: float) -> Measurements:
+    """Return the readings after the filter's start, with the noise that it is told."""
+    m, later = measurements, measurements.time > start + 1e-9
+    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later], sigma=factor * m.sigma[later])
+
+
+def _compared(
+    scenario: Scenario, trajectory: Trajectory, edges: Array, sensed: tuple[Sensed, ...], found: Estimate
+) -> Aided:
+    """Put the truth beside an estimate."""
+    truth = trajectory.state(found.time)
+    parameters = _true_parameters(scenario, edges, sensed, found.time, found.model)
+    errors = state_errors(found.model, found, truth, parameters, trajectory.ellipsoid)
+    error = navigation_error(truth, found.solution, trajectory.ellipsoid)
+    smoothed_error = smoothed_errors = None
+    if (smoothed := found.smoothed) is not None:
+        there = trajectory.state(smoothed.time)
+        own = _true_parameters(scenario, edges, sensed, smoothed.time, found.model)
+        smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid)
+        smoothed_errors = state_errors(found.model, smoothed, there, own, trajectory.ellipsoid)
+    return Aided(sensed, found, truth, parameters, errors, error, smoothed_error, smoothed_errors)
+
+
+def _true_parameters(
+    scenario: Scenario, edges: Array, sensed: tuple[Sensed, ...], time: Array, model: ErrorModel
+) -> dict[str, Array]:
+    """Return the true values of the parameters of all sensors at some instants, by block."""
+    errors = draw(scenario.imu, scenario.seed)
+    left = {"gyro": errors.gyro, "accelerometer": errors.accel}
+    if scenario.compensation is not None:
+        from sinssim.sensors.compensation import draw_calibration
+
+        known = draw_calibration(scenario.imu, scenario.compensation, scenario.seed)
+        for name, triad in (("gyro", known.gyro), ("accelerometer", known.accel)):
+            true = left[name]
+            left[name] = replace(
+                true,
+                bias=true.bias - triad.bias,
+                scale=true.scale - triad.scale,
+                misalignment=true.misalignment - triad.misalignment,
+            )
+    found: dict[str, Array] = {}
+    for name, triad in left.items():
+        found[f"{name} bias"], found[f"{name} scale"] = triad.bias, triad.scale
+        found[f"{name} misalignment"] = triad.misalignment[~np.eye(3, dtype=bool)]
+    found.update(_instabilities(errors, edges, time, scenario.seed))
+    for sensor in sensed:
+        for name, value in sensor.parameters.items():
+            if value.ndim > 1:
+                value = np.column_stack([np.interp(time, sensor.time, column) for column in value.T])
+            found[name] = value
+    return {name: value for name, value in found.items() if name in model.slices}
+
+
+def _instabilities(errors: ImuErrors, edges: Array, time: Array, seed: int) -> dict[str, Array]:
+    """Return the biases' instabilities of this run: what the emulator makes of no motion with nothing else wrong.
+
+    The emulator's own draws are the same whatever else is switched on.
+    """
+    if not (errors.gyro.instability or errors.accel.instability):
+        return {}
+    from sinssim.sensors import emulate
+
+    def alone(triad: TriadErrors) -> TriadErrors:
+        return TriadErrors(instability=triad.instability, correlation_time=triad.correlation_time)
+
+    none = np.zeros((len(edges) - 1, 3))
+    drift = emulate(ImuData(edges, none, none), ImuErrors(alone(errors.gyro), alone(errors.accel)), seed)
+    k = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1) - 1  # the interval that ends there
+    interval = np.diff(edges)[k, np.newaxis]
+    return {"gyro instability": drift.dtheta[k] / interval, "accelerometer instability": drift.dvel[k] / interval}

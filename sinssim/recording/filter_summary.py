@@ -1,0 +1,255 @@
+"""A filter in numbers: what it took and refused, whether it is right about itself, what it learned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.recording.filter_streams import state_columns
+from sinssim.recording.page import number, signed
+from sinssim.recording.summary import error_numbers
+from sinssim.scenario.aiding import Ramp
+
+if TYPE_CHECKING:
+    from sinssim.aided import Aided
+    from sinssim.scenario import Scenario
+
+
+_UNITS = (
+    ("_radps", "deg/h", units.DEG_H),
+    ("_mps2", "µg", units.UG),
+    ("_mps", "m/s", 1.0),
+    ("_rad", "arcmin", units.ARCMIN),
+    ("_m", "m", 1.0),
+    ("", "ppm", units.PPM),
+)
+"""Endings of columns, and the units that people use for them."""
+
+
+_INCONSISTENT = ("optimistic", "pessimistic", "coloured")
+"""Verdicts on a sensor's innovations that speak against a filter."""
+
+
+def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
+    """Return what `summary.json` says of a filter.
+
+    Args:
+        aided: the aided solution, and the truth about it.
+        scenario: what was run; its jumps and ramps are what the gate had to find.
+
+    Returns:
+        `divergence`, `remarks` and `consistent` with `findings`; the errors of the solutions as those of the
+        algorithms, `aided` and `smoothed`; for each sensor what became of its readings and of the tests on its
+        innovations; for each jump and ramp of the scenario whether the gate caught it; `nees`, the run's mean over all
+        states and each block's, per state, with the share of the instants inside the 95 % band; and for each state,
+        named with its unit, σ at the start and at the end, the error at the end, and whether it is observable: the
+        motion shows it, and the filter has at least halved its σ.
+    """
+    from sinssim.estimation.consistency import consistency
+
+    found = aided.estimate
+    judged = consistency(found)
+    end = found.divergence
+    return {
+        "divergence": None
+        if end is None
+        else {"time_s": end.time, "measurement": end.measurement, "reason": end.reason},
+        "remarks": list(found.remarks),
+        "consistent": judged.consistent,
+        "findings": list(judged.sentences),
+        "aided": error_numbers(aided.error) if len(aided.error.time) else None,
+        **({} if aided.smoothed_error is None else {"smoothed": error_numbers(aided.smoothed_error)}),
+        "sensors": {
+            i.sensor: {
+                "kind": i.kind,
+                "readings": len(i.time),
+                "taken": int(np.count_nonzero(i.accepted)),
+                "refused": s.rejected,
+                "refused_expected": s.expected,
+                "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
+                "verdict": s.verdict,
+                "tests": {
+                    t.name: {
+                        "value": t.value,
+                        "lower_95": t.lower,
+                        "upper_95": t.upper,
+                        "probability": t.probability,
+                    }
+                    for t in s.tests
+                },
+            }
+            for i, s in zip(found.innovations, judged.sensors, strict=True)
+        },
+        "faults": list(_faults(aided, scenario)),
+        "nees": dict(_squares(aided)),
+        "states": dict(_states(aided)),
+    }
+
+
+def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | None:
+    return float(time[np.argmax(which)]) if which.any() else None
+
+
+def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
+    """Yield what became of every jump and ramp of the satellite receiver."""
+    gnss = None if scenario.aiding is None else scenario.aiding.gnss
+    if gnss is None or not len(aided.error.time):
+        return
+    for fault in (*gnss.jumps, *gnss.ramps):
+        end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
+        affected = ("gnss-position", "gnss-velocity") if isinstance(fault, Ramp) else ("gnss-position",)
+        readings = refused = 0
+        first = None
+        for i in aided.estimate.innovations:
+            if i.sensor not in affected:
+                continue
+            during = (i.time >= fault.from_s) & (i.time <= end) & np.isfinite(i.nis)
+            readings += int(np.count_nonzero(during))
+            refused += int(np.count_nonzero(during & ~i.accepted))
+            at = _first(i.time, during & ~i.accepted)
+            first = at if first is None or (at is not None and at < first) else first
+        at = (aided.error.time >= fault.from_s) & (aided.error.time <= end)
+        yield {
+            "kind": type(fault).__name__.lower(),
+            "from_s": fault.from_s,
+            "to_s": float(end),
+            "readings": readings,
+            "refused": refused,
+            "first_refused_s": first,
+            "caught": refused > 0.5 * readings,
+            "max_horizontal_error_m": float(aided.error.horizontal[at].max()) if at.any() else None,
+        }
+
+
+def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Say of every jump and ramp whether the gate caught it.
+
+    Args:
+        numbers: what `filter_numbers` returned.
+
+    Yields:
+        Whole sentences.
+    """
+    for fault in numbers["faults"]:
+        begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
+        what = f"The satellites' {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
+        how = f"it refused {fault['refused']} of {fault['readings']} readings"
+        far = "" if error is None else f", and the solution was off by up to {number(error)} m meanwhile"
+        if fault["caught"]:
+            yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its begin{far}."
+        else:
+            seen = "" if numbers["consistent"] else ", though the innovations are not as they should be"
+            yield f"{what} was not caught by the gate: {how}{far}{seen}."
+
+
+def sentences(numbers: Mapping[str, Any], *, brief: bool = False) -> Iterator[str]:
+    """Say what a person should know of a filter.
+
+    Args:
+        numbers: what `filter_numbers` returned.
+        brief: verdicts without the numbers that they come from.
+
+    Yields:
+        Whole sentences, the gravest first.
+    """
+    end = numbers["divergence"]
+    if end is not None:
+        at = f" at {end['measurement']}" if end["measurement"] else ""
+        yield f"The filter diverged at {end['time_s']:.1f} s{at}: {end['reason']}."
+    yield from fault_sentences(numbers)
+    if numbers["consistent"]:
+        yield "The filter is consistent: nothing in its innovations speaks against it."
+    elif brief:
+        bad = [f"{n} {s['verdict']}" for n, s in numbers["sensors"].items() if s["verdict"] in _INCONSISTENT]
+        yield f"The filter is not consistent{': ' + ', '.join(bad) if bad else ''}."
+    else:
+        yield "The filter is not consistent."
+        yield from (finding for finding in numbers["findings"] if not finding.startswith("The filter diverged"))
+    yield from numbers["remarks"]
+
+
+def _squares(aided: Aided) -> Iterator[tuple[str, dict[str, float]]]:
+    """Yield the normalised squared errors, of all states and of each block."""
+    from scipy.stats import chi2
+
+    from sinssim.estimation.consistency import nees
+
+    found = aided.estimate
+    if not len(found.rows):
+        return
+    errors = aided.state_errors[found.rows]
+    for name, part in (("all states", slice(0, found.model.size)), *found.model.slices.items()):
+        count = int(np.count_nonzero(found.sigma[-1, part] > 0.0))
+        if not count:
+            continue
+        squares = nees(errors, found.covariance, part)
+        low, high = (float(chi2.ppf(p, count)) for p in (0.025, 0.975))
+        inside = float(np.mean((squares >= low) & (squares <= high)))
+        yield name, {"states": count, "mean": float(squares.mean()) / count, "inside_95": inside}
+
+
+def _states(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
+    from sinssim.estimation.observability import observability
+
+    found = aided.estimate
+    if not len(found.time):
+        return
+    seen = None if found.history is None else observability(found.model, found.history)
+    kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
+    columns = [column for block in found.model.blocks for column in state_columns(block, kinds)]
+    for i, column in enumerate(columns):
+        begin, end = float(found.sigma[0, i]), float(found.sigma[-1, i])
+        yield (
+            column,
+            {
+                "sigma_start": begin,
+                "sigma_end": end,
+                "error_end": float(aided.state_errors[-1, i]),
+                "reduction": begin / end if end > 0.0 else None,
+                **({} if seen is None else {"observable": bool(seen.observable[i]) and 2.0 * end <= begin}),
+            },
+        )
+
+
+def for_people(column: str, *values: float | None) -> tuple[str, str, list[float]]:
+    """Return a state of the filter as people say it.
+
+    Args:
+        column: name of the state with its SI unit, as in the summary.
+        values: in that unit.
+
+    Returns:
+        Its name in words, the unit, and the values in it, NaN for those that are None.
+    """
+    ending, unit, size = next(row for row in _UNITS if column.endswith(row[0]))
+    stem = column.removesuffix(ending).replace("_", " ")
+    return stem, unit, [float("nan") if v is None else v / size for v in values]
+
+
+def filter_markdown(numbers: Mapping[str, Any]) -> str:
+    """Return the same for a panel of the view.
+
+    Args:
+        numbers: what `filter_numbers` returned.
+
+    Returns:
+        Markdown.
+    """
+    first, *others = sentences(numbers)
+    lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]
+    lines += ["", "| sensor | taken | refused | NIS | verdict |", "|---|---|---|---|---|"]
+    for name, s in numbers["sensors"].items():
+        nis = s["tests"].get("NIS")
+        band = "–" if nis is None else f"{nis['value']:.3g} ({nis['lower_95']:.3g} … {nis['upper_95']:.3g})"
+        lines.append(f"| {name} | {s['taken']} | {s['refused']} | {band} | {s['verdict']} |")
+    lines += ["", "| states | NEES | inside 95 % |", "|---|---|---|"]
+    lines += [f"| {n} | {v['mean']:.3g} | {100.0 * v['inside_95']:.0f} % |" for n, v in numbers["nees"].items()]
+    lines += ["", "| state | σ at the start | at the end | error |", "|---|---|---|---|"]
+    for column, s in numbers["states"].items():
+        name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
+        mark = "" if s.get("observable", True) else ", not observable"
+        lines.append(f"| {name} [{unit}]{mark} | " + " | ".join(signed(v) for v in values) + " |")
+    return "\n".join(lines)

@@ -1,0 +1,69 @@
+"""Is the filter right about itself? Errors inside ±3σ, innovations, decisions of the gate, what was observed."""
+
+from __future__ import annotations
+
+import rerun.blueprint as rrb
+
+from sinssim.recording.blueprints import RunInfo
+
+NEEDS = "filter"
+
+
+def blueprint(run: RunInfo) -> rrb.Blueprint:
+    """Return the view.
+
+    Args:
+        run: the run to show.
+
+    Returns:
+        The layout.
+    """
+
+    def plot(
+        name: str,
+        key: str,
+        *,
+        legend: rrb.Corner2D | None = None,
+        axis: tuple[float, float] | None = None,
+    ) -> rrb.TimeSeriesView:
+        entities = [entity for entity in run.ranges if entity.startswith(f"filter/{key}/")]
+        return rrb.TimeSeriesView(
+            origin=f"/filter/{key}",
+            name=name,
+            axis_x=run.axis_x(),
+            axis_y=rrb.ScalarAxis(range=axis) if axis is not None else run.axis_y(*entities),
+            plot_legend=rrb.PlotLegend(visible=legend is not None, corner=legend or rrb.Corner2D.LeftTop),
+        )
+
+    def band(name: str, key: str, legend: rrb.Corner2D | None = None) -> rrb.TimeSeriesView:
+        return plot(f"{name} [{run.label(f'filter_{key}', 'm')}]", key, legend=legend)
+
+    left, right = rrb.Corner2D.LeftTop, rrb.Corner2D.RightTop
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Grid(
+                band("North position error", "position_north"),
+                band("East position error", "position_east"),
+                band("Height error", "height"),
+                plot("Innovations [σ]; refused: red", "innovations", axis=(-6.5, 6.5)),
+                band("North velocity error", "velocity_north"),
+                band("East velocity error", "velocity_east"),
+                band("Down velocity error", "velocity_down"),
+                plot("Mean NIS, per component", "squares", axis=(0.0, 2.5), legend=left),
+                band("Tilt about north, φN", "tilt_north", right),
+                band("Tilt about east, φE", "tilt_east"),
+                band("Azimuth misalignment, φD", "azimuth"),
+                plot("Readings taken; refused: red", "decisions", legend=left),
+                grid_columns=4,
+            ),
+            rrb.Horizontal(
+                plot("Gyros: errors [σ]", "gyro"),
+                plot("Accelerometers: errors [σ]", "accelerometer"),
+                plot("Largest σ of each block against its start [decades]", "shrinking", legend=left),
+                rrb.TextDocumentView(origin="/about/filter", name="Is it consistent?"),
+                column_shares=[2, 2, 3, 3],
+            ),
+            row_shares=[3, 1],
+        ),
+        collapse_panels=True,
+    )
