@@ -19,7 +19,7 @@ from math import atan2, cos, sin, sqrt
 
 from sinssim.data import Array
 from sinssim.earth import EarthParameters, gravity_ned_k, q_en_k, radii_k
-from sinssim.jit import inline
+from sinssim.jit import inline, strict_inline
 from sinssim.rotation import Vector, cross_k, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.strapdown.interval import FrameTurn
 from sinssim.strapdown.parts import engines
@@ -94,6 +94,14 @@ def into_w_k(q0: float, q1: float, q2: float, q3: float, x: float, y: float, z: 
     return x + 2.0 * ux, y + 2.0 * uy, z + 2.0 * uz
 
 
+@strict_inline
+def carried_sum_k(total: float, lost: float, step: float) -> tuple[float, float]:
+    """A sum, and what rounding took from it, to be added with the next step (Kahan's summation)."""
+    due = step + lost
+    new = total + due
+    return new, due - (new - total)
+
+
 def _navigate(
     time: Array,
     dtheta: Array,
@@ -127,6 +135,7 @@ def _navigate(
         azimuth = atan2(py, px)
     ch, sh = cos(0.5 * azimuth), sin(0.5 * azimuth)
     e0, e1, e2, e3 = multiply_k(e0, e1, e2, e3, ch, 0.0, 0.0, sh)
+    l0, l1, l2, l3 = 0.0, 0.0, 0.0, 0.0  # what the additions to it have lost
     w0, w1, w2, w3 = multiply_k(ch, 0.0, 0.0, -sh, q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
     attitude = start_k(w0, w1, w2, w3)
     vx = cos(azimuth) * velocity[0, 0] + sin(azimuth) * velocity[0, 1]
@@ -224,9 +233,12 @@ def _navigate(
         r0, r1, r2, r3 = quaternion_from_rotation_vector_k(
             sixth * (tx0 + 4.0 * txm + tx1), sixth * (ty0 + 4.0 * tym + ty1), sixth * (tz0 + 4.0 * tzm + tz1)
         )
-        e0, e1, e2, e3 = multiply_k(e0, e1, e2, e3, r0, r1, r2, r3)
-        scale = 1.5 - 0.5 * (e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
-        e0, e1, e2, e3 = scale * e0, scale * e1, scale * e2, scale * e3
+        # e + e ∘ (r − 1): a step adds ten million times less than e, and would lose half its digits in e's last one
+        d0, d1, d2, d3 = multiply_k(e0, e1, e2, e3, -(r1 * r1 + r2 * r2 + r3 * r3) / (1.0 + r0), r1, r2, r3)
+        e0, l0 = carried_sum_k(e0, l0, d0)
+        e1, l1 = carried_sum_k(e1, l1, d1)
+        e2, l2 = carried_sum_k(e2, l2, d2)
+        e3, l3 = carried_sum_k(e3, l3, d3)
 
         # --- vertical channel
         if vertical == BARO_LOOP:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import platform
 from dataclasses import asdict, fields
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.recording.directory import write_text
-from sinssim.recording.summary import processor, versions
+from sinssim.recording.summary import plain, processor, versions
 from sinssim.studies.report import html_report
 from sinssim.studies.results import Comparison, Row
 
@@ -41,15 +40,7 @@ def results(comparison: Comparison) -> dict[str, Any]:
         "cases": [asdict(row) for row in comparison.rows],
         "versions": versions(),
     }
-    return {key: _plain(value) for key, value in found.items()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return {key: plain(value) for key, value in found.items()}
 
 
 def write_study(comparison: Comparison, folder: Path) -> None:

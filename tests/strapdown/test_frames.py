@@ -145,6 +145,13 @@ def test_over_the_pole(frame, course, south):
     np.testing.assert_allclose(np.linalg.norm(solution.q_nb, axis=1), 1, rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("frame", ["wander", "free-azimuth", "transverse"])
+def test_no_position_is_lost_to_the_last_digit_of_a_quaternion(frame):
+    """Along the equator every step is alike, and so is what rounding takes of each: 9 µm in ten minutes, if it may."""
+    circle = GreatCircle(0.0, 0.3, 9000.0, np.pi / 2, 250.0, 600.0)
+    assert miss(circle, navigate(circle.increments(100.0), circle.state(0.0), frame=frame)) < 1e-7
+
+
 @pytest.mark.parametrize("algorithm", ["euler", "functional-iteration"])
 def test_other_algorithms_over_the_pole(algorithm):
     circle = over_the_pole(10)
