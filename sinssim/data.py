@@ -128,6 +128,7 @@ class Measurements:
     | "zero-rate" | rate relative to the Earth about the body's axes [rad/s], zero but for what shakes it | the same |
     | "heading" | heading of the forward axis [rad] | [rad] |
     | "attitude" | q_nb, scalar first | about the body's axes [rad], three |
+    | "earth-attitude" | q_eb, relative to Earth-fixed axes, scalar first | about the body's axes [rad], three |
     | "speed" | velocity along the forward axis, of the point at the lever arm [m/s] | [m/s] |
 
     Attributes:

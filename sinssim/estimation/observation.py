@@ -10,6 +10,8 @@ Earth and W x its error (gyros' errors, and the Earth rate resolved in a wrong a
     rate       ω                      W x
     heading    atan2(c_E, c_N)        −φ_D + c_D (c_N φ_N + c_E φ_E)/(c_N² + c_E²), c the forward axis
     attitude   C                      −C_bn φ, about the body's axes
+    stars      C_en C                 C_bn (θ − φ), θ = (δr_E/(R₂+h), −δr_N/(R₁+h), −δr_E tan φ/(R₂+h)) the turn of the
+                                      local level that navigation is at
     speed      (C_bn v + ω × l)_x     (C_bn δv − C_bn [v×] φ − [l×] W x)_x
 
 A sensor's own bias and scale factor belong to the reading, (1 + k) z + b, and enter with the opposite sign.
@@ -142,6 +144,21 @@ def _attitude(s: _Setting, value: Array) -> tuple[Array, Array]:
     return rotation.rotation_vector_from_quaternion(off), h
 
 
+def _earth_attitude(s: _Setting, value: Array) -> tuple[Array, Array]:
+    state = s.now.state
+    q_eb = rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
+    off = rotation.multiply(rotation.conjugate(rotation.normalize(value)), q_eb)
+    r1, r2 = earth.radii(state.latitude, s.now.ellipsoid)
+    turn = np.zeros((len(r1), 3, 3))
+    turn[:, 0, 1] = 1.0 / (r2 + state.height)
+    turn[:, 1, 0] = -1.0 / (r1 + state.height)
+    turn[:, 2, 1] = -np.tan(state.latitude) / (r2 + state.height)
+    h = s.zeros(3)
+    h[:, :, PHI] = -s.c_bn
+    h[:, :, R] = s.c_bn @ turn
+    return rotation.rotation_vector_from_quaternion(off), h
+
+
 def _speed(s: _Setting, value: Array) -> tuple[Array, Array]:
     forward = s.c_bn[:, :1]
     velocity = s.now.state.velocity_ned
@@ -178,6 +195,7 @@ KINDS: dict[str, Kind] = {
     "zero-rate": Kind(3, 3, _rate),
     "heading": Kind(1, 1, _heading),
     "attitude": Kind(4, 3, _attitude),
+    "earth-attitude": Kind(4, 3, _earth_attitude),
     "speed": Kind(1, 1, _speed),
 }
 """The kinds of `sinssim.data.Measurements`."""
@@ -206,7 +224,7 @@ def observe(
     bias, scale = model.slices.get(f"{label} bias"), model.slices.get(f"{label} scale")
     if bias is not None:
         known = parameters[f"{label} bias"]
-        if m.kind == "attitude":
+        if m.kind in ("attitude", "earth-attitude"):
             value = rotation.multiply(value, rotation.quaternion_from_rotation_vector(-known))
         else:
             value = value - known

@@ -39,6 +39,7 @@ KINDS: dict[str, Kind] = {
     "zero-rate": Kind(tuple(f"rate_{axis}_radps" for axis in _BODY), _BODY, "radps"),
     "heading": Kind(("heading_rad",), ("",), "rad"),
     "attitude": Kind(("q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z"), _BODY, "rad"),
+    "earth-attitude": Kind(("q_eb_w", "q_eb_x", "q_eb_y", "q_eb_z"), _BODY, "rad"),
     "speed": Kind(("speed_mps",), ("",), "mps"),
 }
 

@@ -29,7 +29,7 @@ def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) ->
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "airspeed")
     logged = trajectory.channels.get("airspeed_mps")
 
     def speed(t: Array) -> Array:

@@ -28,7 +28,7 @@ def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) 
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "baro")
 
     def height(t: Array) -> Array:
         return trajectory.state(t).height

@@ -32,7 +32,7 @@ def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Se
         InputError: the motion is over before the first fix, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "gnss")
     antenna = state_at(trajectory, time, s.lever_arm_m)
     off = white(seed, "gnss lever arm", (s.lever_arm_sigma_m,) * 3, 1)[0]
     arm = {"gnss lever arm": -off}

@@ -27,7 +27,7 @@ def magnetometer(trajectory: Trajectory, section: MagnetometerSection, seed: int
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "magnetometer")
     heading = rotation.euler_from_quaternion(trajectory.state(time).q_nb)[2]
     bias = turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)
     a, b = (turn_on(seed, "magnetometer deviation", None, s.deviation_sigma_deg, i) for i in range(2))

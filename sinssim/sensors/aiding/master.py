@@ -32,7 +32,7 @@ def master(trajectory: Trajectory, section: MasterSection, solution: NavSolution
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    rows = np.searchsorted(solution.time, epochs(trajectory, s) - 1e-9).clip(max=len(solution.time) - 1)
+    rows = np.searchsorted(solution.time, epochs(trajectory, s, "master") - 1e-9).clip(max=len(solution.time) - 1)
     time = solution.time[rows]
     given = []
     if s.velocity:

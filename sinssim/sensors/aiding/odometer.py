@@ -28,7 +28,7 @@ def odometer(trajectory: Trajectory, section: OdometerSection, seed: int = 0) ->
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "odometer")
     wheel = state_at(trajectory, time, s.lever_arm_m)
     forward = rotation.rotate(rotation.conjugate(wheel.q_nb), wheel.velocity_ned)[:, :1]
     scale = PPM * turn_on(seed, "odometer scale", s.scale_ppm, s.scale_sigma_ppm)

@@ -18,12 +18,13 @@ Mask = NDArray[np.bool_]
 Spans = Sequence[tuple[float, float]]
 
 
-def epochs(trajectory: Trajectory, section: AidingSensor) -> Array:
+def epochs(trajectory: Trajectory, section: AidingSensor, key: str) -> Array:
     """Return the instants at which a sensor reads, were there no outage.
 
     Args:
         trajectory: the true motion.
         section: the sensor.
+        key: its table in [aiding], for the message.
 
     Returns:
         start + k/rate for k = 1, 2, …, (M,) s.
@@ -35,7 +36,7 @@ def epochs(trajectory: Trajectory, section: AidingSensor) -> Array:
     duration = trajectory.end - trajectory.start
     if duration * rate < 1.0 - 1e-9:
         raise InputError(
-            f"an aiding sensor with rate_hz = {rate:g} reads first after {1.0 / rate:g} s, and the motion is over "
+            f"aiding.{key}.rate_hz = {rate:g}: the first reading comes after {1.0 / rate:g} s, and the motion is over "
             f"after {duration:g} s; a higher rate or a longer motion is needed."
         )
     return sample_edges(trajectory.start, trajectory.end, rate)[1:]

@@ -32,7 +32,7 @@ def zero_velocity(trajectory: Trajectory, section: ZeroVelocitySection, seed: in
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "zero_velocity")
     sigma = (s.sigma_mps,) * 3
     value = white(seed, "zero velocity noise", sigma, len(time))
     there = _stops(trajectory, section, time)
@@ -54,7 +54,7 @@ def zero_rate(trajectory: Trajectory, section: ZeroRateSection, seed: int = 0) -
         InputError: the motion is over before the first reading, or the seed cannot be used.
     """
     s = section
-    time = epochs(trajectory, s)
+    time = epochs(trajectory, s, "zero_rate")
     sigma = (DEG_H * s.sigma_deg_h,) * 3
     value = white(seed, "zero rate noise", sigma, len(time))
     return sensed("zero-rate", "zero-rate", s, time, value, sigma, {}, there=_stops(trajectory, section, time))

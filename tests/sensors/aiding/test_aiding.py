@@ -296,16 +296,17 @@ def test_magnetometer_follows_the_heading_with_deviation(flight):
 def test_attitude_noise_is_about_the_blocks_axes():
     tilted = Rotation.from_euler("ZYX", [2.0, 0.5, -1.0])
     standing = parked(20_000.0, tilted.as_quat(scalar_first=True))
+    level = Rotation.from_matrix(oracle.ned_axes(PLACE["latitude"], PLACE["longitude"])).inv()
     sigma = (3.0, 6.0, 20.0)
-    for given, unit in (
-        (read(aiding.attitude_reference, standing, AttitudeSection(sigma_arcmin=sigma), 2), 60.0),
-        (read(aiding.star_tracker, standing, StarTrackerSection(sigma_arcsec=sigma), 2), 3600.0),
+    for given, unit, true in (
+        (read(aiding.attitude_reference, standing, AttitudeSection(sigma_arcmin=sigma), 2), 60.0, tilted),
+        (read(aiding.star_tracker, standing, StarTrackerSection(sigma_arcsec=sigma), 2), 3600.0, level * tilted),
     ):
-        error = (tilted.inv() * Rotation.from_quat(given.value, scalar_first=True)).as_rotvec(degrees=True) * unit
+        error = (true.inv() * Rotation.from_quat(given.value, scalar_first=True)).as_rotvec(degrees=True) * unit
         for i in range(3):
             assert_sigma(error[:, i], sigma[i])
         np.testing.assert_allclose(np.degrees(given.sigma[7]) * unit, sigma, rtol=1e-12, atol=0)
-        assert given.kind == "attitude"
+    assert given.kind == "earth-attitude"
 
 
 # Standing still
@@ -465,5 +466,7 @@ def test_better_system_gives_its_own_solution():
 
 
 def test_motion_that_is_over_before_the_first_reading():
-    with pytest.raises(InputError, match=r"rate_hz = 0\.01 reads first after 100 s, and the motion is over after 50 s"):
+    with pytest.raises(
+        InputError, match=r"aiding\.gnss\.rate_hz = 0\.01: the first reading comes after 100 s, and the"
+    ):
         read(aiding.gnss, parked(50.0), GnssSection(rate_hz=0.01))
