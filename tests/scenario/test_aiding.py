@@ -1,0 +1,125 @@
+"""[aiding] and [filter]: what is right loads, what is wrong is named with its place and its remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sinssim.errors import InputError
+from sinssim.scenario import load_scenario
+from sinssim.scenario.summary import plan_lines
+
+TEXT = """\
+name = "aided"
+
+[parked]
+latitude_deg = 56.0
+duration_s = 200.0
+
+[aiding.gnss]
+rate_hz = 2.0
+outages_s = [[50.0, 100.0], [150.0, 160.0]]
+lever_arm_m = [1.0, 0.0, -0.5]
+
+[[aiding.gnss.jumps]]
+from_s = 20.0
+to_s = 30.0
+north_m = 40.0
+
+[[aiding.gnss.ramps]]
+from_s = 120.0
+east_mps = 0.5
+
+[aiding.baro]
+bias_sigma_m = 5.0
+
+[filter]
+states = ["gyro bias", "accelerometer bias", "gyro scale"]
+smooth = true
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    file = folder / "plan.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_values_arrive_as_written(tmp_path: Path) -> None:
+    scenario = load_scenario(write(tmp_path, TEXT), ["aiding.gnss.ramps.1.east_mps=0.25"])
+    assert scenario.aiding is not None
+    assert scenario.filter is not None
+    gnss = scenario.aiding.gnss
+    assert gnss is not None
+    assert gnss.outages_s == ((50.0, 100.0), (150.0, 160.0))
+    assert gnss.jumps[0].north_m == 40.0
+    assert gnss.ramps[0].to_s is None
+    assert gnss.ramps[0].east_mps == 0.25
+    assert scenario.aiding.magnetometer is None
+    assert scenario.filter.loop == "closed"
+    again = tmp_path / "again.toml"
+    again.write_text(scenario.to_toml(), encoding="utf-8")
+    assert load_scenario(again) == scenario
+
+
+def test_plan_names_sensors_and_filter(tmp_path: Path) -> None:
+    plan = "\n".join(plan_lines(load_scenario(write(tmp_path, TEXT))))
+    assert "aiding      gnss, 2 Hz; outages_s = [[50, 100], [150, 160]]" in plan
+    assert "aiding      baro, 1 Hz; bias_sigma_m = 5" in plan
+    assert "filter      gyro bias, accelerometer bias, gyro scale; smooth = True" in plan
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "below", "said"),
+    [
+        ("outages_s = [[50.0, 100.0]", "outages_s = [[100.0, 50.0]", 0, "from 100 s to 50 s is no time; the end must"),
+        ("[[50.0, 100.0], [150.0, 160.0]]", "[[50.0, 100.0], 150.0]", 0, "aiding.gnss.outages_s.2 must be an array"),
+        ("outages_s", "outage_s", 0, "Did you mean 'aiding.gnss.outages_s'?"),
+        ("to_s = 30.0", "to_s = 10.0", -2, "from 20 s to 10 s is no time"),
+        ("from_s = 120.0\n", "", -1, "aiding.gnss.ramps.1.from_s is missing (when it begins)"),
+        ("lever_arm_m", "lever_arm_ft", 0, "the unit is part of the name, use 'lever_arm_m'"),
+        ("lever_arm_m =", "latency_ms = 200.0\nlever_arm_m =", 0, "use 'latency_s' (latency_s = 0.2)"),
+        ("lever_arm_m =", "position_sigma_m = 0.0\nlever_arm_m =", 0, "position_sigma_m = 0.0 must be greater than 0"),
+        ("lever_arm_m =", "latency_s = -0.1\nlever_arm_m =", 0, "latency_s = -0.1 must be at least 0"),
+        ("rate_hz = 2.0", "position = false\nvelocity = false", -1, "leave nothing that the receiver gives"),
+        ("[aiding.baro]", "[aiding.barro]", 0, "unknown key 'aiding.barro'. Did you mean 'aiding.baro'?"),
+        (
+            "bias_sigma_m = 5.0", "scale_ppm = 5.0\nscale_sigma_ppm = 3.0", -1,
+            "scale_ppm (the error) and scale_sigma_ppm (1σ to draw it from) are both given",
+        ),
+        ('"gyro scale"', '"gyro bias"', -1, "states names 'gyro bias' twice; every block can be there once"),
+        ('"gyro scale"', '"gyro scal"', 0, "unknown block of states 'gyro scal'. Did you mean 'gyro scale'? Known:"),
+        ("smooth = true", "smoth = true", 0, "Did you mean 'filter.smooth'?"),
+        ("smooth = true", 'loop = "close"', 0, "filter.loop = 'close' is not known. Did you mean 'closed'?"),
+        ("smooth = true", "gate = 1.0", 0, "filter.gate = 1.0 must be less than 1"),
+        ("smooth = true", "measurement_noise_factor = 0.0", 0, "must be greater than 0"),
+    ],
+)  # fmt: skip
+def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> None:
+    line = TEXT[: TEXT.index(old)].count("\n") + 1 + below
+    with pytest.raises(InputError) as caught:
+        load_scenario(write(tmp_path, TEXT.replace(old, new, 1)))
+    message = str(caught.value)
+    assert said in message
+    assert f"plan.toml, line {line}" in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (TEXT[: TEXT.index("[filter]")], "[aiding] has no [filter] that would use it"),
+        (TEXT[: TEXT.index("[aiding.gnss]")] + TEXT[TEXT.index("[filter]") :], "[filter] has nothing to correct by"),
+        (TEXT + '\n[imu.sensor_set]\ntype = "accelerometers"\narm_m = 1.0\n', "[filter] corrects a set with gyros"),
+        (
+            TEXT[: TEXT.index("[aiding.gnss]")] + "[aiding]\n" + TEXT[TEXT.index("[filter]") :],
+            "it names no sensor; tables in it may be gnss, baro, magnetometer, airspeed, odometer, zero_velocity",
+        ),
+        (TEXT + '\n[aiding.master]\ngrade = "tacticle"\n', "Did you mean 'tactical'?"),
+    ],
+)
+def test_tables_that_do_not_go_together(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_scenario(write(tmp_path, text))
+    assert said in str(caught.value)
