@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.stats import binom, chi2
 
 from sinssim.data import Array
@@ -108,8 +107,7 @@ def _whitened(innovations: Innovations) -> Array:
     if not used.any():
         return np.zeros((0, innovations.value.shape[1]))
     root = np.linalg.cholesky(innovations.covariance[used])
-    whitened = [solve_triangular(r, v, lower=True) for r, v in zip(root, innovations.value[used], strict=True)]
-    return np.stack(whitened)
+    return np.asarray(np.linalg.solve(root, innovations.value[used][..., None])[..., 0])
 
 
 def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> SensorConsistency:

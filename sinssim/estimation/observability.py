@@ -18,11 +18,8 @@ from sinssim.data import Array
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.result import History
 
-SEEN = 10.0
-"""A direction is seen if its singular value is above this: σ₀ stands out of the noise ten times."""
-
-SHARE = 0.99
-"""A state is observable if so much of it (of its square) lies in the directions that are seen."""
+HALVED = 0.5
+"""Part of σ₀ to which σ must come down for a state to count as observable."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +31,20 @@ class Observability:
         time: instants up to which readings count, (R,) s.
         singular: singular values up to each, the largest first, (R, n).
         directions: the directions of the last ones in units of σ₀, a row each, (n, n).
-        share: of each state that lies in directions that are seen in the end, 0 … 1, (n,).
-        observable: whether that is enough, (n,).
+        limit: 1σ over σ₀ to which the readings would bring each state if no noise drove the states, (n,).
         reduction: 1σ by the filter at the end over σ₀, (n,).
+        seen: whether the limit is at most `HALVED`, (n,).
+        observable: whether the reduction is, too; what is seen and not observable drowns in noise, (n,).
     """
 
     states: tuple[str, ...]
     time: Array
     singular: Array
     directions: Array
-    share: Array
-    observable: NDArray[np.bool_]
+    limit: Array
     reduction: Array
+    seen: NDArray[np.bool_]
+    observable: NDArray[np.bool_]
 
 
 def observability(
@@ -77,15 +76,11 @@ def observability(
             singular.append(np.sqrt(np.maximum(values[::-1], 0.0)))
             directions = vectors[:, ::-1].T
     last = singular[-1] if singular else np.zeros(n)
-    share = np.sum(directions[last > SEEN] ** 2, axis=0)
+    # diagonal of (I + D O D)⁻¹, by its eigenvectors
+    limit = np.sqrt(np.sum(directions**2 / (1.0 + last[:, None] ** 2), axis=0))
     sigma = np.sqrt(history.covariance[rows[-1]].diagonal()) if len(rows) else model.sigma
     reduction = np.divide(sigma, model.sigma, out=np.ones(n), where=model.sigma > 0.0)
-    return Observability(
-        model.states,
-        np.array(times),
-        np.array(singular).reshape(-1, n),
-        directions,
-        share,
-        np.asarray((share >= SHARE) & (model.sigma > 0.0)),
-        reduction,
-    )
+    seen = (limit <= HALVED) & (model.sigma > 0.0)
+    observable = seen & (reduction <= HALVED)
+    every_one = np.array(singular).reshape(-1, n)
+    return Observability(model.states, np.array(times), every_one, directions, limit, reduction, seen, observable)
