@@ -49,8 +49,8 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
 constant; ij of a misalignment is the tilt of sensitive axis i towards the block's axis j.
 
 Beside them an aiding sensor, called by `Measurements.label`, may have blocks of its own: "<sensor> bias", as many
-components as its readings (added to the true reading; of an attitude a rotation about the body's axes), and
-"<sensor> scale", one relative error of a reading of one component."""
+components as its sigma (added to the true reading; of a position north, east, down in metres, of an attitude a
+rotation about the body's axes), and "<sensor> scale", the relative error of a reading of one component."""
 
 OF_SENSORS = (" bias", " scale")
 """How the names of the aiding sensors' blocks end."""

@@ -226,12 +226,14 @@ def observe(
         known = parameters[f"{label} bias"]
         if m.kind in ("attitude", "earth-attitude"):
             value = rotation.multiply(value, rotation.quaternion_from_rotation_vector(-known))
-        else:
+        elif m.kind != "gnss-position":  # whose value is in radians
             value = value - known
     if scale is not None:
         value = value / (1.0 + parameters[f"{label} scale"])
     residual, h = KINDS[m.kind].observe(setting, value)
     if bias is not None:
+        if m.kind == "gnss-position":
+            residual = residual + parameters[f"{label} bias"]
         h[:, :, bias] -= np.eye(residual.shape[1])
     if scale is not None:
         h[:, :, scale] -= value[:, :, None]
