@@ -529,6 +529,7 @@ def list_names(
     width = max((len(name) for name in names), default=0)
     for name, sentence in names.items():
         print(f"{name:<{width}}  {sentence}".rstrip())
+    sys.stdout.flush()  # so that what goes wrong there is the last word
     if kind is Kind.GRADES:
         typer.echo("What one means, term by term: sinssim sensors GRADE", err=True)
 
