@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -88,3 +90,10 @@ def test_no_kernel_uses_a_part_that_is_said_to_hold_none() -> None:
         reached.add(name)
         found |= {i for _, i in imports(modules[name]) if i in modules}
     assert not [name for name in reached if {layer(name), f"{layer(name)}.py"} & set(NO_KERNELS)]
+
+
+def test_what_a_run_loads_before_its_flight_begins() -> None:
+    """The flight is the long part: what comes after it is loaded while another process flies."""
+    later = ("rerun", "pyarrow", "matplotlib", "filterpy", "jsbsim")
+    code = f"import sys, sinssim.simulation; print([name for name in {later} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.rrd import Recording
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 
 Rows = NDArray[np.intp]
@@ -18,6 +17,7 @@ Rows = NDArray[np.intp]
 if TYPE_CHECKING:
     from sinssim.aided import Aided
     from sinssim.estimation import Innovations
+    from sinssim.recording.rrd import Recording
 
 _PLOT_ROWS = 16384
 _EDGE = 6.0
