@@ -453,8 +453,8 @@ def allan(
         typer.Option(
             "--correlation-time",
             metavar="S",
-            help="Take the bias instability for a Gauss-Markov process of this correlation time, not for flicker.",
-            show_default="looked for beside flicker",
+            help="Correlation time of a Gauss-Markov bias, if there is one and it is known.",
+            show_default="such a bias is looked for",
         ),
     ] = None,
     plot: Annotated[

@@ -12,8 +12,9 @@ unknowns; ramp and ends are eliminated as in restricted maximum likelihood (Patt
 variances hold the same information, less its independence.
 
 The band of a coefficient is every value at which the likelihood, all other coefficients refitted, is within
-exp(−χ²/2) of its maximum, χ² the 95 % point with one degree of freedom. A term whose band holds zero is not observable
-in this record: it gets an upper limit and no value.
+exp(−χ²/2) of its maximum, χ² the 95 % point with one degree of freedom. Terms are then dropped one by one, the least
+missed first, as long as the likelihood stays within the same factor: a term that the record is described without is not
+observable in it, and gets an upper limit and no value.
 
 Three things are not left to chance:
 
@@ -35,6 +36,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from sinssim.checks import first_not_finite
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.sensors.noise_terms import (
@@ -57,17 +59,18 @@ PROBABILITY = 0.95
 _WIDTH = 1.04  # of a band, ratio of its last to its first frequency
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _LIMIT = 3.841458820694124  # χ² with one degree of freedom, 95 %
-_STEPS = 200
+_STEPS = 200  # of the scoring, at most
 _WIDE = 9.0  # twice the loss of the logarithm of the likelihood beyond which a walk counts for nothing
-_MIXED = 16
+_MIXED = 16  # walks for which a ramp's distribution is computed
 _QUICKEST = 100.0  # samples in the shortest correlation time that is looked for
 _TIMES = 25  # correlation times that are tried
 _CLOSE = 1e-5  # of the logarithm of the likelihood
-_DETECTED = 12.0  # twice the gain in the logarithm of the likelihood for which a Gauss-Markov term is taken in
+_DETECTED = 10.0  # twice the gain in the logarithm of the likelihood for which a Gauss-Markov term is taken in
+_POSSIBLE = 5.0  # for which it is mentioned; without such a bias one record of twenty gains as much
 _FAR = 4.0  # standard deviations at which a band is left out
 _BY_CHANCE = 5.5  # that no band reaches where nothing is to be left out
 _MOST_ASIDE = 0.4  # of the bands, more are not left out
-_ROUNDS = 40
+_ROUNDS = 40  # of leaving bands out, at most
 _DOUBTFUL = 4.0  # standard deviations of the misfit above what it should be
 
 
@@ -101,6 +104,7 @@ class NoiseFit:
         misfit: relative uncertainty of the spectrum that makes up for what the terms do not describe, 0 if they do.
         aside: ranges of frequencies that the terms do not describe and that were left out, Hz.
         exchangeable: symbols of terms that are there although zero is in their band: others may stand in for them.
+        possible: σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that the record hints at, but does not show.
     """
 
     estimates: dict[str, Estimate]
@@ -113,6 +117,7 @@ class NoiseFit:
     misfit: float
     aside: tuple[tuple[float, float], ...]
     exchangeable: tuple[str, ...]
+    possible: tuple[float, float] | None
 
     @property
     def terms(self) -> list[tuple[NoiseTerm, float]]:
@@ -120,7 +125,7 @@ class NoiseFit:
         terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
         if self.correlation_time is not None:
             terms.append(gauss_markov(self.correlation_time))
-        return [(term, self.likely[term.symbol]) for term in terms if term.symbol in self.likely]
+        return [(term, self.likely[term.symbol]) for term in terms]
 
     def allan_deviation(self, tau: Array, symbol: str | None = None) -> Array:
         """Return the Allan deviation of the fit.
@@ -144,16 +149,20 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
     Args:
         increments: integrals of the rate over equal intervals, (N,) rad or m/s.
         interval: T, s.
-        correlation_time: τ_b, s, if the bias instability is known to be a first-order Gauss-Markov process, which then
-            takes the place of the flicker. If not given, such a term is looked for beside the flicker, and taken in if
-            the record calls for it.
+        correlation_time: τ_b of a first-order Gauss-Markov bias, s, if there is one and its time is known: it is then
+            the last term to be done without. If not given, such a term is looked for, and taken in if the record calls
+            for it.
 
     Returns:
         The coefficients and their bands.
 
     Raises:
-        InputError: too few samples, all of them alike, or a correlation time that is not positive.
+        InputError: too few samples, one that is not finite, all of them alike, or a correlation time that is not
+            positive.
     """
+    bad = first_not_finite(increments)
+    if bad is not None:
+        raise InputError(f"sample {bad} is {increments[bad]}, not a finite number.")
     if len(increments) < FEWEST_SAMPLES:
         raise InputError(
             f"{len(increments)} samples are too few to tell noise terms apart; at least {FEWEST_SAMPLES} are needed."
@@ -164,20 +173,23 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
     if is_constant(increments):
         raise InputError(f"all {len(increments)} samples are {mean:.6g}: a constant channel has no noise to identify.")
     table = _Table(increments - mean, interval, float(np.max(np.abs(increments))))
-    bias = FLICKER if correlation_time is None else gauss_markov(correlation_time)
-    terms = [QUANTISATION, RANDOM_WALK, bias, RATE_WALK]
+    terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
+    if correlation_time is not None:
+        terms.append(gauss_markov(correlation_time))
     fit = _calibrated(table, terms)
     times = [] if correlation_time is None else [correlation_time]
+    possible = None
     if correlation_time is None and not table.rounded:
-        found = _search(fit.whole)
-        if found is not None:
-            other = _calibrated(table, [*terms, gauss_markov(found)])
+        time, sigma, gain = _search(fit.whole)
+        if gain > _DETECTED:
+            other = _calibrated(table, [*terms, gauss_markov(time)])
             white = fit.model.index("N")
             # One that takes the white noise's place is no bias but the sensor's bandwidth.
-            displaced = white in _needed(fit.model, ()) and white not in _needed(other.model, ())
-            if not displaced:
-                fit, times = other, _times(other.model, found)
-    return _result(fit, times, mean / interval)
+            if white in _needed(other.model, ()) or white not in _needed(fit.model, ()):
+                fit, times = other, _times(other.model, time)
+        elif gain > _POSSIBLE:
+            possible = (sigma, time)
+    return _result(fit, times, mean / interval, possible)
 
 
 def is_constant(increments: Array) -> bool:
@@ -295,12 +307,11 @@ def _non_negative(normal: Array, right: Array) -> Array:
     if count == 0:
         return np.zeros(0)
     size = np.sqrt(np.diag(normal))
-    normal, right = normal / np.outer(size, size), right / size
+    # the small part lets two terms be alike that the record cannot tell apart
+    normal, right = normal / np.outer(size, size) + 1e-12 * np.eye(count), right / size
     chosen = (np.arange(1, 2**count)[:, None] >> np.arange(count)) & 1 == 1
-    both = chosen[:, :, None] & chosen[:, None, :]
-    solutions = np.linalg.solve(np.where(both, normal, np.eye(count)), np.where(chosen, right, 0.0)[:, :, None])[
-        :, :, 0
-    ]
+    matrices = np.where(chosen[:, :, None] & chosen[:, None, :], normal, np.eye(count))
+    solutions = np.linalg.solve(matrices, np.where(chosen, right, 0.0)[:, :, None])[:, :, 0]
     gain = np.where(np.all(solutions >= 0.0, axis=1), solutions @ right, 0.0)
     best = int(np.argmax(gain))
     return np.asarray(solutions[best] / size if gain[best] > 0.0 else np.zeros(count))
@@ -499,25 +510,29 @@ def _uniform_misfit(model: _Model, weight: Array) -> tuple[_Model, float]:
     return uncertain(high), high
 
 
-def _search(model: _Model) -> float | None:
-    """Look for a Gauss-Markov bias: return its correlation time if the likelihood gains enough by it."""
+def _search(model: _Model) -> tuple[float, float, float]:
+    """Look for a Gauss-Markov bias beside the terms of a model.
+
+    Returns:
+        Its correlation time, its σ_b, and twice the gain in the logarithm of the likelihood.
+    """
     from scipy.optimize import minimize_scalar
 
     table = model.table
     length = table.count * table.interval
 
     def gain(log_time: float) -> float:
-        wider = model.extended(gauss_markov(math.exp(log_time)))
-        return 2.0 * (wider.top - model.top)
+        return 2.0 * (model.extended(gauss_markov(math.exp(log_time))).top - model.top)
 
     grid = np.linspace(math.log(_QUICKEST * table.interval), math.log(0.5 * length), _TIMES)
     gains = [gain(x) for x in grid]
     i = int(np.argmax(gains))
-    if i == 0 or gains[i] < _DETECTED - 4.0:  # at the first, something quicker than a bias is to be described
-        return None
-    around = (grid[max(i - 1, 0)], grid[min(i + 1, _TIMES - 1)])
+    if i == 0 or gains[i] < _POSSIBLE:  # at the first, something quicker than a bias is to be described
+        return 0.0, 0.0, 0.0
+    around = (grid[i - 1], grid[min(i + 1, _TIMES - 1)])
     top = minimize_scalar(lambda x: -gain(x), bounds=around, method="bounded", options={"xatol": 1e-3})
-    return math.exp(top.x) if -top.fun > _DETECTED else None
+    time = math.exp(top.x)
+    return time, math.sqrt(model.extended(gauss_markov(time)).best[-1]), -float(top.fun)
 
 
 def _times(model: _Model, found: float) -> list[float]:
@@ -628,14 +643,14 @@ def _needed(model: _Model, last: Sequence[str]) -> set[int]:
     return stay
 
 
-def _result(fit: _Calibrated, times: Sequence[float], mean: float) -> NoiseFit:
+def _result(fit: _Calibrated, times: Sequence[float], mean: float, possible: tuple[float, float] | None) -> NoiseFit:
     model, table = fit.model, fit.model.table
     stay = set() if table.rounded else _needed(model, ("N", "sigma_b") if len(times) == 1 else ("N",))
     squares, _ = model.solve({i: 0.0 for i in range(len(model.terms)) if i not in stay}, start=model.best)
     likely = {term.symbol: math.sqrt(c) for term, c in zip(model.terms, squares, strict=True)}
     bands = _bands(model, times)
     # What drift adds to white noise by how it passes within a sample, at most; the rounding of numbers in a computer.
-    inside = 0.5 * likely["K"] * table.interval + 0.7 * likely.get("B", 0.0) * math.sqrt(table.interval)
+    inside = 0.5 * likely["K"] * table.interval + 0.7 * likely["B"] * math.sqrt(table.interval)
     if times:
         inside += likely["sigma_b"] * math.sqrt(0.5 / times[0]) * table.interval
     if likely["N"] < inside:
@@ -665,6 +680,7 @@ def _result(fit: _Calibrated, times: Sequence[float], mean: float) -> NoiseFit:
         fit.misfit,
         _ranges(table, fit.aside),
         tuple(sorted(model.terms[i].symbol for i in stay if bands[model.terms[i].symbol][0] == 0.0)),
+        possible,
     )
 
 

@@ -104,6 +104,21 @@ class ChannelNoise:
                 f"{_listed(fit.exchangeable)} described the record best, but zero is in the band: another term that "
                 "is not seen could stand in."
             )
+        if fit.possible is not None:
+            sigma, time = fit.possible
+            unit, size = RATE_UNIT[self.triad]
+            yield (
+                f"A Gauss-Markov bias of σ_b = {number(sigma / size)} {unit} and τ_b = {time:.3g} s may be behind "
+                "this; the record does not decide. If it is known, give its --correlation-time."
+            )
+        pulse = math.sqrt(12.0) * fit.likely["Q"]
+        if fit.likely["N"] * math.sqrt(fit.interval) < 0.5 * pulse:
+            moved = fit.likely["N"] * math.sqrt(fit.interval) / pulse
+            yield (
+                f"Between samples the random walk moves the output by {moved:.2g} pulses only. Unless the sensor moves "
+                "by more (dither does), rounding errors follow one another and are no white noise: Q, and with it N, "
+                "is then not to be trusted."
+            )
         for low, high in fit.aside:
             yield (
                 f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) is none of these terms and "

@@ -78,8 +78,9 @@ def near(estimate, truth):
 def check_alone(grade, symbol, count, rate_hz, rows):
     channels, truths = emulated(grade, symbol, count, rate_hz, seed=4)
     for row in rows:
-        estimate = fit_noise(channels[row], 1.0 / rate_hz).estimates[symbol]
-        assert estimate.value == pytest.approx(truths[row][symbol], rel=0.05)
+        estimate, truth = fit_noise(channels[row], 1.0 / rate_hz).estimates[symbol], truths[row][symbol]
+        print(f"{grade}, {symbol} alone, channel {row}: {estimate.value / truth - 1.0:+.2%}")
+        assert estimate.value == pytest.approx(truth, rel=0.05)
 
 
 @pytest.mark.parametrize("symbol", FIELDS)
@@ -126,8 +127,11 @@ def test_all_together_in_ten_hours_at_100_hz(grade):
             f"{relative.mean():.4f}, spread {relative.std():.4f} of the truth"
         )
     for symbol in FIELDS:
-        assert 90 <= inside[symbol] <= 102, symbol
-        assert abs(np.median(found[symbol]) - 1.0) < 4.0 * 1.25 * np.std(found[symbol]) / 10.0 + 0.01, symbol
+        # 90 to 98 % with the chance of so many draws from 95 %
+        assert 90 <= inside[symbol] <= 101, symbol
+        assert close[symbol] >= 90, symbol
+        if symbol in "QNB":  # K and R have no value in many of the records
+            assert abs(np.mean(found[symbol]) - 1.0) < 4.0 * np.std(found[symbol]) / np.sqrt(102.0), symbol
 
 
 INSTABLE = [name for name, grade in GRADE_TABLE.items() if grade.gyro.instability > 0.0]

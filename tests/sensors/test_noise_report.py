@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from pathlib import Path
 
@@ -238,7 +239,7 @@ def test_known_correlation_time(log, capsys):
     code, out, _ = run(capsys, log, "--channel", "gyro_x", "--correlation-time", "100", "--json")
     channel = json.loads(out)["channels"]["gyro_x"]
     assert code == 0
-    assert set(channel["terms"]) == {"Q", "N", "K", "R", "sigma_b"}
+    assert set(channel["terms"]) == {"Q", "N", "B", "K", "R", "sigma_b"}
     assert channel["correlation_time_s"] == 100.0
     assert channel["correlation_time_band_s"] is None
 
@@ -340,3 +341,38 @@ def test_what_is_no_log(tmp_path, capsys):
 @pytest.mark.parametrize("kind", ["gap"])
 def test_a_part_before_a_gap(kind, tmp_path):
     assert noise_report(bad(kind, tmp_path), channels=["gyro_x"], end=70.0).count == 700
+
+
+PAGE = Path(__file__).parent.parent.parent / "docs" / "allan.md"
+
+
+def test_the_example_of_the_documentation(tmp_path, capsys, monkeypatch):
+    """Its code runs, and prints the numbers of the page, which hold what its code puts in."""
+    monkeypatch.chdir(tmp_path)
+    page = PAGE.read_text(encoding="utf-8")
+    make, use = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (description,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    exec(compile(make, str(PAGE), "exec"), {})
+    Path("bench.toml").write_text(description)
+    printed = re.search(r"\$ sinssim allan (.*?)\n(.*?)```", page, re.DOTALL)
+    arguments = [a for a in printed[1].split() if a not in ("--plot", "allan.png")]
+    _, out, _ = run(capsys, *arguments)
+    shown = out.translate(str.maketrans("│┃", "  "))
+    for line in printed[2].splitlines():
+        words = line.split()
+        assert any(words == other.split() for other in shown.splitlines()), line
+
+    found = noise_report(Path("bench.npz"), columns=Path("bench.toml"))
+    gyro, accel = found.channels[0].fit.estimates, found.channels[3].fit.estimates
+    for estimate, truth in (
+        (gyro["Q"], 1.5 / 12**0.5 * DEG_H),
+        (gyro["N"], 0.15 * DEG_H * 60.0),
+        (gyro["B"], 2.0 * DEG_H),
+        (gyro["R"], 12.0 * DEG_H / 3600.0),
+        (accel["N"], 0.06 / 60.0),
+        (accel["B"], 30.0 * UG),
+        (accel["sigma_b"], 300.0 * UG),
+    ):
+        assert estimate.low < truth < estimate.high
+    exec(compile(use, str(PAGE), "exec"), {})
+    assert capsys.readouterr().out.startswith("gyro_x")
