@@ -1,4 +1,4 @@
-"""The worked example of the documentation runs as it is printed."""
+"""The worked examples of the documentation run as they are printed."""
 
 from __future__ import annotations
 
@@ -55,3 +55,15 @@ def test_worked_example_of_an_algorithm(cayley):
     # a quarter of what the normalised first-order step misses at a constant rate
     assert 0 < cayleys < 1e-3
     assert cayleys > 100 * error(algorithm="quaternion")
+
+
+def test_worked_example_of_the_filter(capsys):
+    page = PAGE.with_name("estimation.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    exec(code, {})
+    first, second = capsys.readouterr().out.splitlines()[:2]
+    verdict, sigma = first.split()
+    assert verdict == "True"
+    # five minutes of a laser-navigation unit at 50°: random walk and bias over the Earth's rate
+    assert float(sigma) == pytest.approx(np.radians(2.76 / 60.0), rel=0.15)
+    assert second.startswith("[")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import rerun.blueprint as rrb
 
 from sinssim.recording.blueprints import RunInfo
@@ -36,7 +38,11 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         )
 
     def band(name: str, key: str, legend: rrb.Corner2D | None = None) -> rrb.TimeSeriesView:
-        return plot(f"{name} [{run.label(f'filter_{key}', 'm')}]", key, legend=legend)
+        half = max(map(abs, run.range_of(f"filter/{key}/aided", f"filter/{key}/smoothed"))) or 1.0
+        power = 10.0 ** math.floor(math.log10(half))
+        # the viewer writes numbers at powers of ten, and not too many of them
+        half = 1.05 * (10.0 * power if half > 4.7 * power else half)
+        return plot(f"{name} [{run.label(f'filter_{key}', 'm')}]", key, legend=legend, axis=(-half, half))
 
     left, right = rrb.Corner2D.LeftTop, rrb.Corner2D.RightTop
     return rrb.Blueprint(

@@ -139,7 +139,7 @@ def versions() -> dict[str, str]:
     Returns:
         By name.
     """
-    names = ("jsbsim", "numpy", "scipy", "numba", "rerun-sdk", "pyarrow")
+    names = ("jsbsim", "numpy", "scipy", "numba", "filterpy", "rerun-sdk", "pyarrow")
     return {"sinssim": sinssim.__version__, **{name: version(name) for name in names}}
 
 
