@@ -311,12 +311,9 @@ class _Loop:
     def _update(self, one: Observed, epoch: int) -> None:
         readings = self.around.readings[one.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
-        variance = data.sigma[one.row] ** 2
-        cross = None
+        variance, cross = readings.variance[one.row], None
         if one.sensor in self._cross:
-            interval = float(readings.interval[one.row])
-            variance = variance + self.around.model.gyro_noise**2 / interval
-            cross = self._cross[one.sensor] / interval
+            cross = self._cross[one.sensor] / readings.interval[one.row]
         r = np.diag(variance)
         innovation = self.filter.innovation(one.residual, one.h, r, cross)
         name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"

@@ -33,12 +33,15 @@ class Readings:
         reason: why one cannot be used, "" if it can, M sentences.
         epoch: number of the epoch of each that can be used, (M,); −1 of the others.
         interval: over which a zero-rate reading is a mean, (M,) s.
+        variance: diagonal of R, (M, k): what is told of the reading, and the noise of the inertial sensors that is in
+            what it is compared with and in no state.
     """
 
     data: Measurements
     reason: list[str]
     epoch: NDArray[np.intp]
     interval: Array
+    variance: Array
 
     @cached_property
     def usable(self) -> NDArray[np.intp]:
@@ -95,7 +98,7 @@ def take_in(
     count = len(time) - 1
     stride = max(round(count / float(time[-1] - time[0]) / rate_hz), 1)
     grid = np.unique(np.append(np.arange(0, count, stride), count))
-    readings = [_checked(m, time) for m in measurements]
+    readings = [_checked(m, model, time) for m in measurements]
     wanted = [r.data.time[r.usable] for r in readings]
     wanted += [(r.data.time - r.interval)[r.usable] for r in readings if r.data.kind == "zero-rate"]
     instants = np.unique(np.concatenate([time[:1], *wanted]))
@@ -147,7 +150,7 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
             )
 
 
-def _checked(m: Measurements, imu_time: Array) -> Readings:
+def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> Readings:
     if m.kind not in KINDS:
         raise unknown_name("kind of measurement", m.kind, KINDS)
     kind, label = KINDS[m.kind], m.label
@@ -186,7 +189,24 @@ def _checked(m: Measurements, imu_time: Array) -> Readings:
     if m.kind == "zero-rate" and count:
         usual = float(np.min(interval[interval > _SAME], initial=np.inf))
         interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, as long as the others
-    return Readings(data, reason, np.full(count, -1, dtype=np.intp), interval)
+    variance = data.sigma**2 + _own_noise(m.kind, model, np.maximum(interval, _SAME))[:, None]
+    return Readings(data, reason, np.full(count, -1, dtype=np.intp), interval, variance)
+
+
+def _own_noise(kind: str, model: ErrorModel, interval: Array) -> Array:
+    """Return the variance by which the inertial sensors' noise spoils what readings are compared with, (M,).
+
+    A mean rate over T has the random walk N²/T, and the rounding of two counts of pulses, Q²/12 each. In velocity and
+    attitude only the rounding comes and goes; their random walk is process noise.
+    """
+    if kind == "zero-rate":
+        return np.asarray(model.gyro_noise**2 / interval + model.gyro_quantum**2 / (6.0 * interval**2))
+    pulse = 0.0
+    if kind in ("gnss-velocity", "zero-velocity", "speed"):
+        pulse = model.accel_quantum
+    elif kind in ("attitude", "earth-attitude", "heading"):
+        pulse = model.gyro_quantum
+    return np.full(len(interval), pulse**2 / 12.0)
 
 
 def _reasons(data: Measurements, imu_time: Array) -> list[str]:

@@ -121,11 +121,15 @@ class ErrorModel:
         blocks: position, velocity and attitude first; the others in any order, each once.
         gyro_noise: angle random walk N, rad/√s.
         accel_noise: velocity random walk, m/s/√s.
+        gyro_quantum: weight of a pulse of the gyros, rad.
+        accel_quantum: weight of a pulse of the accelerometers, m/s.
     """
 
     blocks: tuple[Block, ...]
     gyro_noise: float
     accel_noise: float
+    gyro_quantum: float = 0.0
+    accel_quantum: float = 0.0
 
     def __post_init__(self) -> None:
         names = [block.name for block in self.blocks]
@@ -134,7 +138,8 @@ class ErrorModel:
             raise InputError(f"state block {twice[0]!r} is named twice; every block can be there once.")
         if tuple(names[: len(NAVIGATION)]) != NAVIGATION:
             raise InputError(f"an error model begins with the blocks {', '.join(NAVIGATION)}, not {names[:3]}.")
-        for name, value in (("gyro_noise", self.gyro_noise), ("accel_noise", self.accel_noise)):
+        for name in ("gyro_noise", "accel_noise", "gyro_quantum", "accel_quantum"):
+            value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise InputError(f"error model: {name} = {value} must be finite and not negative.")
 
@@ -193,6 +198,9 @@ def error_model(
 ) -> ErrorModel:
     """Compose a model from the description of the inertial sensors and of the start.
 
+    Biases are constant, or walk if the sensors have a rate random walk; a bias instability is a block beside them. Of
+    what else `ImuErrors` can describe (flicker, ramps, temperature, non-linearity, sensitivity to g) no block knows.
+
     Args:
         sigma: standard deviations of the sensor block's errors, and its noise; see
             `sinssim.alignment.budget.expected_errors`, which makes them of a scenario's [imu] section.
@@ -215,7 +223,8 @@ def error_model(
         if name not in BLOCKS or triad_name not in triads:
             raise unknown_name("block of the inertial sensors", name, [n for n in BLOCKS if n.split()[0] in triads])
         blocks.append(_imu_block(name, what, triads[triad_name]))
-    return ErrorModel((*blocks, *extra), sigma.gyro.random_walk, sigma.accel.random_walk)
+    gyro, accel = sigma.gyro, sigma.accel
+    return ErrorModel((*blocks, *extra), gyro.random_walk, accel.random_walk, gyro.quantum, accel.quantum)
 
 
 def _imu_block(name: str, what: str, triad: TriadErrors) -> Block:
@@ -223,4 +232,4 @@ def _imu_block(name: str, what: str, triad: TriadErrors) -> Block:
         return Block(name, triad.instability, correlation_time=triad.correlation_time)
     if what == "misalignment":
         return Block(name, triad.misalignment[~np.eye(3, dtype=bool)])
-    return Block(name, triad.bias if what == "bias" else triad.scale)
+    return Block(name, triad.bias, random_walk=triad.rate_walk) if what == "bias" else Block(name, triad.scale)

@@ -207,3 +207,23 @@ def test_transfer_alignment_from_a_master() -> None:
     assert np.all(np.array(found)[:, 6:9] * 0.035 < askew)
     assert np.all(np.array(found)[:, model.slices["gyro bias"]] < 0.5)
     assert 0.6 < np.mean(values) < 1.5  # 54 degrees of freedom: 0.66 … 1.41
+
+
+def test_pulses_of_the_gyros_are_in_the_comparison_with_a_zero_rate() -> None:
+    """A pulse of an arcsecond against a mean over a second; told of it the filter is no less sure than it may be."""
+    arcsec = np.pi / 180.0 / 3600.0
+    sigma = ImuErrors(replace(NAVIGATION.gyro, quantum=1.0 * arcsec), replace(NAVIGATION.accel, quantum=5e-3))
+    model = error_model(sigma, position=1.0, velocity=0.01, attitude=(1e-4, 1e-4, 1e-3))
+    assert model.gyro_quantum == 1.0 * arcsec
+    place = Parked(LATITUDE, 0.3, 200.0, rotation.quaternion_from_euler(0.02, -0.03, 1.0), 600.0)
+    run, rng = one_run(place, place.increments(10.0), model, sigma, 0), np.random.default_rng(1)
+    time = np.arange(1.0, 600.5)
+    given = [standing(time, rng, 1e-4), not_turning(time, rng)]
+    told = estimate(run.imu, run.initial, given, model, rate_hz=1.0, gate=None)
+    untold = replace(model, gyro_quantum=0.0, accel_quantum=0.0)
+    naive = estimate(run.imu, run.initial, given, untold, rate_hz=1.0, gate=None)
+    for which in (0, 1):
+        assert np.mean(naive.innovations[which].nis) / 3.0 > 2.0
+        assert 0.5 < np.mean(told.innovations[which].nis) / 3.0 < 1.5
+    errors = errors_of(model, told, place, run)[-1]
+    assert nees(errors[6:], told.covariance[-1][6:, 6:]) < 21.7  # 9 degrees of freedom, 99 %

@@ -35,6 +35,14 @@ def test_noise_and_sigmas_come_from_the_sensor_description() -> None:
     assert model.fed_back[:15].all()
 
 
+def test_a_rate_random_walk_makes_the_bias_walk() -> None:
+    model = error_model(expected_errors(ImuSection(gyro_rrw_deg_h_sqrt_h=0.02)).sigma)
+    where = model.slices["gyro bias"]
+    # after an hour it has walked by 0.02 deg/h
+    np.testing.assert_allclose(model.density[where] * 60.0, 0.02 * np.pi / 180 / 3600)
+    assert model.fed_back[where].all()
+
+
 def test_what_a_scenario_fixes_is_known_and_needs_no_spread() -> None:
     sigma = expected_errors(ImuSection(grade="laser-standard", gyro_bias_deg_h=(0.1, 0.0, 0.0))).sigma
     model = error_model(sigma, imu=("gyro bias", "gyro misalignment", "gyro scale"))
