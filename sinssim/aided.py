@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -148,8 +148,9 @@ def inertial_sigma(scenario: Scenario) -> ImuErrors:
     Returns:
         Of what is left after the calibration, if there is one; noises in the section's parts of the true.
     """
-    from sinssim.alignment.budget import expected_errors
+    from sinssim.alignment.budget import Expected, expected_errors
     from sinssim.scenario.imu import ImuSection
+    from sinssim.sensors.compensation import KNOWN
 
     assert scenario.filter is not None
     noise = expected_errors(scenario.imu)
@@ -159,20 +160,19 @@ def inertial_sigma(scenario: Scenario) -> ImuErrors:
         kept = expected_errors(ImuSection(grade="ideal", **calibrated.model_dump()))
     factor = scenario.filter.inertial_noise_factor
 
-    def triad(mean: TriadErrors, sigma: TriadErrors, noise: TriadErrors) -> TriadErrors:
+    def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
+        def size(of: Expected, field: str) -> Array:  # what is fixed and what is drawn, together
+            return np.asarray(np.hypot(getattr(getattr(of.mean, name), field), getattr(getattr(of.sigma, name), field)))
+
+        own: TriadErrors = getattr(noise.sigma, name)
         return replace(
-            noise,
-            bias=np.hypot(mean.bias, sigma.bias),
-            scale=np.hypot(mean.scale, sigma.scale),
-            misalignment=np.hypot(mean.misalignment, sigma.misalignment),
-            random_walk=factor * noise.random_walk,
-            instability=factor * noise.instability,
+            own,
+            **dict[str, Any](ramp=size(noise, "ramp"), **{field: size(kept, field) for field in KNOWN}),
+            random_walk=factor * own.random_walk,
+            instability=factor * own.instability,
         )
 
-    return ImuErrors(
-        triad(kept.mean.gyro, kept.sigma.gyro, noise.sigma.gyro),
-        triad(kept.mean.accel, kept.sigma.accel, noise.sigma.accel),
-    )
+    return ImuErrors(triad("gyro"), triad("accel"), warm_up=noise.sigma.warm_up)
 
 
 def _aiding_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
@@ -263,6 +263,7 @@ def _coarsely_aligned(
         latitude=latitude,
         position_sigma=model.sigma[:3],
         velocity_sigma=model.sigma[3:6],
+        rate_hz=len(session) / seconds,
     )
     covariance = np.diag(model.sigma**2)
     places = [*range(9)]

@@ -20,14 +20,6 @@ UG = 1e-6 * G0
 """micro-g [m/s²]; a noise density of 1 µg/√Hz is the same number in m/s/√s"""
 PPM = 1e-6
 """part per million"""
-PPM_PER_DEG_S = PPM / DEG
-"""part per million per degree per second [s/rad]"""
-PPM_PER_DEG2_S2 = PPM / DEG**2
-"""part per million per degree per second squared [s²/rad²]"""
-UG_PER_G2 = UG / G0**2
-"""micro-g per g² [s²/m]"""
-UG_PER_G3 = UG / G0**3
-"""micro-g per g³ [s⁴/m²]"""
 MPS_SQRT_H = 1.0 / 60.0
 """metre per second per square root of an hour [m/s/√s]"""
 KNOT = 1852.0 / 3600.0

@@ -1,15 +1,21 @@
 """What error to expect of a determination and from what: instruments, session length, method.
 
-The paper's twelve errors are those that no session averages. Around them stand misalignment and non-linearity, which at
-rest is a bias K₂x² + K₃x³ of every axis whose ideal reading is x, and what a session of length T does average: random
-walk (variance N²/T of a mean reading), quantisation (a pulse of weight Q at either end leaves Q²/6T²) and bias
-instability (the mean of a first-order Gauss-Markov process).
+The paper's twelve errors are those that no session averages. Around them stand those that at rest act as a bias of
+every axis whose ideal reading is x: misalignment, non-linearity ½κ|x| + K₂x² + K₃x³ + Σ C_ij x_i x_j, g-sensitivity.
+What drifts acts by its mean over the session, from t to t + T after the sensors were switched on:
+
+    temperature                 β Θ̄ and k′ Θ̄ x,  Θ̄ = Θ∞ + (Θ₀ − Θ∞) (τ/T) e^(−t/τ) (1 − e^(−T/τ))
+    ramp R                      R (t + T/2)
+    rate random walk K          variance K² (t + T/3)
+    bias instability, flicker   variance of the mean of their process
+
+and what a session of length T averages is random walk (variance N²/T of a mean reading) and quantisation (a pulse of
+weight Q at either end leaves Q²/6T²).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,39 +26,34 @@ from sinssim.alignment.disturbed import EQUATOR, RANDOM_WALK_FACTOR
 from sinssim.alignment.theory import Coefficients, InstrumentErrors, coefficients, linear
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.grades import find_grade
+from sinssim.scenario.datasheet import QUANTITIES
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
-from sinssim.units import ARCSEC, DEG_H, PPM, PPM_PER_DEG2_S2, PPM_PER_DEG_S, UG, UG_PER_G2, UG_PER_G3
+from sinssim.sensors import flicker
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp, stated, warm_up
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
 
-SOURCES = (
-    "gyro bias",
-    "gyro scale factor",
-    "gyro misalignment",
-    "gyro non-linearity",
-    "gyro bias instability",
-    "angle random walk",
-    "angle quantisation",
-    "accelerometer bias",
-    "accelerometer scale factor",
-    "accelerometer misalignment",
-    "accelerometer non-linearity",
-    "accelerometer bias instability",
-    "velocity random walk",
-    "velocity quantisation",
-)
-"""The sources of error, in the order of tables and bars: those that grades have. Of what else a sensor block may have
-(flicker, rate random walk, ramp, temperature, g-sensitivity, non-linearity and faults) no budget here knows."""
 
-OF_GYROS = SOURCES[:7]
+def _sources(triad: str, integral: str) -> tuple[str, ...]:
+    of_triad = (
+        "bias", "scale factor", "misalignment", "non-linearity", "temperature", "ramp", "rate random walk",
+        "bias instability", "flicker",
+    )  # fmt: skip
+    return (*(f"{triad} {name}" for name in of_triad), f"{integral} random walk", f"{integral} quantisation")
+
+
+OF_GYROS = (*_sources("gyro", "angle"), "gyro g-sensitivity")
 """The sources that act through the rates; the others act through the specific forces."""
 
-AVERAGED = tuple(source for source in SOURCES if source.split()[-1] in ("instability", "walk", "quantisation"))
-"""The sources that a longer session makes smaller."""
+SOURCES = (*OF_GYROS, *_sources("accelerometer", "velocity"))
+"""The sources of error, in the order of tables and bars. Of faults, and of a range, no budget here knows."""
 
+SLOW = tuple(source for source in SOURCES if source.endswith(("instability", "flicker")))
+"""Noises that hardly change within a session of usual length."""
+
+AVERAGED = (*SLOW, *(source for source in SOURCES if source.startswith(("angle", "velocity"))))
+"""The sources that a longer session makes smaller."""
 
 _SHORTEST, _LONGEST = 1e-6, 1e12  # session lengths beyond which a crossing counts as none, s
 
@@ -88,82 +89,62 @@ def expected_errors(section: ImuSection) -> Expected:
     Returns:
         Means and standard deviations, SI.
     """
-    from sinssim.sensors import draw
+    mean: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
+    sigma: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
+    for quantity in QUANTITIES:
+        fixed, spread = stated(section, quantity)
+        if quantity.drawn:
+            mean[quantity.triad][quantity.field] = np.zeros(quantity.shape) + fixed
+            sigma[quantity.triad][quantity.field] = np.zeros(quantity.shape) + spread
+        else:  # a noise has no mean
+            sigma[quantity.triad][quantity.field] = float(fixed)
 
-    some_run, grade, s = draw(section, 0), find_grade(section.grade), section
-    gyro = _triad(
-        some_run.gyro,
-        _part(s.gyro_bias_deg_h, s.gyro_bias_sigma_deg_h, DEG_H, grade.gyro.bias),
-        _part(s.gyro_scale_ppm, s.gyro_scale_sigma_ppm, PPM, grade.gyro.scale),
-        _part(s.gyro_misalignment_arcsec, s.gyro_misalignment_sigma_arcsec, ARCSEC, grade.gyro.misalignment),
-        _part(s.gyro_quadratic_ppm_per_deg_s, s.gyro_quadratic_sigma_ppm_per_deg_s, PPM_PER_DEG_S, 0.0),
-        _part(s.gyro_cubic_ppm_per_deg2_s2, s.gyro_cubic_sigma_ppm_per_deg2_s2, PPM_PER_DEG2_S2, 0.0),
-    )
-    accel = _triad(
-        some_run.accel,
-        _part(s.accel_bias_ug, s.accel_bias_sigma_ug, UG, grade.accel.bias),
-        _part(s.accel_scale_ppm, s.accel_scale_sigma_ppm, PPM, grade.accel.scale),
-        _part(s.accel_misalignment_arcsec, s.accel_misalignment_sigma_arcsec, ARCSEC, grade.accel.misalignment),
-        _part(s.accel_quadratic_ug_per_g2, s.accel_quadratic_sigma_ug_per_g2, UG_PER_G2, 0.0),
-        _part(s.accel_cubic_ug_per_g3, s.accel_cubic_sigma_ug_per_g3, UG_PER_G3, 0.0),
-    )
-    return Expected(ImuErrors(gyro[0], accel[0]), ImuErrors(gyro[1], accel[1]))
+    def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
+        return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
+
+    return Expected(block(mean), block(sigma))
 
 
-def _part(fixed: tuple[float, ...] | None, sigma: float | None, unit: float, of_grade: float) -> tuple[Array, Array]:
-    """Return mean and standard deviation of one error that differs from run to run."""
-    if fixed is not None:
-        return np.array(fixed) * unit, np.zeros(())
-    return np.zeros(()), np.asarray(of_grade if sigma is None else sigma * unit)
-
-
-_MeanAndSigma = tuple[Array, Array]
-
-
-def _triad(
-    some_run: TriadErrors,
-    bias: _MeanAndSigma,
-    scale: _MeanAndSigma,
-    misalignment: _MeanAndSigma,
-    quadratic: _MeanAndSigma,
-    cubic: _MeanAndSigma,
-) -> list[TriadErrors]:
-    """Return means and standard deviations of one triad; what is noise is the same in every run."""
-    off_diagonal = ~np.eye(3, dtype=bool)
-    triads = []
-    for k in range(2):
-        matrix = np.zeros((3, 3))
-        matrix[off_diagonal] = misalignment[k]  # row by row: xy, xz, yx, yz, zx, zy
-        triads.append(
-            replace(
-                some_run,
-                bias=np.broadcast_to(bias[k], 3),
-                scale=np.broadcast_to(scale[k], 3),
-                misalignment=matrix,
-                quadratic=np.broadcast_to(quadratic[k], 3),
-                cubic=np.broadcast_to(cubic[k], 3),
-            )
-        )
-    return triads
-
-
-def reading_errors(errors: ImuErrors, gyro: Array, accel: Array) -> tuple[Array, Array]:
-    """Return what constant errors of the sensors make of mean readings at rest, to first order in the errors.
+def reading_errors(
+    errors: ImuErrors, gyro: Array, accel: Array, duration: float, start: float = 0.0
+) -> tuple[Array, Array]:
+    """Return what known errors of the sensors make of mean readings at rest, to first order in the errors.
 
     Args:
         errors: of the sensor block; its noise is left out.
         gyro: ideal rates, (3,) rad/s.
         accel: ideal specific forces, (3,) m/s².
+        duration: length of the session, s.
+        start: time from when the sensors were switched on to the session's first sample, s.
 
     Returns:
         Errors of the rates, (3,) rad/s, and of the specific forces, (3,) m/s².
     """
+    warmth = float(mean_warmth(errors.warm_up, duration, start))
 
     def of_triad(triad: TriadErrors, x: Array) -> Array:
-        linear = (np.diag(triad.scale) + triad.misalignment) @ x
-        return triad.bias + linear + triad.quadratic * x**2 + triad.cubic * x**3
+        linear = (np.diag(triad.scale + triad.scale_temperature * warmth) + triad.misalignment) @ x
+        bent = 0.5 * triad.asymmetry * np.abs(x) + triad.quadratic * x**2 + triad.cubic * x**3
+        drift = triad.bias_temperature * warmth + triad.ramp * (start + 0.5 * duration)
+        return np.asarray(triad.bias + linear + bent + x * (triad.cross_axis @ x) + drift)
 
-    return of_triad(errors.gyro, gyro), of_triad(errors.accel, accel)
+    return of_triad(errors.gyro, gyro) + errors.gyro.g_sensitivity @ accel, of_triad(errors.accel, accel)
+
+
+def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) -> Array:
+    """Return the mean temperature Θ̄ of a sensor block over a session.
+
+    Args:
+        warm_up: the temperature.
+        duration: length of the session, (...) s.
+        start: time from when the sensors were switched on to its first sample, (...) s.
+
+    Returns:
+        Over the temperature of the calibration, (...) K.
+    """
+    x = np.asarray(duration, dtype=np.float64) / warm_up.time_constant
+    begun = np.exp(-np.asarray(start, dtype=np.float64) / warm_up.time_constant)
+    return np.asarray(warm_up.steady - (warm_up.start - warm_up.steady) * begun * np.expm1(-x) / x)
 
 
 def error_budget(
@@ -174,12 +155,15 @@ def error_budget(
     *,
     method: Method = "quiet",
     gravity: ArrayLike | None = None,
+    start: float = 0.0,
+    rate_hz: float = 100.0,
 ) -> dict[str, Angles]:
     """Return the standard deviation of every angle from every source.
 
     For a disturbed base the heading's part from angle random walk grows as the fit weighs it; the other angles of
     that method, taken at the session's end rather than over it, are given as on a quiet base, except the latitude,
-    which the fit finds from cosφ, or which is known and then has no error.
+    which the fit finds from cosφ, or which is known and then has no error. What drifts is taken there, too, by its
+    plain mean.
 
     Args:
         attitude: heading, roll, pitch, rad, broadcasting.
@@ -188,6 +172,8 @@ def error_budget(
         duration: length of the session, s, broadcasting.
         method: see `Method`.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
+        start: time from when the sensors were switched on to the session's first sample, s.
+        rate_hz: samples per second: flicker noise goes back 4·10⁶ samples.
 
     Returns:
         By source, standard deviations, rad.
@@ -202,14 +188,22 @@ def error_budget(
     squares = Coefficients(*(value**2 for value in c))
     zero = np.zeros(3)
     budget = {}
-    for source, variance in reading_variances(sigma, gyro, accel, duration, method).items():
+    variances = reading_variances(sigma, gyro, accel, duration, method, start=start, rate_hz=rate_hz)
+    for source, variance in variances.items():
         pair = (variance, zero) if source in OF_GYROS else (zero, variance)
         budget[source] = Angles(*(np.sqrt(value) for value in linear(squares, *pair)))
     return budget
 
 
 def reading_variances(
-    sigma: ImuErrors, gyro: Array, accel: Array, duration: ArrayLike, method: Method = "quiet"
+    sigma: ImuErrors,
+    gyro: Array,
+    accel: Array,
+    duration: ArrayLike,
+    method: Method = "quiet",
+    *,
+    start: float = 0.0,
+    rate_hz: float = 100.0,
 ) -> dict[str, Array]:
     """Return by source the variance of every axis's mean reading over a session.
 
@@ -219,6 +213,8 @@ def reading_variances(
         accel: ideal specific forces, (..., 3) m/s².
         duration: length of the session, s, broadcasting with the readings' leading shape.
         method: see `Method`.
+        start: time from when the sensors were switched on to the session's first sample, s.
+        rate_hz: samples per second, for flicker noise.
 
     Returns:
         By source, (..., 3) (rad/s)² or (m/s²)².
@@ -229,22 +225,33 @@ def reading_variances(
     time = np.asarray(duration, dtype=np.float64)
     if not np.all(time > 0.0):
         raise InputError(f"a session of {np.min(time):g} s: its length must be positive.")
+    time = time[..., None]
+    warmth = mean_warmth(sigma.warm_up, time, start)
+    flickering = flicker.variance_of_mean(np.maximum(time * rate_hz, 1.0))
     variances: dict[str, Array] = {}
-    for name, noise, triad, ideal in (
-        ("gyro", "angle", sigma.gyro, gyro),
-        ("accelerometer", "velocity", sigma.accel, accel),
+    for triad, ideal, names in (
+        (sigma.gyro, gyro, OF_GYROS),
+        (sigma.accel, accel, SOURCES[len(OF_GYROS) :]),
     ):
-        factor = RANDOM_WALK_FACTOR if method != "quiet" and name == "gyro" else 1.0
-        variances |= {
-            f"{name} bias": triad.bias**2,
-            f"{name} scale factor": (triad.scale * ideal) ** 2,
-            f"{name} misalignment": ideal**2 @ (triad.misalignment**2).T,
-            f"{name} non-linearity": (triad.quadratic * ideal**2) ** 2 + (triad.cubic * ideal**3) ** 2,
-            f"{name} bias instability": _averaged_instability(triad, time)[..., None],
-            f"{noise} random walk": factor * (triad.random_walk**2 / time)[..., None],
-            f"{noise} quantisation": (triad.quantum**2 / (6.0 * time**2))[..., None],
-        }
-    return variances
+        squares = ideal**2
+        bent = (0.5 * triad.asymmetry * ideal) ** 2 + (triad.quadratic * squares) ** 2 + (triad.cubic * ideal**3) ** 2
+        fit = RANDOM_WALK_FACTOR if method != "quiet" and triad is sigma.gyro else 1.0
+        found = (
+            triad.bias**2,
+            (triad.scale * ideal) ** 2,
+            squares @ (triad.misalignment**2).T,
+            bent + squares * (squares @ (triad.cross_axis**2).T),
+            warmth**2 * (triad.bias_temperature**2 + (triad.scale_temperature * ideal) ** 2),
+            (triad.ramp * (start + 0.5 * time)) ** 2,
+            triad.rate_walk**2 * (start + time / 3.0),
+            _averaged_instability(triad, time),
+            triad.flicker**2 * flickering,
+            fit * triad.random_walk**2 / time,
+            triad.quantum**2 / (6.0 * time**2),
+        )
+        variances |= dict(zip(names, found, strict=False))
+    variances["gyro g-sensitivity"] = accel**2 @ (sigma.gyro.g_sensitivity**2).T
+    return {source: variances[source] for source in SOURCES}
 
 
 def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None, known: bool) -> Coefficients:
@@ -308,6 +315,8 @@ def bias_takes_over(
     *,
     method: Method = "quiet",
     gravity: ArrayLike | None = None,
+    start: float = 0.0,
+    rate_hz: float = 100.0,
 ) -> Angles:
     """Return the session length at which what a session averages has fallen to what it does not average.
 
@@ -319,6 +328,7 @@ def bias_takes_over(
         sigma: standard deviations of the sensor block's errors.
         method: see `Method`.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
+        start, rate_hz: as of `error_budget`.
 
     Returns:
         Session lengths by angle, s; infinite where nothing but averaged errors acts, 0 where nothing is averaged.
@@ -332,7 +342,9 @@ def bias_takes_over(
     steady = tuple(source for source in SOURCES if source not in AVERAGED)
     for _ in range(80):  # bisection of the logarithm
         middle = np.sqrt(low * high)
-        budget = error_budget(attitude, latitude, sigma, middle, method=method, gravity=gravity)
+        budget = error_budget(
+            attitude, latitude, sigma, middle, method=method, gravity=gravity, start=start, rate_hz=rate_hz
+        )
         averaged, lasting = (
             np.stack([np.broadcast_to(value, middle.shape)[k] for k, value in enumerate(total(budget, sources))])
             for sources in (AVERAGED, steady)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.alignment.axes import Array, Attitude
-from sinssim.alignment.budget import Method, cone_coefficients, reading_variances
+from sinssim.alignment.budget import OF_GYROS, Method, cone_coefficients, reading_variances
 from sinssim.alignment.determination import Determination, ideal_readings
 from sinssim.alignment.theory import coefficients
 from sinssim.data import NavState
@@ -68,6 +68,7 @@ def initial_covariance(
     position_sigma: ArrayLike = (10.0, 10.0, 10.0),
     velocity_sigma: ArrayLike = (0.01, 0.01, 0.01),
     method: Method = "quiet",
+    rate_hz: float = 100.0,
 ) -> Array:
     """Return P₀ of the states `STATES`, with what ties the attitude to the biases that spoiled it.
 
@@ -80,6 +81,7 @@ def initial_covariance(
         position_sigma: standard deviations of the position, north, east, down, m; north only of a known latitude.
         velocity_sigma: standard deviations of the velocity, north, east, down, m/s.
         method: "quiet" for eq. (1), "disturbed" for the inertial fit, whose latitude is known if it is given here.
+        rate_hz: samples per second, for flicker noise.
 
     Returns:
         (15, 15), symmetric and positive semi-definite.
@@ -97,8 +99,11 @@ def initial_covariance(
     if method != "quiet":
         c = cone_coefficients(c, phi, d.gravity, known=latitude is not None)
     gyro, accel = ideal_readings(*attitude, phi, gravity=d.gravity)
-    variances = list(reading_variances(sigma, gyro, accel, duration, method).values())
-    rate, force = sum(variances[:6], np.zeros(3)), sum(variances[6:], np.zeros(3))
+    rate, force = np.zeros(3), np.zeros(3)
+    variances = reading_variances(sigma, gyro, accel, duration, method, rate_hz=rate_hz)
+    for source, variance in variances.items():
+        of = rate if source in OF_GYROS else force
+        of += variance
 
     # Rows: heading, roll, pitch, latitude; columns: errors of the six mean readings.
     zero = np.zeros(3)

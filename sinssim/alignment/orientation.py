@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.alignment.axes import Angles, Array, Attitude
-from sinssim.alignment.budget import AVERAGED, OF_GYROS, reading_variances
+from sinssim.alignment.budget import AVERAGED, OF_GYROS, SLOW, mean_warmth, reading_variances
 from sinssim.alignment.determination import ideal_readings
 from sinssim.alignment.theory import coefficients
 from sinssim.errors import InputError
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp
 
 
 class BestHeadings(NamedTuple):
@@ -41,11 +41,14 @@ def set_sigma(
     duration: ArrayLike,
     *,
     gravity: ArrayLike | None = None,
+    rate_hz: float = 100.0,
 ) -> Angles:
     """Return the standard deviations of a determination averaged over a set of positions.
 
-    The errors of one run (bias, scale factor, misalignment, and the slow bias instability) are the same in every
-    position, noise is new in each. Roll and pitch are those of the positions, their errors averaged.
+    The errors of one run (bias, scale factor, misalignment, …, and the slow bias instability and flicker) are the same
+    in every position; ramp, temperature and rate random walk go on from one position to the next, taken in their order
+    and without a pause, from when the sensors are switched on; noise is new in each. Roll and pitch are those of the
+    positions, their errors averaged.
 
     Args:
         attitude: heading, roll, pitch, rad, broadcasting, the last axis counting the positions.
@@ -53,6 +56,7 @@ def set_sigma(
         sigma: standard deviations of the sensor block's errors.
         duration: length of all sessions together, s, split evenly; broadcasting without that axis.
         gravity: g, m/s², broadcasting without that axis; by default normal gravity on the ellipsoid.
+        rate_hz: samples per second, for flicker noise.
 
     Returns:
         Standard deviations of the averaged angles, rad.
@@ -67,14 +71,16 @@ def set_sigma(
     c = coefficients(attitude, phi, gravity=g)
     gyro, accel = ideal_readings(*attitude, phi, gravity=g)
     each = np.asarray(duration, dtype=np.float64)[..., None] / count
-    noise = reading_variances(sigma, gyro, accel, each)
+    noise = reading_variances(sigma, gyro, accel, each, rate_hz=rate_hz)
+    turn = _Turn(each, sigma.warm_up, count)
     zero = np.zeros_like(c.m)
     variances = []
     for by_rate, by_force in ((c.m, c.n), (zero, c.q), (zero, c.l), (c.p, c.r)):
-        variance = _carried(by_rate, gyro, sigma.gyro) + _carried(by_force, accel, sigma.accel)
+        variance = _carried(by_rate, gyro, sigma.gyro, turn) + _carried(by_force, accel, sigma.accel, turn)
+        variance = variance + (_products(by_rate, accel) ** 2 * sigma.gyro.g_sensitivity**2).sum(axis=(-2, -1))
         for source in AVERAGED:
             weight = by_rate if source in OF_GYROS else by_force
-            if source.endswith("instability"):  # hardly changes from one position to the next
+            if source in SLOW:  # hardly changes from one position to the next
                 variance = variance + (weight.mean(axis=-2) ** 2 * noise[source].mean(axis=-2)).sum(axis=-1)
             else:
                 variance = variance + (weight**2 * noise[source]).sum(axis=(-2, -1)) / count**2
@@ -82,15 +88,52 @@ def set_sigma(
     return Angles(*(np.sqrt(variance) for variance in variances))
 
 
-def _carried(weight: Array, ideal: Array, triad: TriadErrors) -> Array:
-    """Return the variance from errors that are the same in every position: (mean coefficient)² σ²."""
-    bias = weight.mean(axis=-2) ** 2 @ triad.bias**2
-    scale = (weight * ideal).mean(axis=-2) ** 2 @ triad.scale**2
-    quadratic = (weight * ideal**2).mean(axis=-2) ** 2 @ triad.quadratic**2
-    cubic = (weight * ideal**3).mean(axis=-2) ** 2 @ triad.cubic**2
-    # misalignment M_ij brings part of the reading along j into that of i
-    cross = np.einsum("...ni,...nj->...ij", *np.broadcast_arrays(weight, ideal)) / weight.shape[-2]
-    return np.asarray(bias + scale + quadratic + cubic + np.einsum("...ij,ij->...", cross**2, triad.misalignment**2))
+class _Turn:
+    """What drifts from position to position of a set, one taken after the other.
+
+    Attributes:
+        middle: time to the middle of each position, (..., count, 1) s.
+        warmth: mean temperature in each, (..., count, 1) K.
+        walk: covariance of the means of a random walk of 1 in each, (..., count, count) s.
+    """
+
+    def __init__(self, each: Array, warm_up: WarmUp, count: int) -> None:
+        number = np.arange(count)
+        self.middle = (each * (number + 0.5))[..., None]
+        self.warmth = mean_warmth(warm_up, each, each * number)[..., None]
+        earlier = np.minimum.outer(number, number) + 0.5 - np.eye(count) / 6.0  # within one position T/3
+        self.walk = each[..., None] * earlier
+
+
+def _carried(weight: Array, ideal: Array, triad: TriadErrors, turn: _Turn) -> Array:
+    """Return the variance from errors that are the same in every position, or drift: (mean coefficient)² σ²."""
+
+    def alike(coefficient: Array, sigma: Array) -> Array:
+        return np.asarray(coefficient.mean(axis=-2) ** 2 @ sigma**2)
+
+    constant = (
+        alike(weight, triad.bias)
+        + alike(weight * ideal, triad.scale)
+        + alike(0.5 * weight * np.abs(ideal), triad.asymmetry)
+        + alike(weight * ideal**2, triad.quadratic)
+        + alike(weight * ideal**3, triad.cubic)
+        # M_ij brings part of the reading along j into that of i, C_ij part of the product of both
+        + (_products(weight, ideal) ** 2 * triad.misalignment**2).sum(axis=(-2, -1))
+        + (_products(weight * ideal, ideal) ** 2 * triad.cross_axis**2).sum(axis=(-2, -1))
+    )
+    drifting = (
+        alike(weight * turn.warmth, triad.bias_temperature)
+        + alike(weight * ideal * turn.warmth, triad.scale_temperature)
+        + alike(weight * turn.middle, triad.ramp)
+    )
+    walk = np.einsum("...ki,...kl,...li->...", weight, turn.walk, weight) / weight.shape[-2] ** 2
+    return np.asarray(constant + drifting + triad.rate_walk**2 * walk)
+
+
+def _products(weight: Array, ideal: Array) -> Array:
+    """Return the mean over positions of w_i x_j, (..., 3, 3)."""
+    product = np.einsum("...ni,...nj->...ij", *np.broadcast_arrays(weight, ideal))
+    return np.asarray(product / weight.shape[-2])
 
 
 def best_headings(

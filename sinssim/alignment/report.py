@@ -51,6 +51,7 @@ class AlignmentReport:
         residual: what a disturbed base's cone does not explain, root mean square, m/s.
         residual_velocity: the same over time, in the block's axes at the first instant, (N+1, 3) m/s.
         mean_angles: what eq. (1) makes of a disturbed session, beside it, rad.
+        warmed: time from when the sensors were switched on to the session's first sample, s.
     """
 
     source: str
@@ -65,6 +66,7 @@ class AlignmentReport:
     residual: float | None = None
     residual_velocity: Array | None = None
     mean_angles: Angles | None = None
+    warmed: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -175,6 +177,7 @@ def align_session(
     method: Method = "quiet",
     latitude: float | None = None,
     truth: Angles | None = None,
+    warmed: float = 0.0,
 ) -> AlignmentReport:
     """Align one session and say what error to expect.
 
@@ -185,6 +188,7 @@ def align_session(
         method: "quiet" for eq. (1), otherwise gravity's cone, for a base that moves.
         latitude: rad, if known; used by the disturbed method.
         truth: true heading, roll, pitch, latitude, of a simulated session, rad.
+        warmed: time from when the sensors were switched on to the session's first sample, s.
 
     Returns:
         The report.
@@ -211,22 +215,25 @@ def align_session(
         residual=residual,
         residual_velocity=residual_velocity,
         mean_angles=mean_angles,
+        warmed=warmed,
     )
     where = determination.latitude if latitude is None else np.asarray(latitude)
     if expected is None or not all(map(np.isfinite, (*determination.attitude, where))):
         return report
+    known: dict[str, Any] = {
+        "method": method,
+        "gravity": determination.gravity,
+        "start": warmed,
+        "rate_hz": len(imu) / report.duration,
+    }
     try:
-        budget = error_budget(
-            determination.attitude, where, expected.sigma, report.duration, method=method, gravity=determination.gravity
-        )
-        crossing = bias_takes_over(
-            determination.attitude, where, expected.sigma, method=method, gravity=determination.gravity
-        )
+        budget = error_budget(determination.attitude, where, expected.sigma, report.duration, **known)
+        crossing = bias_takes_over(determination.attitude, where, expected.sigma, **known)
     except InputError:  # too near a singularity for a first-order theory; the determination has said what it can
         return report
     mean = linear(
         coefficients(determination.attitude, where, gravity=determination.gravity),
-        *reading_errors(expected.mean, *mean_readings(imu)),
+        *reading_errors(expected.mean, *mean_readings(imu), report.duration, warmed),
     )
     return replace(
         report,
@@ -297,7 +304,8 @@ def align_source(
     state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
-    return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth)
+    warmed = float(imu.time[0]) - trajectory.start
+    return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed)
 
 
 def _align_log(

@@ -64,7 +64,12 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
     if report.sigma is not None and report.budget is not None:
         last = Angles(*(angle[-1] for angle in so_far))  # so that only the length changes
         gravity = report.determination.gravity
-        budget = total(error_budget(Attitude(*last[:3]), last.latitude, report.sigma, elapsed, gravity=gravity))
+        rate_hz, start = len(imu) / report.duration, report.warmed
+        budget = total(
+            error_budget(
+                Attitude(*last[:3]), last.latitude, report.sigma, elapsed, gravity=gravity, start=start, rate_hz=rate_hz
+            )
+        )
     plots: list[rrb.View] = []
     for k, name in enumerate(Angles._fields):
         final = so_far[k][-1]

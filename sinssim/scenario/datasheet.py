@@ -74,6 +74,11 @@ class Quantity(NamedTuple):
         return next(iter(self.units.values()))
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the field."""
+        return {1: (), 3: (3,)}.get(self.size, (3, 3))
+
+    @property
     def drawn(self) -> bool:
         """Whether it differs from run to run."""
         return self.size > 1

@@ -35,10 +35,9 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.scenario.datasheet import QUANTITIES, Quantity
-from sinssim.scenario.grades import CORRELATION_TIME, find_grade
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import flicker
-from sinssim.sensors.imu_errors import laser_gyro, warm_up
+from sinssim.sensors.imu_errors import stated, warm_up
 from sinssim.sensors.schuler import Response, Schuler
 from sinssim.units import DEG, G0
 
@@ -178,7 +177,8 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
     """
     terms, sizes = [], {}
     for quantity in QUANTITIES:
-        size = _size(section, quantity)
+        fixed, sigma = stated(section, quantity)
+        size = np.abs(fixed) + sigma  # one of them is zero
         sizes[quantity.triad, quantity.field] = size
         if size.any() and (quantity.field != "correlation_time" or sizes[quantity.triad, "instability"]):
             terms.append(_term(quantity, float(size.max())))
@@ -189,27 +189,6 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
     ]
     found = sorted((c for c in found if c.position > 0.0), key=lambda c: -c.position)
     return Expectation(section, latitude, duration, tuple(terms), tuple(found))
-
-
-def _size(section: ImuSection, quantity: Quantity) -> Array:
-    """Return the standard deviation of one error, or the size of a fixed one, SI: (), (3,) or (3, 3)."""
-    if section.laser_gyro is not None and quantity.name in ("gyro_arw", "gyro_quantum"):
-        ring = laser_gyro(section.laser_gyro)
-        return np.asarray(ring.random_walk if quantity.name == "gyro_arw" else ring.pulse_weight)
-    grade = getattr(find_grade(section.grade), quantity.triad)
-    of_grade = getattr(grade, quantity.field, CORRELATION_TIME if quantity.field == "correlation_time" else 0.0)
-    given = getattr(section, quantity.key)
-    if not quantity.drawn:
-        return np.asarray(of_grade if given is None else given * quantity.unit)
-    sigma = getattr(section, quantity.sigma_key)
-    size = np.full(quantity.size, of_grade if sigma is None else sigma * quantity.unit)
-    if given is not None:
-        size = np.abs(given) * quantity.unit
-    if quantity.size == 6:
-        matrix = np.zeros((3, 3))
-        matrix[~np.eye(3, dtype=bool)] = size  # row by row: xy, xz, yx, yz, zx, zy
-        return matrix
-    return size.reshape(3, 3) if quantity.size == 9 else size
 
 
 def _term(quantity: Quantity, si: float) -> Term:

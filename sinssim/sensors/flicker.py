@@ -14,6 +14,7 @@ were fitted to a flat Allan deviation from 1 to 3·10⁶ samples; it is, within 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 
@@ -68,3 +69,21 @@ def covariance(lag: Array) -> Array:
     weights, kept = np.array(WEIGHTS), 1.0 - np.array(RATES)
     shares = weights * (STATIONARY @ STATIONARY.T @ weights)
     return np.asarray(np.power.outer(kept, np.asarray(lag, dtype=np.float64)).T @ shares)
+
+
+def variance_of_mean(count: ArrayLike) -> Array:
+    """Return the variance of the mean of consecutive samples of flicker noise of B = 1.
+
+    Args:
+        count: n, how many samples, at least 1, (...).
+
+    Returns:
+        (C₀ + 2 Σ (1 − l/n) C_l)/n over the lags l < n, with the covariances C_l in closed form, (...).
+    """
+    weights, rates = np.array(WEIGHTS), np.array(RATES)
+    shares = weights * (STATIONARY @ STATIONARY.T @ weights + DIRECT)  # C_l = Σ shares d^l for l ≥ 1
+    n = np.asarray(count, dtype=np.float64)[..., None]
+    # Σ (n − l) d^l = d (n − (1 − d^n)/r)/r, r = 1 − d
+    lagged = (1.0 - rates) * (n + np.expm1(n * np.log1p(-rates)) / rates) / rates @ shares
+    alone = shares.sum() + DIRECT * (DIRECT + weights.sum())
+    return np.asarray(alone / n[..., 0] + 2.0 * lagged / n[..., 0] ** 2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +17,9 @@ from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.sensors.laser_gyro import LaserGyro
 from sinssim.units import ARCSEC, DEG, DEG_H, G0, UG
 
-_OFF_DIAGONAL = np.array([[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]])  # xy, xz, yx, yz, zx, zy
+_OFF_DIAGONAL = ~np.eye(3, dtype=bool)
+_NONE = np.zeros(())
+_OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
 
 
 @dataclass(frozen=True)
@@ -142,14 +144,9 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
     from sinssim.sensors.random_numbers import key
 
     key(seed)  # refuses what is none
-    grade = find_grade(section.grade)
-    gyro, accel = _triad(section, "gyro", grade.gyro, seed), _triad(section, "accel", grade.accel, seed)
-    if section.laser_gyro is not None:
-        ring = laser_gyro(section.laser_gyro)
-        gyro = replace(gyro, random_walk=ring.random_walk, quantum=ring.pulse_weight)
     return ImuErrors(
-        gyro,
-        accel,
+        _triad(section, "gyro", seed),
+        _triad(section, "accel", seed),
         np.array(section.accel_arms_mm) * 1e-3,
         section.accel_delay_ms * 1e-3,
         warm_up(section),
@@ -169,37 +166,57 @@ def warm_up(section: ImuSection) -> WarmUp:
     return WarmUp(section.temperature_start_c, section.temperature_steady_c, section.warm_up_time_s)
 
 
-def _triad(section: ImuSection, triad: str, grade: TriadGrade, seed: int) -> TriadErrors:
+def stated(section: ImuSection, quantity: Quantity) -> tuple[Array, Array]:
+    """Return mean and standard deviation of one error over all runs, as the section says or else its grade.
+
+    Args:
+        section: the [imu] section of a scenario.
+        quantity: which error.
+
+    Returns:
+        The error itself where it is fixed, and its 1σ where it is drawn, SI, in the shape of its field of
+        `TriadErrors`; the other of the two is zero.
+    """
+    if section.laser_gyro is not None and quantity.name in _OF_THE_RING:
+        return np.asarray(getattr(laser_gyro(section.laser_gyro), _OF_THE_RING[quantity.name])), _NONE
+    grade: TriadGrade = getattr(find_grade(section.grade), quantity.triad)
+    of_grade = getattr(grade, quantity.field, CORRELATION_TIME if quantity.field == "correlation_time" else 0.0)
+    given = getattr(section, quantity.key)
+    if not quantity.drawn:
+        return np.asarray(of_grade if given is None else to_si(quantity.key, given)), _NONE
+    if given is not None:
+        return _shaped(quantity, np.array([to_si(quantity.key, value) for value in given])), _NONE
+    sigma = getattr(section, quantity.sigma_key)
+    spread = of_grade if sigma is None else to_si(quantity.sigma_key, sigma)
+    return _NONE, _shaped(quantity, np.full(quantity.size, spread))
+
+
+def _shaped(quantity: Quantity, values: Array) -> Array:
+    """Put the numbers of one error into the shape of its field: (3,) or (3, 3)."""
+    if quantity.size == 6:
+        matrix = np.zeros((3, 3))
+        matrix[_OFF_DIAGONAL] = values  # row by row: xy, xz, yx, yz, zx, zy
+        return matrix
+    return values.reshape(3, 3) if quantity.size == 9 else values
+
+
+def _triad(section: ImuSection, triad: str, seed: int) -> TriadErrors:
     found: dict[str, Any] = {}
     for quantity in QUANTITIES:
-        if quantity.triad != triad:
-            continue
-        name, given = quantity.field, getattr(section, quantity.key)
-        of_grade = getattr(grade, name, CORRELATION_TIME if name == "correlation_time" else 0.0)
-        if not quantity.drawn:
-            found[name] = of_grade if given is None else to_si(quantity.key, given)
-            continue
-        if given is None:
-            sigma = getattr(section, quantity.sigma_key)
-            values = _turn_on(seed, quantity, of_grade if sigma is None else to_si(quantity.sigma_key, sigma))
-        else:
-            values = np.array([to_si(quantity.key, value) for value in given])
-        if quantity.size == 6:
-            matrix = np.zeros((3, 3))
-            matrix[_OFF_DIAGONAL[:, 0], _OFF_DIAGONAL[:, 1]] = values
-            values = matrix
-        found[name] = values.reshape(3, 3) if quantity.size == 9 else values
+        if quantity.triad == triad:
+            fixed, sigma = stated(section, quantity)
+            value = sigma * _turn_on(seed, quantity) if np.any(sigma) else np.zeros_like(sigma) + fixed
+            found[quantity.field] = value if quantity.drawn else float(value)
     return TriadErrors(**found)
 
 
-def _turn_on(seed: int, quantity: Quantity, sigma: float) -> Array:
+def _turn_on(seed: int, quantity: Quantity) -> Array:
     """Draw one number for each axis of a term, or each of its angles."""
-    if not sigma:
-        return np.zeros(quantity.size)
     from sinssim.sensors.random_numbers import pairs
 
     which = ("gyro", "accel").index(quantity.triad)
-    return sigma * np.array([pairs(seed, quantity.field, axis, 1)[which, 0] for axis in range(quantity.size)])
+    drawn = np.array([pairs(seed, quantity.field, axis, 1)[which, 0] for axis in range(quantity.size)])
+    return _shaped(quantity, drawn)
 
 
 def fault(section: FaultSection) -> Fault:

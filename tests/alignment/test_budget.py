@@ -22,10 +22,11 @@ from sinssim.alignment import (
     total,
 )
 from sinssim.alignment.report import align_session
+from sinssim.data import ImuData
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.sensors import ImuErrors, TriadErrors, emulate, flicker
 from sinssim.sensors.gauss_markov import gauss_markov
 from sinssim.truth.parked import Parked
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
@@ -145,6 +146,81 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
         # its coefficients are those of the determined angles, which are off by up to 4e-4 rad
         assert mean == pytest.approx(error, rel=1e-3)
         assert abs(mean) > 1e-7
+
+
+WARM = {"temperature_start_c": -20.0, "temperature_steady_c": 5.0, "warm_up_time_s": 60.0}
+DRIFTS: list[tuple[str, dict[str, float]]] = [
+    ("gyro temperature", {"gyro_bias_temperature_sigma_deg_h_per_c": 0.001, **WARM}),
+    ("gyro temperature", {"gyro_scale_temperature_sigma_ppm_per_c": 100.0, **WARM}),
+    ("gyro ramp", {"gyro_ramp_sigma_deg_h_per_h": 1.0}),
+    ("gyro rate random walk", {"gyro_rrw_deg_h_sqrt_h": 0.1}),
+    ("gyro flicker", {"gyro_flicker_deg_h": 0.01}),
+    ("gyro g-sensitivity", {"gyro_g_sensitivity_sigma_deg_h_per_g": 0.01}),
+    ("gyro non-linearity", {"gyro_asymmetry_sigma_ppm": 2000.0}),
+    ("accelerometer temperature", {"accel_bias_temperature_sigma_ug_per_c": 5.0, **WARM}),
+    ("accelerometer temperature", {"accel_scale_temperature_sigma_ppm_per_c": 10.0, **WARM}),
+    ("accelerometer ramp", {"accel_ramp_sigma_ug_per_h": 1000.0}),
+    ("accelerometer rate random walk", {"accel_rrw_ug_sqrt_h": 300.0}),
+    ("accelerometer flicker", {"accel_flicker_ug": 30.0}),
+    ("accelerometer non-linearity", {"accel_asymmetry_sigma_ppm": 100.0}),
+    ("accelerometer non-linearity", {"accel_cross_axis_sigma_ug_per_g2": 30.0}),
+]
+
+
+@pytest.mark.parametrize(("source", "errors"), DRIFTS, ids=lambda value: str(value)[:40])
+def test_emulated_drifts_have_the_predicted_spread(source: str, errors: dict[str, float]) -> None:
+    """A session of 100 s that begins 80 s after the sensors were switched on, through the emulator, each term alone."""
+    roll, pitch, heading, runs, rate_hz, begin = 0.4, -0.6, 1.2, 800, 1.0, 80
+    q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
+    ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 180.0).increments(rate_hz)
+    section = ImuSection(grade="ideal", rate_hz=rate_hz, **errors)
+
+    def session(seed: int) -> tuple[np.ndarray, np.ndarray]:
+        imu = emulate(ideal, section, seed)
+        return mean_readings(ImuData(imu.time[begin:], imu.dtheta[begin:], imu.dvel[begin:]))
+
+    result = determine(*(np.array(part) for part in zip(*(session(seed) for seed in range(runs)), strict=True)))
+    found = np.stack([result.heading - heading, result.roll - roll, result.pitch - pitch, result.latitude - LATITUDE])
+    sigma = expected_errors(section).sigma
+    budget = error_budget(Attitude(heading, roll, pitch), LATITUDE, sigma, 100.0, start=float(begin), rate_hz=rate_hz)
+    assert [name for name in SOURCES if any(budget[name])] == [source]
+    for spread, predicted in zip(found, budget[source], strict=True):
+        assert spread.std() == pytest.approx(predicted, rel=4 / np.sqrt(2 * runs), abs=1e-12)
+
+
+def test_known_drifts_are_known_errors() -> None:
+    q_nb = rotation.quaternion_from_euler(0.4, -0.6, 1.2)
+    imu = emulate(Parked(LATITUDE, 0.5, 0.0, q_nb, 180.0).increments(10.0), fixed := ImuSection(
+        grade="ideal",
+        rate_hz=10.0,
+        gyro_ramp_deg_h_per_h=(0.1, -0.2, 0.3),
+        gyro_bias_temperature_deg_h_per_c=(1e-4, 2e-4, -1e-4),
+        gyro_scale_temperature_ppm_per_c=(10.0, 20.0, -30.0),
+        gyro_g_sensitivity_deg_h_per_g=(1e-3, 2e-3, -1e-3, 3e-3, 0.0, 1e-3, -2e-3, 1e-3, 2e-3),
+        gyro_asymmetry_ppm=(300.0, 200.0, -100.0),
+        accel_ramp_ug_per_h=(90.0, -60.0, 30.0),
+        accel_bias_temperature_ug_per_c=(0.3, 0.2, -0.1),
+        accel_cross_axis_ug_per_g2=(10.0, 20.0, -30.0, 5.0, 15.0, -5.0),
+        accel_asymmetry_ppm=(30.0, 20.0, -10.0),
+        **WARM,
+    ))  # fmt: skip
+    later = ImuData(imu.time[800:], imu.dtheta[800:], imu.dvel[800:])
+    truth = Angles(np.asarray(1.2), np.asarray(0.4), np.asarray(-0.6), np.asarray(LATITUDE))
+    report = align_session(later, "fixed", fixed, truth=truth, warmed=80.0)
+    assert total(report.budget) == (0.0, 0.0, 0.0, 0.0)
+    for error, mean in zip(report.error, report.mean, strict=True):
+        assert mean == pytest.approx(error, rel=3e-3)
+        assert abs(mean) > 1e-6
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 400])
+def test_mean_of_flicker_noise_by_summing_its_covariances(count: int) -> None:
+    weights, kept = np.array(flicker.WEIGHTS), 1.0 - np.array(flicker.RATES)
+    state = 1.0 / (1.0 - np.multiply.outer(kept, kept))
+    here = weights @ state @ weights + flicker.DIRECT**2 + 2.0 * flicker.DIRECT * weights.sum()
+    lagged = [(weights * kept**lag) @ (state @ weights + flicker.DIRECT) for lag in range(1, count)]
+    square = count * here + 2.0 * sum((count - lag) * value for lag, value in enumerate(lagged, start=1))
+    assert flicker.variance_of_mean(count) == pytest.approx(square / count**2, rel=1e-9)
 
 
 def test_quantisation_at_both_ends_of_a_session():

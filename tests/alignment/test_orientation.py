@@ -19,6 +19,7 @@ from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu_errors import WarmUp
 from sinssim.units import DEG_H, PPM, UG
 
 LATITUDE = np.radians(50.0)
@@ -37,7 +38,21 @@ def test_one_position_is_a_plain_session():
         accel_quadratic_sigma_ug_per_g2=50.0,
         accel_cubic_sigma_ug_per_g3=50.0,
     )
-    for sigma in (GRADE, expected_errors(curved).sigma):
+    drifting = ImuSection(
+        gyro_bias_temperature_sigma_deg_h_per_c=0.002,
+        gyro_scale_temperature_sigma_ppm_per_c=50.0,
+        gyro_ramp_sigma_deg_h_per_h=0.1,
+        gyro_rrw_deg_h_sqrt_h=0.02,
+        gyro_flicker_deg_h=0.01,
+        gyro_g_sensitivity_sigma_deg_h_per_g=0.01,
+        gyro_asymmetry_sigma_ppm=100.0,
+        accel_bias_temperature_sigma_ug_per_c=3.0,
+        accel_ramp_sigma_ug_per_h=100.0,
+        accel_rrw_ug_sqrt_h=30.0,
+        accel_cross_axis_sigma_ug_per_g2=20.0,
+        temperature_start_c=-10.0,
+    )
+    for sigma in (GRADE, expected_errors(curved).sigma, expected_errors(drifting).sigma):
         alone = set_sigma(quarter_turns(0.7, 1), LATITUDE, sigma, 300.0)
         plain = total(error_budget(Attitude(0.7, *TILT.values()), LATITUDE, sigma, 300.0))
         np.testing.assert_allclose(alone, plain, rtol=1e-12)
@@ -69,6 +84,21 @@ def test_slow_bias_instability_cancels_like_a_bias():
     alone = set_sigma(Attitude(np.array([0.7]), 0.0, 0.0), LATITUDE, ImuErrors(gyro=slow), 300.0)
     assert alone.heading == pytest.approx(0.01 * DEG_H / (OMEGA_IE * np.cos(LATITUDE)), rel=1e-3)
     assert set_sigma(two, LATITUDE, ImuErrors(gyro=slow), 300.0).heading < 1e-15
+
+
+def test_a_drift_goes_on_between_opposite_headings():
+    """Half the difference of two means a quarter of the time from the middle: RT/4, and K√(T/12) of a random walk."""
+    two, horizontal = Attitude(np.array([0.7, 0.7 + np.pi]), 0.0, 0.0), OMEGA_IE * np.cos(LATITUDE)
+    ramp, walk, time = 1e-11, 1e-10, 600.0
+    found = set_sigma(two, LATITUDE, ImuErrors(gyro=TriadErrors(ramp=np.full(3, ramp))), time).heading
+    assert found == pytest.approx(ramp * time / 4.0 / horizontal, rel=1e-12)
+    found = set_sigma(two, LATITUDE, ImuErrors(gyro=TriadErrors(rate_walk=walk)), time).heading
+    assert found == pytest.approx(walk * np.sqrt(time / 12.0) / horizontal, rel=1e-12)
+    warm = WarmUp(8.0, 0.0, 100.0)  # means over each half, by hand
+    halves = 8.0 * (100.0 / 300.0) * (1.0 - np.exp(-3.0)) * np.array([1.0, np.exp(-3.0)])
+    sigma = ImuErrors(gyro=TriadErrors(bias_temperature=np.full(3, 1e-9)), warm_up=warm)
+    found = set_sigma(two, LATITUDE, sigma, time).heading
+    assert found == pytest.approx(1e-9 * (halves[0] - halves[1]) / 2.0 / horizontal, rel=1e-12)
 
 
 def test_four_headings_cancel_the_scale_factors_too():
