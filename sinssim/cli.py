@@ -67,6 +67,15 @@ SetOption = Annotated[
         show_default=False,
     ),
 ]
+ColumnsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--columns",
+        metavar="FILE",
+        help="TOML file that names a log's columns, units and axes.",
+        show_default="the columns of imu_measured.parquet",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
 DebugOption = Annotated[
     bool, typer.Option("--debug", callback=_set_debug, help="Show Python's traceback with an error.")
@@ -300,15 +309,7 @@ def align(
             show_default=False,
         ),
     ],
-    columns: Annotated[
-        Path | None,
-        typer.Option(
-            "--columns",
-            metavar="FILE",
-            help="TOML file that names a log's columns, units and axes.",
-            show_default="the columns of imu_measured.parquet",
-        ),
-    ] = None,
+    columns: ColumnsOption = None,
     grade: Annotated[
         str | None,
         typer.Option("--grade", help="Grade of a log's sensors, for the expected error; see `sinssim list grades`."),
@@ -428,15 +429,7 @@ def allan(
             show_default=False,
         ),
     ],
-    columns: Annotated[
-        Path | None,
-        typer.Option(
-            "--columns",
-            metavar="FILE",
-            help="TOML file that names a log's columns, units and axes.",
-            show_default="the columns of imu_measured.parquet",
-        ),
-    ] = None,
+    columns: ColumnsOption = None,
     channel: Annotated[
         list[str] | None,
         typer.Option(

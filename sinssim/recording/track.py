@@ -23,6 +23,8 @@ STYLE = ".dot { fill: var(--ink); stroke: var(--paper); } .graticule { stroke: v
 _LEFT, _TOP, _BOTTOM, _RIGHT = 64, 8, 38, 8
 _LEAST = 100.0
 """What a map shows at least, m."""
+_WIDEST, _FAR = 2.0, 10_000.0
+"""A solution widens the map up to so many times the true track's reach, and of a vehicle that hardly moves to 10 km."""
 _GRATICULES = (30.0, 20.0, 10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60)  # deg
 
 
@@ -120,7 +122,7 @@ def draw_map(
     Args:
         time: (N,) s.
         truth: true states at those times.
-        tracks: solutions by algorithm; what leaves the surroundings of the true track is cut off.
+        tracks: solutions by algorithm; the map is as large as they need, until they are far from the true track.
         colors: of the true track and of each algorithm's.
         ellipsoid: reference ellipsoid.
         width, height: of the map without its labels, px.
@@ -137,7 +139,12 @@ def draw_map(
     )
     inner = width - _LEFT - _RIGHT
     east, north = projection.plane(lat, lon)
-    frame = _frame(east, north, inner, height)
+    lines = []
+    for solution in tracks.values():
+        k = _some(len(solution.time))
+        k = k[np.isfinite(solution.latitude[k] + solution.longitude[k])]
+        lines.append(projection.plane(solution.latitude[k], solution.longitude[k]))
+    frame = _frame(*_shown(east, north, lines), inner, height)
     size, unit = (1000.0, "km") if frame.width > 2000.0 else (1.0, "m")
     at_e, step_e = ticks(frame.west / size, (frame.west + frame.width) / size, 7)
     at_n, step_n = ticks((frame.north - frame.height) / size, frame.north / size, 7)
@@ -159,13 +166,9 @@ def draw_map(
     body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
     body.append(_graticule(projection, frame))
     body.append(plot.path(*_sparse(*frame.pixels(east, north)), colors[0], widths[0]))
-    for solution, color, thick, dashed in zip(tracks.values(), colors[1:], widths[1:], dashes[1:], strict=True):
-        k = _some(len(solution.time))
-        k = k[np.isfinite(solution.latitude[k] + solution.longitude[k])]
-        if not len(k):
-            continue
-        place = projection.plane(solution.latitude[k], solution.longitude[k])
-        body.append(plot.path(*_sparse(*frame.pixels(*place)), color, thick, dashed))
+    for line, color, thick, dashed in zip(lines, colors[1:], widths[1:], dashes[1:], strict=True):
+        if len(line[0]):
+            body.append(plot.path(*_sparse(*frame.pixels(*line)), color, thick, dashed))
     body += _instants(time, truth, projection, frame)
     body.append("</svg>")
     body.append(plot.segments([_LEFT, _LEFT], [top, bottom], [_LEFT, _LEFT + inner], [bottom, bottom], "axis"))
@@ -185,8 +188,18 @@ def _sparse(x: Array, y: Array) -> tuple[Array, Array]:
     return x[keep], y[keep]
 
 
+def _shown(east: Array, north: Array, lines: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Return the true track's points, and those of the solutions that are not out of all proportion to it."""
+    far = max(_WIDEST * float(np.hypot(east, north).max()), _FAR)
+    near = [np.hypot(*line) <= far for line in lines]
+    return (
+        np.concatenate([east, *(line[0][keep] for line, keep in zip(lines, near, strict=True))]),
+        np.concatenate([north, *(line[1][keep] for line, keep in zip(lines, near, strict=True))]),
+    )
+
+
 def _frame(east: Array, north: Array, width: float, height: float) -> _Frame:
-    """Return the frame that shows a whole track with some room about it, equally scaled both ways."""
+    """Return the frame that shows all points with some room about it, equally scaled both ways."""
     extent = max(float(np.ptp(east)) / width, float(np.ptp(north)) / height) * 1.16
     per_pixel = max(extent, _LEAST / min(width, height))
     wide, high = per_pixel * width, per_pixel * height

@@ -384,6 +384,7 @@ class FlightSection(Section):
         if not self.legs:
             raise ValueError("a flight has at least one leg")
         on_ground = self.start.on == "runway"
+        height = self.start.altitude_m
         for number, leg in enumerate(self.legs, start=1):
             if on_ground and leg.type not in ("parked", "takeoff"):
                 raise ValueError(
@@ -397,4 +398,14 @@ class FlightSection(Section):
                 )
             if leg.type == "takeoff":
                 on_ground = False
+                height += leg.height_m
+            if isinstance(leg, AltitudeLeg):
+                up = leg.altitude_m - height
+                if (up < 0.0) if leg.type == "climb" else (up > 0.0):
+                    raise ValueError(
+                        f"leg {number} ({leg.type}) goes {'down' if up < 0.0 else 'up'}, from {height:g} m to"
+                        f" altitude_m = {leg.altitude_m:g}: give the height to reach, or"
+                        f' type = "{"descend" if up < 0.0 else "climb"}"'
+                    )
+                height = leg.altitude_m
         return self

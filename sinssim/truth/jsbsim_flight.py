@@ -404,6 +404,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
             _set_out(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             said = " ".join(" ".join(messages[1:]).split())
+            said = "" if said in " ".join(str(error).split()) else said
             raise InputError(
                 f"JSBSim cannot bring the {flight.aircraft} to the flight's start"
                 f" ({flight.start.model_dump(exclude={'on'})}): {' '.join(str(error).split())}"

@@ -113,3 +113,24 @@ def test_the_map_says_whose_track_is_which():
     on_the_map = drawing.find(f"{SVG}svg").findall(f"{SVG}polyline")[-3:]
     for look in ("stroke", "stroke-width", "stroke-dasharray"):
         assert [line.get(look) for line in beside] == [line.get(look) for line in on_the_map]
+
+
+def test_a_solution_widens_the_map_until_it_is_out_of_all_proportion():
+    time = np.arange(101.0)
+    truth = state(np.full(101, 50.0), np.full(101, 14.5))
+    far = 14.5 + np.linspace(0.0, 1.0, 101) * 300.0 / 71.7  # a degree of longitude is 71.7 km there
+    inner = []
+    for end in (101, 3):  # 300 km off at the end, and cut where it is 6 km off
+        drift = state(np.full(end, 50.0), far[:end])
+        solution = NavSolution(
+            time[:end], drift.latitude, drift.longitude, drift.height, drift.velocity_ned, drift.q_nb, time[:end]
+        )
+        svg = ET.fromstring(draw_map(time, truth, {"euler": solution}, ["#009e73", "#cc79a7"], WGS84))
+        inner.append(svg.find(f"{SVG}svg"))
+    for drawing, shown in zip(inner, (9.0, 6.0), strict=True):
+        width = float(drawing.get("width"))
+        line = next(p for p in drawing.findall(f"{SVG}polyline") if p.get("stroke") == "#cc79a7")
+        x = np.array([float(pair.split(",")[0]) for pair in line.get("points").split()])
+        at = np.interp(shown / 3.0, np.arange(len(x)), x)  # every sample is 3 km further east
+        assert x[0] == pytest.approx(width * (1.0 - 1.0 / 1.16) / 2.0, abs=1.0)
+        assert at == pytest.approx(width * (1.0 + 1.0 / 1.16) / 2.0, abs=1.0)

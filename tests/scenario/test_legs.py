@@ -70,6 +70,8 @@ def test_sections_cannot_be_changed() -> None:
         ([{"type": "s_turns"}], "after turns or after duration_s"),
         ([{"type": "climb", "altitude_m": 4000.0, "speed_kt": 3.0}], "Extra inputs are not permitted"),
         ([{"type": "climb", "altitude_m": "4000"}], "valid number"),
+        ([{"type": "climb", "altitude_m": 2000.0}], r"leg 1 \(climb\) goes down, from 3000 m to altitude_m = 2000"),
+        ([LEGS[2], {"type": "descend", "altitude_m": 5000.0}], r"leg 2 \(descend\) goes up, from 4000 m to .* = 5000"),
         ([{"type": "climb", "altitude_m": float("nan")}], "finite number"),
         ([{"type": "hower", "duration_s": 1.0}], "does not match any of the expected tags"),
         ([{"type": "takeoff"}], "needs the aircraft at rest on a runway"),
