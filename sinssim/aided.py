@@ -17,6 +17,7 @@ from sinssim import units
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model, state_errors
+from sinssim.estimation.coarse import Start, at_rest, in_motion
 from sinssim.estimation.estimate import estimate
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
@@ -81,17 +82,17 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     assert section is not None
     assert aiding is not None
     sensed = tuple(aid(trajectory, aiding, scenario.seed, _better_system(scenario, trajectory)))
-    model = filter_model(scenario)
-    covariance, edges = None, imu.time
+    model, edges = filter_model(scenario), imu.time
+    told = [_told(s.measurements, section.measurement_noise_factor) for s in sensed]
+    start = Start(imu, initial, None)
     if section.alignment_s is not None:
-        imu, initial, covariance = _coarsely_aligned(scenario, imu, initial, model, section.alignment_s)
-    factor = section.measurement_noise_factor
+        start = _aligned(scenario, trajectory, start, told, model)
     found = estimate(
-        imu,
-        initial,
-        [_told(s.measurements, float(imu.time[0]), factor) for s in sensed],
+        start.imu,
+        start.state,
+        [_after(m, float(start.imu.time[0])) for m in told],
         model,
-        covariance=covariance,
+        covariance=start.covariance,
         loop=section.loop,
         rate_hz=section.rate_hz,
         gate=section.gate or None,
@@ -235,51 +236,35 @@ def _better_system(scenario: Scenario, trajectory: Trajectory) -> NavSolution | 
     )
 
 
-def _coarsely_aligned(
-    scenario: Scenario, imu: ImuData, initial: NavState, model: ErrorModel, duration: float
-) -> tuple[ImuData, NavState, Array]:
-    """Return the samples after a coarse alignment by eq. (1), the state that it ends with, and its covariance."""
-    from sinssim.alignment.budget import Expected
-    from sinssim.alignment.initial import initial_covariance, initial_state
-    from sinssim.alignment.session import determine_session
-
-    count = int(np.searchsorted(imu.time, imu.time[0] + duration - 1e-9))
+def _aligned(
+    scenario: Scenario, trajectory: Trajectory, start: Start, told: Sequence[Measurements], model: ErrorModel
+) -> Start:
+    """Return where the filter starts after the scenario's coarse alignment."""
+    section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
+    assert section is not None
+    assert section.alignment_s is not None
+    count = int(np.searchsorted(imu.time, imu.time[0] + section.alignment_s - 1e-9))
     if count >= len(imu):
         raise InputError(
-            f"filter.alignment_s = {duration:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the filter needs "
-            "a part of it after the alignment."
+            f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
+            "filter needs a part of it after the alignment."
         )
-    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
-    sigma = inertial_sigma(scenario)
-    found = determine_session(session, Expected(sigma, sigma).instrument_sigmas)
-    latitude, height = float(initial.latitude), float(initial.height)
-    start = initial_state(found, float(initial.longitude), height, latitude)
-    seconds = float(session.time[-1] - session.time[0])
-    aligned = initial_covariance(
-        found,
-        sigma,
-        seconds,
-        height=height,
-        latitude=latitude,
-        position_sigma=model.sigma[:3],
-        velocity_sigma=model.sigma[3:6],
-        rate_hz=len(session) / seconds,
-    )
-    covariance = np.diag(model.sigma**2)
-    places = [*range(9)]
-    for name in ("gyro bias", "accelerometer bias"):
-        at = model.slices.get(name)
-        places += [-1] * 3 if at is None else range(at.start, at.stop)
-    index = np.array(places)
-    known = index >= 0
-    covariance[np.ix_(index[known], index[known])] = aligned[np.ix_(known, known)]
-    return ImuData(imu.time[count:], imu.dtheta[count:], imu.dvel[count:]), start, covariance
+    if section.alignment == "at-rest":
+        return at_rest(imu, start.state, model, sigma, count)
+    fixes = {m.kind: m for m in told if m.label in ("gnss-position", "gnss-velocity")}
+    gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
+    return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
 
 
-def _told(measurements: Measurements, start: float, factor: float) -> Measurements:
-    """Return the readings after the filter's start, with the noise that it is told."""
+def _told(measurements: Measurements, factor: float) -> Measurements:
+    """Return readings with the noise that the filter is told."""
+    return replace(measurements, sigma=factor * measurements.sigma)
+
+
+def _after(measurements: Measurements, start: float) -> Measurements:
+    """Return the readings after the filter's start."""
     m, later = measurements, measurements.time > start + 1e-9
-    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later], sigma=factor * m.sigma[later])
+    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later], sigma=m.sigma[later])
 
 
 def _compared(

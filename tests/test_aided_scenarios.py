@@ -37,6 +37,8 @@ def within(result: RunResult, sigmas: float) -> bool:
         ("mems_uav", 1, ["aiding.gnss.outages_s=[[30.0, 40.0]]"]),
         ("in_flight_calibration", 1, []),
         ("spoofed", 1, ["aiding.gnss.ramps.1.from_s=40.0"]),
+        ("align_in_motion", 2, ["flight.legs.2.turns=2", "filter.alignment_s=60.0"]),
+        ("transfer_alignment", 2, ["flight.legs.2.turns=1", "aiding.master.outages_s=[[60.0, 540.0]]"]),
     ],
 )
 def test_short_flight(name, legs, overrides):
@@ -103,6 +105,32 @@ def test_gyrocompassing():
         row = int(np.searchsorted(found.time, time - 1e-6))
         assert 1.0 < found.sigma[row, 8] / gyrocompass(time) < 1.1
     assert within(result, 4.5)
+
+
+@pytest.mark.slow
+def test_alignment_in_motion():
+    """Begins 150° off; the filter's heading is right from the first fix, to what it says."""
+    result = run(load_scenario("align_in_motion"))
+    kept = result.summary["filter"]
+    assert kept["consistent"], kept["findings"]
+    assert within(result, 4.5)
+    for at in (kept["alignment"]["begin"], kept["alignment"]["end"]):
+        assert abs(at["heading_error_arcmin"]) < 3.0 * at["heading_sigma_arcmin"] < 15.0
+    assert result.summary["algorithms"]["quaternion"]["max_attitude_error_arcsec"] > 149.0 * 3600.0
+
+
+@pytest.mark.slow
+def test_transfer_alignment():
+    """A degree wrong at first, some arcminutes after the turns; five minutes after the release within what σ says."""
+    result = run(load_scenario("transfer_alignment"))
+    kept, found = result.summary["filter"], result.aided.estimate
+    assert kept["consistent"], kept["findings"]
+    begin, end = kept["alignment"]["begin"], kept["alignment"]["end"]
+    assert (begin["heading_sigma_arcmin"], end["time_s"]) == pytest.approx((60.0, 239.8))
+    assert abs(end["heading_error_arcmin"]) < 3.0 * end["heading_sigma_arcmin"] < 6.0
+    assert np.all(np.abs(result.aided.state_errors[-1, :9]) < 3.0 * found.sigma[-1, :9])
+    inertial = result.summary["algorithms"]["quaternion"]["final_horizontal_error_m"]
+    assert kept["aided"]["final_horizontal_error_m"] < 0.05 * inertial
 
 
 @pytest.mark.slow

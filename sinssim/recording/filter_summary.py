@@ -42,7 +42,8 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
 
     Returns:
         `divergence`, `remarks` and `consistent` with `findings`; the errors of the solutions as those of the
-        algorithms, `aided` and `smoothed`; for each sensor what became of its readings and of the tests on its
+        algorithms, `aided` and `smoothed`; of an alignment, if there was one, the heading's σ and error before and
+        after; for each sensor what became of its readings and of the tests on its
         innovations; for each jump and ramp of the scenario whether the gate caught it; `nees`, the run's mean over all
         states and each block's, per state, with the share of the instants inside the 95 % band; and for each state,
         named with its unit, σ at the start and at the end, the error at the end, and whether it is observable: the
@@ -62,6 +63,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "findings": list(judged.sentences),
         "aided": error_numbers(aided.error) if len(aided.error.time) else None,
         **({} if aided.smoothed_error is None else {"smoothed": error_numbers(aided.smoothed_error)}),
+        **_alignment(aided, scenario),
         "sensors": {
             i.sensor: {
                 "kind": i.kind,
@@ -87,6 +89,63 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "nees": dict(_squares(aided)),
         "states": dict(_states(aided)),
     }
+
+
+def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
+    """Return what an alignment made of the heading: coarse and then fine, or by a better system."""
+    found, section, aiding = aided.estimate, scenario.filter, scenario.aiding
+    masters = [i.time[-1] for i in found.innovations if i.sensor.startswith("master-") and len(i.time)]
+    if not len(found.time) or section is None or aiding is None:
+        return {}
+    if section.alignment_s is not None:
+        method, at = section.alignment, len(found.time) - 1
+    elif masters:
+        method, at = "transfer", int(np.searchsorted(found.time, max(masters) + 1e-6)) - 1
+    else:
+        return {}
+    heading = found.model.slices["attitude"].stop - 1
+
+    def row(k: int) -> dict[str, float]:
+        sigma, error = float(found.sigma[k, heading]), float(aided.state_errors[k, heading])
+        return {
+            "time_s": float(found.time[k]),
+            "heading_sigma_arcmin": sigma / units.ARCMIN,
+            "heading_error_arcmin": error / units.ARCMIN,
+        }
+
+    return {"alignment": {"method": method, "coarse_s": section.alignment_s, "begin": row(0), "end": row(at)}}
+
+
+def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
+    """Say how good an alignment is."""
+    begin, end = alignment["begin"], alignment["end"]
+
+    def known(at: Mapping[str, float]) -> str:
+        return f"off by {angle(abs(at['heading_error_arcmin']))} (1σ {angle(at['heading_sigma_arcmin'])})"
+
+    later = f"at {end['time_s']:g} s {known(end)}"
+    match alignment["method"]:
+        case "transfer":
+            return f"Aligned by the better system: the heading was {known(begin)} at the start, {later}."
+        case "in-motion":
+            how = f"in motion, by the first {alignment['coarse_s']:g} s"
+        case _:
+            how = f"at rest, by the first {alignment['coarse_s']:g} s"
+    return f"Aligned {how}: the filter began at {begin['time_s']:g} s with the heading {known(begin)}; {later}."
+
+
+def angle(arcmin: float) -> str:
+    """Write an angle as people do.
+
+    Args:
+        arcmin: the angle, not negative, arcmin.
+
+    Returns:
+        In degrees from one on, in arcsec below an arcmin.
+    """
+    if arcmin >= 60.0:
+        return f"{arcmin / 60.0:.3g}°"
+    return f"{arcmin:.3g} arcmin" if arcmin >= 1.0 else f"{60.0 * arcmin:.3g} arcsec"
 
 
 def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | None:
@@ -160,6 +219,8 @@ def sentences(numbers: Mapping[str, Any], *, brief: bool = False) -> Iterator[st
         at = f" at {end['measurement']}" if end["measurement"] else ""
         yield f"The filter diverged at {end['time_s']:.1f} s{at}: {end['reason']}."
     yield from fault_sentences(numbers)
+    if "alignment" in numbers:
+        yield _alignment_sentence(numbers["alignment"])
     if numbers["consistent"]:
         yield "The filter is consistent: nothing in its innovations speaks against it."
     elif brief:

@@ -180,7 +180,7 @@ def screenshot(
         started = time.monotonic()
         try:
             client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-            while not _loaded(client, timed):
+            while not (_loaded(client, timed) and (len(files) == 1 or _laid_out(client))):
                 viewer.check(started + _START_SECONDS)
                 time.sleep(0.1)
             moment = _middle(client) if time_s is None else time_s
@@ -213,6 +213,15 @@ def _loaded(client: Any, timed: bool) -> bool:
     if state.loading or not state.recordings:
         return False
     return not timed or any(r.timelines and r.timelines[0].end is not None for r in state.recordings)
+
+
+def _laid_out(client: Any) -> bool:
+    """Say whether the layout from the second file is in use, which hides the menu, and not the recorded one any more.
+
+    The viewer shows a recording as soon as it has it, with what layout it has by then: on a busy machine the recorded.
+    """
+    panel = client.get_blueprint("recording").blueprint.get("/top_panel", {})
+    return bool(panel.get("PanelBlueprint", {}).get("state") == "Hidden")
 
 
 def _middle(client: Any) -> float | None:

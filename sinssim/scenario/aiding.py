@@ -204,7 +204,7 @@ class MasterSection(AidingSensor):
     attitude: bool = Field(default=False, description="whether its attitude is used")
     velocity_sigma_mps: Positive = Field(default=0.05, description="white noise between the two: bending, vibration")
     velocity_drift_mps: NotNegative = Field(default=0.1, description="1σ that its own velocity errors may grow to")
-    drift_time_s: Positive = Field(default=300.0, description="correlation time of these, for the filter")
+    drift_time_s: Positive = Field(default=3600.0, description="correlation time of these, for the filter")
     attitude_sigma_arcmin: Positive = Field(default=1.0, description="white noise between the two, each axis")
     mounting_sigma_arcmin: NotNegative = Field(default=0.0, description="1σ of what they are mounted askew, each axis")
 

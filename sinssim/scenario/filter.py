@@ -10,6 +10,9 @@ from sinssim.errors import unknown_name
 from sinssim.names import FILTER_STATES
 from sinssim.scenario.section import Positive, Section
 
+LEAST_IN_MOTION_S = 45.0
+"""Shortest alignment in motion: two windows of 20 s with fixes at their ends, and some time until the first fix, s."""
+
 
 def _known(name: str) -> str:
     if name not in FILTER_STATES:
@@ -48,8 +51,15 @@ class FilterSection(Section):
         default=1e-4, ge=0.0, lt=1.0, description="part of the right readings that may be refused; 0 refuses nothing"
     )
     smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
+    alignment: Literal["at-rest", "in-motion"] = Field(
+        default="at-rest",
+        description="a coarse alignment by gravity and the Earth's rate on a vehicle that stands, or by the "
+        "satellites' velocities on one that turns",
+    )
     alignment_s: Positive | None = Field(
-        default=None, description="at rest: how long a coarse alignment takes, after which the filter begins from it"
+        default=None,
+        description="how long it takes, default: there is none; the filter begins at its end, in motion at the first "
+        "fix",
     )
     inertial_noise_factor: Positive = Field(
         default=1.0, description="the noise of gyros and accelerometers that the filter is told, in parts of the true"
@@ -58,6 +68,18 @@ class FilterSection(Section):
         default=1.0, description="the noise of the aiding sensors that the filter is told, in parts of the true"
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
+
+    @model_validator(mode="after")
+    def _alignment_lasts(self) -> Self:
+        if self.alignment == "in-motion":
+            if self.alignment_s is None:
+                raise ValueError('alignment = "in-motion" needs alignment_s, a minute or two with turns in it')
+            if self.alignment_s < LEAST_IN_MOTION_S:
+                raise ValueError(
+                    f"alignment_s = {self.alignment_s:g} must be at least {LEAST_IN_MOTION_S:g} for an alignment in "
+                    "motion"
+                )
+        return self
 
     @model_validator(mode="after")
     def _states_once(self) -> Self:

@@ -212,6 +212,21 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _alignment_has_what_it_needs(self) -> Self:
+        if self.filter is None or self.aiding is None or self.filter.alignment_s is None:
+            return self
+        wanted, gnss = self.filter.alignment_s, self.aiding.gnss
+        if self.filter.alignment == "in-motion" and (gnss is None or not (gnss.position and gnss.velocity)):
+            raise ValueError('filter.alignment = "in-motion" needs [aiding.gnss] with position and velocity')
+        source = self.parked or self.great_circle or self.motion
+        if source is not None and wanted >= source.duration_s:
+            raise ValueError(
+                f"filter.alignment_s = {wanted:g} must be less than duration_s = {source.duration_s:g}: the filter "
+                "needs a part of the run after the alignment"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _rates_divide_the_samples(self) -> Self:
         if self.navigation.rates_hz is not None:
             try:

@@ -94,6 +94,12 @@ def test_plan_names_sensors_and_filter(tmp_path: Path) -> None:
         ("smooth = true", 'loop = "close"', 0, "filter.loop = 'close' is not known. Did you mean 'closed'?"),
         ("smooth = true", "gate = 1.0", 0, "filter.gate = 1.0 must be less than 1"),
         ("smooth = true", "measurement_noise_factor = 0.0", 0, "must be greater than 0"),
+        ("smooth = true", 'alignment = "in-motion"', -2, 'alignment = "in-motion" needs alignment_s, a minute or two'),
+        (
+            "smooth = true", 'alignment = "in-motion"\nalignment_s = 30.0', -2,
+            "alignment_s = 30 must be at least 45 for an alignment in motion",
+        ),
+        ("smooth = true", 'alignment = "moving"', 0, "filter.alignment = 'moving' is not known"),
     ],
 )  # fmt: skip
 def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> None:
@@ -116,6 +122,11 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
             TEXT[: TEXT.index("[aiding.gnss]")] + "[aiding]\n" + TEXT[TEXT.index("[filter]") :],
             "it names no sensor; tables in it may be gnss, baro, magnetometer, airspeed, odometer, zero_velocity",
         ),
+        (
+            TEXT.replace("rate_hz = 2.0", "velocity = false") + 'alignment = "in-motion"\nalignment_s = 60.0\n',
+            'filter.alignment = "in-motion" needs [aiding.gnss] with position and velocity',
+        ),
+        (TEXT + "alignment_s = 200.0\n", "filter.alignment_s = 200 must be less than duration_s = 200"),
         (TEXT + '\n[aiding.master]\ngrade = "tacticle"\n', "Did you mean 'tactical'?"),
     ],
 )

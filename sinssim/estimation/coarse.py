@@ -1,0 +1,108 @@
+"""Where a filter starts after a coarse alignment, at rest or in motion: no initial attitude needs to be known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim.alignment.budget import Expected
+from sinssim.alignment.initial import initial_covariance, initial_state
+from sinssim.alignment.session import determine_session
+from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.estimation.in_motion import align_in_motion
+from sinssim.estimation.model import ErrorModel
+from sinssim.sensors.imu_errors import ImuErrors
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a filter starts.
+
+    Attributes:
+        imu: the samples from there on.
+        state: there.
+        covariance: of the first states' errors, (m, m); None for that of the error model.
+    """
+
+    imu: ImuData
+    state: NavState
+    covariance: Array | None
+
+
+def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors, count: int) -> Start:
+    """Align a vehicle that stands by eq. (1), gravity and the Earth's rate.
+
+    Args:
+        imu: all increments.
+        initial: where it stands; its attitude is not used.
+        model: the error model.
+        sigma: standard deviations of the sensor block's errors.
+        count: number of samples that the alignment takes.
+
+    Returns:
+        The start at the end of these samples, with the covariance that the biases have with what they spoiled.
+
+    Raises:
+        InputError: the vehicle moved.
+    """
+    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    found = determine_session(session, Expected(sigma, sigma).instrument_sigmas)
+    latitude, height = float(initial.latitude), float(initial.height)
+    start = initial_state(found, float(initial.longitude), height, latitude)
+    seconds = float(session.time[-1] - session.time[0])
+    aligned = initial_covariance(
+        found,
+        sigma,
+        seconds,
+        height=height,
+        latitude=latitude,
+        position_sigma=model.sigma[:3],
+        velocity_sigma=model.sigma[3:6],
+        rate_hz=count / seconds,
+    )
+    covariance = np.diag(model.sigma**2)
+    places = [*range(9)]
+    for name in ("gyro bias", "accelerometer bias"):
+        at = model.slices.get(name)
+        places += [-1] * 3 if at is None else range(at.start, at.stop)
+    index = np.array(places)
+    known = index >= 0
+    covariance[np.ix_(index[known], index[known])] = aligned[np.ix_(known, known)]
+    return Start(_from(imu, count), start, covariance)
+
+
+def in_motion(
+    imu: ImuData,
+    position: Measurements,
+    velocity: Measurements,
+    sigma: ImuErrors,
+    count: int,
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+) -> Start:
+    """Align a vehicle that moves by what accelerometers and satellites see alike.
+
+    Args:
+        imu: all increments.
+        position: "gnss-position".
+        velocity: "gnss-velocity" at the same instants.
+        sigma: standard deviations of the sensor block's errors.
+        count: number of samples that the alignment takes.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid.
+
+    Returns:
+        The start at the first fix.
+
+    Raises:
+        InputError: too few fixes.
+        RunError: the vehicle hardly turned.
+    """
+    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    found = align_in_motion(session, position, velocity, sigma, gravity=gravity, ellipsoid=ellipsoid)
+    return Start(_from(imu, found.edge), found.state, found.covariance)
+
+
+def _from(imu: ImuData, edge: int) -> ImuData:
+    return ImuData(imu.time[edge:], imu.dtheta[edge:], imu.dvel[edge:])
