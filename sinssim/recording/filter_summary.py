@@ -97,8 +97,9 @@ def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     masters = [i.time[-1] for i in found.innovations if i.sensor.startswith("master-") and len(i.time)]
     if not len(found.time) or section is None or aiding is None:
         return {}
+    method: str = section.alignment
     if section.alignment_s is not None:
-        method, at = section.alignment, len(found.time) - 1
+        at = len(found.time) - 1
     elif masters:
         method, at = "transfer", int(np.searchsorted(found.time, max(masters) + 1e-6)) - 1
     else:
