@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 
+GAP = 5.0
+"""Typical intervals beyond which an interval is a gap, in which samples are missing."""
+
 _BLOCK = 65536  # rows looked at together, so that no temporary is as long as the data
 
 
@@ -43,7 +46,7 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
 
     Raises:
         InputError: arrays that do not belong together, a sample that is not a finite number, times that do not
-            increase; the message names the sample and its time.
+            increase or between which samples are missing; the message names the sample and its time.
     """
     time, dtheta, dvel = (doubles(f"imu.{name}", getattr(imu, name)) for name in ("time", "dtheta", "dvel"))
     n = len(dtheta)
@@ -56,7 +59,33 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
     check_finite("imu.dtheta", dtheta, "rad", time)
     check_finite("imu.dvel", dvel, "m/s", time)
     check_increasing("imu.time", time)
+    gap = longest_gap(time)
+    if gap is not None:
+        row, typical = gap
+        raise InputError(
+            f"imu.time: samples are missing, there are none for {time[row + 1] - time[row]:.6g} s from time[{row}] = "
+            f"{time[row]:.9g} s on, where intervals are {typical:.6g} s. What the vehicle did meanwhile "
+            "is lost: use the part before the gap or the one after it, or close it."
+        )
     return time, dtheta, dvel
+
+
+def longest_gap(time: Array) -> tuple[int, float] | None:
+    """Find where samples are missing.
+
+    Args:
+        time: edges of intervals, increasing, (N+1,) s.
+
+    Returns:
+        Number of the longest interval and the typical length of one, s; None if no interval is longer than `GAP`
+        typical ones.
+    """
+    steps = np.diff(time)
+    longest = int(np.argmax(steps))
+    if steps[longest] <= GAP * np.min(steps):
+        return None
+    typical = float(np.median(steps))
+    return (longest, typical) if steps[longest] > GAP * typical else None
 
 
 def doubles(name: str, values: ArrayLike) -> Array:

@@ -240,11 +240,12 @@ def check(
         sinssim check my_flight.toml --set flight.aircraft=f16
     """
     from sinssim.scenario import load_scenario
-    from sinssim.scenario.duration import expected_duration
+    from sinssim.scenario.duration import check_times, expected_duration
     from sinssim.scenario.summary import plan_lines
 
     plan = load_scenario(scenario, settings or ())
     if as_json:
+        check_times(plan)
         duration = expected_duration(plan)
         print(json.dumps({"expected_duration_s": round(duration), "scenario": plan.model_dump()}, indent=2))
     else:

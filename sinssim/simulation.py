@@ -35,6 +35,7 @@ from sinssim.recording.summary import (
     singularities,
     versions,
 )
+from sinssim.scenario.duration import check_times
 
 if TYPE_CHECKING:
     from sinssim.aided import Aided
@@ -130,6 +131,7 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
     from sinssim.truth import fly
 
     scenario = material.scenario
+    check_times(scenario)
     flown: list[float] = []  # a kept flight goes to 1 at once
 
     def flying(fraction: float) -> None:

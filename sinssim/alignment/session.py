@@ -100,18 +100,9 @@ def determine_session(imu: ImuData, sigmas: InstrumentErrors | None = None) -> D
         raise InputError(
             f"the vehicle moved during the session: at {time:.6g} s {what} by {size / ARCSEC:.4g} arcsec, where noise "
             f"explains up to {limit / ARCSEC:.3g} arcsec; take a quiet part of the session, or align on a disturbed "
-            f"base.{_gap(imu)}"
+            "base."
         )
     return result
-
-
-def _gap(imu: ImuData) -> str:
-    """Say for a message where samples are missing, which looks like motion: nothing if none are."""
-    interval = np.diff(imu.time)
-    worst = int(np.argmax(interval))
-    if interval[worst] < 3.0 * float(np.median(interval)):
-        return ""
-    return f" Or samples are missing: there are none for {interval[worst]:.3g} s from {imu.time[worst]:.6g} s on."
 
 
 def check_session(imu: ImuData) -> None:

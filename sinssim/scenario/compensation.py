@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.scenario.datasheet import in_scenario_units
-from sinssim.scenario.section import NotNegative, Section
+from sinssim.scenario.datasheet import in_scenario_units, not_absurd
+from sinssim.scenario.section import NotNegative, Section, TiltSigma
 
 _KNOWN = "1σ of what the calibration is wrong by in"
 
@@ -20,7 +20,7 @@ class CompensationSection(Section):
 
     gyro_bias_sigma_deg_h: NotNegative = Field(default=0.0, description=f"{_KNOWN} the gyros' turn-on biases")
     gyro_scale_sigma_ppm: NotNegative = Field(default=0.0, description=f"{_KNOWN} their scale-factor errors")
-    gyro_misalignment_sigma_arcsec: NotNegative = Field(default=0.0, description=f"{_KNOWN} each of their six angles")
+    gyro_misalignment_sigma_arcsec: TiltSigma = Field(default=0.0, description=f"{_KNOWN} each of their six angles")
     gyro_quadratic_sigma_ppm_per_deg_s: NotNegative = Field(default=0.0, description=f"{_KNOWN} their quadratic terms")
     gyro_cubic_sigma_ppm_per_deg2_s2: NotNegative = Field(default=0.0, description=f"{_KNOWN} their cubic terms")
     gyro_asymmetry_sigma_ppm: NotNegative = Field(default=0.0, description=f"{_KNOWN} their scale-factor asymmetry")
@@ -35,7 +35,7 @@ class CompensationSection(Section):
     )
     accel_bias_sigma_ug: NotNegative = Field(default=0.0, description=f"{_KNOWN} the accelerometers' biases")
     accel_scale_sigma_ppm: NotNegative = Field(default=0.0, description=f"{_KNOWN} their scale-factor errors")
-    accel_misalignment_sigma_arcsec: NotNegative = Field(default=0.0, description=f"{_KNOWN} each of their six angles")
+    accel_misalignment_sigma_arcsec: TiltSigma = Field(default=0.0, description=f"{_KNOWN} each of their six angles")
     accel_quadratic_sigma_ug_per_g2: NotNegative = Field(default=0.0, description=f"{_KNOWN} their quadratic terms, K₂")
     accel_cubic_sigma_ug_per_g3: NotNegative = Field(default=0.0, description=f"{_KNOWN} their cubic terms, K₃")
     accel_asymmetry_sigma_ppm: NotNegative = Field(default=0.0, description=f"{_KNOWN} their scale-factor asymmetry")
@@ -53,3 +53,8 @@ class CompensationSection(Section):
     @classmethod
     def _other_units(cls, data: Any) -> Any:
         return in_scenario_units(data, cls.model_fields)
+
+    @field_validator("*")
+    @classmethod
+    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
+        return not_absurd(str(info.field_name), value)

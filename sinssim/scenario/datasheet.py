@@ -40,6 +40,10 @@ _PER_HOUR = {"h": _HOUR, "s": 1.0}
 _PER_DEGREE = {"c": 1.0}
 
 
+# No sensor is as bad: 1000 deg/s, 100 g, all of the input, a whole turn; what is beyond is a slip of the pen.
+_MOST = {"deg": 3.6e6, "ug": 1e8, "ppm": 1e6, "arcsec": 1.296e6, "mm": 1e8, "s": 1e9, "g": 1e6}
+
+
 class Quantity(NamedTuple):
     """One kind of a sensor's error as datasheets state it.
 
@@ -69,9 +73,19 @@ class Quantity(NamedTuple):
         return f"{self.name}_sigma_{next(iter(self.units))}"
 
     @property
+    def keys(self) -> tuple[str, ...]:
+        """Both of them; of a noise one."""
+        return (self.key, self.sigma_key) if self.drawn else (self.key,)
+
+    @property
     def unit(self) -> float:
         """Size in SI of the unit that scenarios use."""
         return next(iter(self.units.values()))
+
+    @property
+    def most(self) -> float:
+        """Largest number that scenarios may state, in their unit."""
+        return _MOST[next(iter(self.units)).partition("_")[0]]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -182,6 +196,28 @@ def to_si(key: str, value: float) -> float:
     if not math.isfinite(value):
         raise InputError(f"{key} = {value} is not a finite number.")
     return value * found.factor
+
+
+def not_absurd(key: str, value: Any) -> Any:
+    """Refuse an error that no sensor has.
+
+    Args:
+        key: quantity and unit, as scenarios have them.
+        value: a number, several, or None.
+
+    Returns:
+        The value.
+
+    Raises:
+        ValueError: it is too large.
+    """
+    found = line(key)
+    if found is not None and value is not None:
+        most = found.quantity.most
+        for number in value if isinstance(value, tuple) else (value,):
+            if not abs(number) <= most:
+                raise ValueError(f"{number:g} is more than any sensor has; its size must be at most {most:g}")
+    return value
 
 
 def in_scenario_units(data: Any, known: Collection[str]) -> Any:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 
+from sinssim.errors import InputError
 from sinssim.scenario.aircraft import Performance, load_aircraft
 from sinssim.scenario.legs import (
     AltitudeLeg,
@@ -27,6 +29,7 @@ from sinssim.scenario.schema import Scenario
 _G = 9.81  # m/s²
 _KNOT = 1852.0 / 3600.0  # m/s
 _EARTH_RADIUS = 6371e3  # m
+_BYTES = 350  # of memory that every sample takes: increments, true and measured, states, true and navigated, errors
 
 
 @dataclass
@@ -140,6 +143,54 @@ def leg_durations(flight: FlightSection) -> list[float]:
         durations.append(pilot.fly(leg))
         pilot.elapsed += durations[-1]
     return durations
+
+
+def check_times(scenario: Scenario) -> None:
+    """Raise for sensors that the run would be too short or too long for, as far as that is known before it.
+
+    How long a flight lasts is an estimate: twice that and ten minutes more are let pass.
+
+    Args:
+        scenario: the scenario.
+
+    Raises:
+        InputError: a fault that lies outside the run, samples that are too far apart for it, or more than this machine
+            can hold.
+    """
+    imu, lasts = scenario.imu, expected_duration(scenario)
+    about, longest = "lasts", lasts
+    if (flight := scenario.flight) is not None:
+        last = flight.legs[-1]
+        known = all(leg_durations(flight)) or (isinstance(last, HoldLeg) and last.until_s is not None)
+        about, longest = "lasts about", 2.0 * lasts + 600.0 if known else math.inf
+    for number, fault in enumerate(imu.faults, start=1):
+        name, begin = ("at_s", fault.at_s) if fault.type == "spike" else ("from_s", fault.from_s)
+        if begin > longest or (begin == longest and fault.type != "spike"):
+            raise InputError(
+                f"imu.faults.{number}.{name} = {begin:g} lies outside the run, which {about} {lasts:.6g} s; a "
+                f"{fault.type} begins before it ends."
+            )
+    if longest * imu.rate_hz < 1.0:
+        raise InputError(
+            f"imu.rate_hz = {imu.rate_hz:g} gives no sample in a run that {about} {lasts:.6g} s; at least "
+            f"{1.0 / lasts:.3g} would give one."
+        )
+    memory = _memory()
+    needed = _BYTES * imu.rate_hz * lasts
+    if needed > memory:
+        raise InputError(
+            f"imu.rate_hz = {imu.rate_hz:g} makes {imu.rate_hz * lasts:.2g} samples in a run that {about} {lasts:.6g} "
+            f"s, which need {needed / 1e9:.3g} GB of memory where this machine has {memory / 1e9:.3g}; at most "
+            f"{imu.rate_hz * memory / needed:.3g} would fit."
+        )
+
+
+def _memory() -> float:
+    """Return how many bytes of memory this machine has, infinitely many if it does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return math.inf
 
 
 def expected_duration(scenario: Scenario) -> float:

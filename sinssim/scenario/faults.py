@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from sinssim.scenario.datasheet import not_absurd
 from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
 
 Channel = Literal["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
@@ -51,6 +52,11 @@ class Spike(Section):
     gyro_arcsec: Vector3 | None = Field(default=None, description="added to the sample's angle increments")
     accel_mm_s: Vector3 | None = Field(default=None, description="added to its velocity increments")
 
+    @field_validator("gyro_arcsec", "accel_mm_s")
+    @classmethod
+    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
+        return not_absurd({"gyro_arcsec": "gyro_quantum_arcsec"}.get(str(info.field_name), "accel_quantum_mm_s"), value)
+
     @model_validator(mode="after")
     def _does_something(self) -> Self:
         if not any((self.gyro_arcsec or ()) + (self.accel_mm_s or ())):
@@ -64,6 +70,11 @@ class BiasStep(_Lasting):
     type: Literal["bias-step"]
     gyro_deg_h: Vector3 | None = Field(default=None, description="added to the gyros' biases")
     accel_ug: Vector3 | None = Field(default=None, description="added to the accelerometers' biases")
+
+    @field_validator("gyro_deg_h", "accel_ug")
+    @classmethod
+    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
+        return not_absurd({"gyro_deg_h": "gyro_bias_deg_h"}.get(str(info.field_name), "accel_bias_ug"), value)
 
     @model_validator(mode="after")
     def _does_something(self) -> Self:

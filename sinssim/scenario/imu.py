@@ -19,23 +19,22 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.scenario.datasheet import QUANTITIES, in_scenario_units
+from sinssim.scenario.datasheet import QUANTITIES, in_scenario_units, not_absurd
 from sinssim.scenario.faults import Fault
 from sinssim.scenario.grades import find_grade
 from sinssim.scenario.laser_gyro import LaserGyroSection
-from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
+from sinssim.scenario.section import MOST_TILT, NotNegative, Positive, Section, TiltSigma, Vector3
 from sinssim.scenario.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
-
-MOST_TILT = 40_000.0
-"""Largest angle of misalignment, arcsec: beyond 11 degrees three axes are no block any more."""
 
 Tilt = Annotated[float, Field(ge=-MOST_TILT, le=MOST_TILT)]
 SixAngles = tuple[Tilt, Tilt, Tilt, Tilt, Tilt, Tilt]
-TiltSigma = Annotated[float, Field(ge=0.0, le=MOST_TILT / 4.0)]
 Vector6 = tuple[float, float, float, float, float, float]
 Vector9 = tuple[float, float, float, float, float, float, float, float, float]
 Ratio = Annotated[float, Field(gt=-1e6)]
 Ratios = tuple[Ratio, Ratio, Ratio]
+Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]
+Place = Annotated[float, Field(ge=-1e4, le=1e4)]
+Places = tuple[Place, Place, Place]
 
 _FIXED_OR_DRAWN = tuple((quantity.key, quantity.sigma_key) for quantity in QUANTITIES if quantity.drawn)
 
@@ -84,7 +83,7 @@ class ImuSection(Section):
     """
 
     grade: str = "laser-standard"
-    rate_hz: Positive = 100.0
+    rate_hz: Annotated[float, Field(gt=0.0, le=1e5)] = 100.0
     sensor_set: SensorSet = Gyros(type="gyros")
     lever_arm_m: Vector3 | None = None
     mounting_deg: Vector3 | None = None
@@ -145,10 +144,10 @@ class ImuSection(Section):
     accel_rrw_ug_sqrt_h: NotNegative | None = None
     accel_range_g: Positive | None = None
 
-    temperature_start_c: float = 0.0
-    temperature_steady_c: float = 0.0
+    temperature_start_c: Celsius = 0.0
+    temperature_steady_c: Celsius = 0.0
     warm_up_time_s: Positive = 600.0
-    accel_arms_mm: tuple[Vector3, Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    accel_arms_mm: tuple[Places, Places, Places] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     accel_delay_ms: float = 0.0
 
     laser_gyro: LaserGyroSection | None = None
@@ -158,6 +157,11 @@ class ImuSection(Section):
     @classmethod
     def _other_units(cls, data: Any) -> Any:
         return in_scenario_units(data, cls.model_fields)
+
+    @field_validator(*(key for quantity in QUANTITIES for key in quantity.keys))
+    @classmethod
+    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
+        return not_absurd(str(info.field_name), value)
 
     @field_validator("grade")
     @classmethod

@@ -6,7 +6,8 @@ import difflib
 import math
 import re
 import types
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
@@ -108,6 +109,10 @@ def _place(
 ) -> str:
     path, holders = _walk(error["loc"], model)
     text = _sentence(error, model, path, holders)
+    written = _as_written(path, [*lines, *(tuple(key.split(".")) for key in overridden)])
+    if written != path:
+        text += f" (given as {'.'.join(written)})"
+        path = written
     if error["type"] == "union_tag_invalid":
         path = (*path, str(error["ctx"]["discriminator"]).strip("'"))
     dotted = ".".join(path)
@@ -119,6 +124,18 @@ def _place(
     return text
 
 
+def _as_written(path: tuple[str, ...], keys: Iterable[tuple[str, ...]]) -> tuple[str, ...]:
+    """Return the key that stands in the file for an error that was given in another unit than the schema's."""
+    for key in keys:
+        size = len(key)
+        if size <= len(path) and key[:-1] == path[: size - 1] and key[-1] != path[size - 1]:
+            with suppress(InputError):
+                stated = datasheet.line(key[-1])
+                if stated is not None and path[size - 1] in stated.quantity.keys:
+                    return (*key, *path[size:])
+    return path
+
+
 def _sentence(
     error: ErrorDetails, model: type[BaseModel], path: tuple[str, ...], holders: list[type[BaseModel]]
 ) -> str:
@@ -126,8 +143,13 @@ def _sentence(
     name = ".".join(path)
     if kind == "extra_forbidden":
         return _unknown_key(path, value, holders)
+    if kind == "missing" and isinstance(error["loc"][-1], int):
+        entries = max(len(get_args(option)) for option in _types(error["loc"][:-1], model))
+        return f"{'.'.join(path[:-1])} must have {entries} entries, and has {len(value)}"
     if kind == "missing":
         return f"{name} is missing{_explain(path, holders)}"
+    if kind == "tuple_type" and any(_models(list(_entries(option))) for option in _types(error["loc"], model)):
+        return f"{name} must be an array of tables, each headed [[{name}]], not {_show(value)}"
     if kind in _BOUNDS:
         bound = next(iter(context.values()))
         return f"{name} = {_show(value)} must be {_BOUNDS[kind]} {bound:g}"
@@ -136,8 +158,8 @@ def _sentence(
     if kind in ("too_short", "too_long"):
         wanted = context.get("min_length", context.get("max_length"))
         word = "at least" if kind == "too_short" else "at most"
-        entries = "entry" if wanted == 1 else "entries"
-        return f"{name} must have {word} {wanted} {entries}, and has {context['actual_length']}"
+        noun = "entry" if wanted == 1 else "entries"
+        return f"{name} must have {word} {wanted} {noun}, and has {context['actual_length']}"
     if kind == "string_pattern_mismatch":
         return f"{name} = {_show(value)}: only letters, digits, '.', '-' and '_', a letter or digit first"
     if kind in ("literal_error", "enum", "union_tag_invalid"):
@@ -209,7 +231,8 @@ def _show(value: object) -> str:
         return "a table"
     if isinstance(value, tuple | list):
         return "an array"
-    return f"{value}"
+    text = f"{value}"
+    return f"{value:.12g}" if isinstance(value, float) and len(text) > 12 else text
 
 
 def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str, ...], list[type[BaseModel]]]:
@@ -242,12 +265,17 @@ def _below(here: list[Any], part: int | str) -> list[Any]:
     return [option for field in fields for option in _options(field)] or [k for k in models if part in _tags(k)]
 
 
-def _kinds(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[str]:
-    """Return the tags of the union's members at a location."""
+def _types(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[Any]:
+    """Return the types that a location may have."""
     here: list[Any] = [model]
     for part in loc:
         here = _below(here, part)
-    return [tag for kind in _models(here) for tag in _tags(kind)]
+    return here
+
+
+def _kinds(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[str]:
+    """Return the tags of the union's members at a location."""
+    return [tag for kind in _models(_types(loc, model)) for tag in _tags(kind)]
 
 
 def _models(types_: list[Any]) -> list[type[BaseModel]]:

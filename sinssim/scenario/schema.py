@@ -174,7 +174,7 @@ class Scenario(Section):
 
     name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$", description="short name; names the run directory")
     description: str = Field(default="", description="one sentence")
-    seed: int = Field(default=0, ge=0, description="seed of everything random: same seed, same numbers")
+    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of everything random: same seed, same numbers")
     flight: FlightSection | None = None
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None

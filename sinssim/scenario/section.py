@@ -33,5 +33,8 @@ Heading = Annotated[float, Field(ge=-360.0, le=360.0)]
 """Heading or course, degrees clockwise from north."""
 
 Positive = Annotated[float, Field(gt=0.0)]
+MOST_TILT = 40_000.0
+"""Largest angle of misalignment, arcsec: beyond 11 degrees three axes are no block any more."""
+TiltSigma = Annotated[float, Field(ge=0.0, le=MOST_TILT / 4.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Vector3 = tuple[float, float, float]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
 
-from sinssim.scenario.duration import expected_duration, leg_durations
+from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
@@ -22,8 +22,9 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         Lines of text.
 
     Raises:
-        InputError: the aircraft's description is not right.
+        InputError: the aircraft's description is not right, or the sensors do not suit the run.
     """
+    check_times(scenario)
     duration = expected_duration(scenario)
     samples = duration * scenario.imu.rate_hz
     yield f"{scenario.name}: {scenario.description}".rstrip(": ")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sinssim.checks import longest_gap
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.sensors.log import Samples, TriadName
@@ -17,7 +18,6 @@ CHANNELS: tuple[tuple[TriadName, int], ...] = tuple((triad, i) for triad in ("gy
 """Triad and axis of every channel, in the order in which they are shown."""
 
 _STEADY = 0.01  # of an interval, by which times may be rounded
-_GAP = 5.0  # typical intervals, beyond which samples are missing
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def clock(samples: Samples, source: str) -> Clock:
         InputError: samples are missing somewhere.
     """
     steps = np.diff(samples.time)
-    worst, typical = int(np.argmax(steps)), float(np.median(steps))
-    if steps[worst] > _GAP * typical:
+    if (gap := longest_gap(samples.time)) is not None:
+        worst, typical = gap
         raise InputError(
             f"{source}, sample {worst}: there are no samples for {steps[worst]:.6g} s from {samples.time[worst]:.9g} s "
             f"on, where intervals are {typical:.6g} s. Take a part without a gap (--from, --to); if samples are lost "

@@ -146,12 +146,13 @@ def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
     """Return time stamps that are off at random, but for the first and the last; the ones given if all are right."""
     from sinssim.sensors.random_numbers import normals
 
-    stamps = time
+    if not any(fault.kind == "jitter" for fault in errors.faults):
+        return time
+    off = np.zeros_like(time)
     for number, fault in enumerate(errors.faults):
         if fault.kind == "jitter":
             inside = (time >= fault.start) & (time <= fault.end)
-            inside[[0, -1]] = False
-            # cut where a stamp would reach its neighbour's place
-            off = fault.amount[0] * np.clip(normals(seed, "time stamp jitter", number, len(time)), -4.9, 4.9)
-            stamps = np.where(inside, stamps + off, stamps)
-    return stamps
+            off += np.where(inside, fault.amount[0] * normals(seed, "time stamp jitter", number, len(time)), 0.0)
+    off[[0, -1]] = 0.0
+    half = 0.49 * np.diff(time).min()  # a stamp never passes its neighbour's place
+    return np.asarray(time + np.clip(off, -half, half))

@@ -49,7 +49,7 @@ def test_a_quiet_session_gives_the_angles():
 
 def test_mean_readings_take_uneven_intervals():
     imu = session()
-    coarse = np.r_[0, 7, 9, 100 : len(imu.time)]
+    coarse = np.r_[0:90:4, 90, 93, 94, 98, 100 : len(imu.time)]
     sums = [np.add.reduceat(x, coarse[:-1], axis=0) for x in (imu.dtheta, imu.dvel)]
     for mine, all_samples in zip(mean_readings(ImuData(imu.time[coarse], *sums)), mean_readings(imu), strict=True):
         np.testing.assert_allclose(mine, all_samples, rtol=1e-12)
@@ -95,11 +95,8 @@ def test_samples_that_are_missing_are_told():
     imu = session()
     keep = np.r_[0:3000, 3200:6000]  # 10 s of increments lost
     holed = ImuData(np.r_[0.0, imu.time[1:][keep]], imu.dtheta[keep], imu.dvel[keep])
-    with pytest.raises(InputError, match=r"samples are missing: there are none for 10\.1 s from 150 s on"):
+    with pytest.raises(InputError, match=r"samples are missing, there are none for 10\.05 s from time\[3000\] = 150 s"):
         determine_session(holed)
-    with pytest.raises(InputError) as info:
-        determine_session(session(change=step(60 * ARCSEC, 2, 200.0)))
-    assert "missing" not in str(info.value)
 
 
 def test_the_time_of_a_jolt_is_told():

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from sinssim.scenario.duration import expected_duration, leg_durations
+from sinssim.errors import InputError
+from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.legs import FlightSection
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.summary import plan_lines
@@ -87,3 +88,57 @@ def test_parked_and_great_circle_last_as_long_as_they_say() -> None:
     lines = list(plan_lines(route))
     assert "duration    about 1 h 7 min, 200,000 samples" in lines
     assert lines[1].startswith("great circle  latitude_deg = 0, course_deg = 45, speed_mps = 200")
+
+
+def sensed(imu: dict[str, Any], **source: Any) -> Scenario:
+    parked = {"parked": {"latitude_deg": 50.0, "duration_s": 100.0}}
+    return Scenario.model_validate({"name": "sensed", "imu": imu, **(source or parked)})
+
+
+@pytest.mark.parametrize(
+    ("imu", "message"),
+    [
+        (
+            {"faults": [{"type": "dropout", "from_s": 100.0}]},
+            r"imu\.faults\.1\.from_s = 100 lies outside the run, which lasts 100 s",
+        ),
+        (
+            {"faults": [{"type": "freeze", "from_s": 0.0}, {"type": "spike", "at_s": 100.5, "gyro_arcsec": [1, 0, 0]}]},
+            r"imu\.faults\.2\.at_s = 100\.5 lies outside the run, which lasts 100 s",
+        ),
+        ({"rate_hz": 1e-3}, r"imu\.rate_hz = 0\.001 gives no sample in a run that lasts 100 s; at least 0\.01 would"),
+    ],
+)
+def test_sensors_that_do_not_suit_the_run(imu: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        check_times(sensed(imu))
+
+
+def test_sensors_that_suit_the_run() -> None:
+    spike = {"type": "spike", "at_s": 100.0, "gyro_arcsec": [1.0, 0.0, 0.0]}
+    check_times(sensed({"rate_hz": 0.01, "faults": [spike, {"type": "dropout", "from_s": 99.0, "to_s": 1e6}]}))
+
+
+def test_a_fault_may_lie_where_a_flight_may_still_be() -> None:
+    """Of an estimated 1000 s twice as much and ten minutes; nothing is said of a plan that does not tell."""
+    start = {**START, "airspeed_kt": 200.0}
+
+    def flown(begin: float, *legs: dict[str, Any]) -> Scenario:
+        imu = {"faults": [{"type": "dropout", "from_s": begin}]}
+        return sensed(imu, flight={"aircraft": "737", "start": start, "legs": legs})
+
+    hold, turn = {"type": "hold", "duration_s": 1000.0}, {"type": "turn", "angle_deg": 1e-3, "direction": "left"}
+    check_times(flown(2599.0, hold))
+    with pytest.raises(InputError, match=r"from_s = 2601 lies outside the run, which lasts about 1000 s"):
+        check_times(flown(2601.0, hold))
+    somewhere = {"type": "waypoint", "latitude_deg": 1.0, "longitude_deg": 1.0}
+    check_times(flown(2601.0, hold, turn, somewhere))
+    with pytest.raises(InputError, match="lies outside the run"):
+        check_times(flown(2601.0, hold, turn, somewhere, {"type": "hold", "until_s": 1000.0}))
+
+
+def test_more_samples_than_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 1000}.__getitem__)
+    with pytest.raises(InputError, match=r"rate_hz = 1000 makes 1e\+05 samples .* at most 117 would fit"):
+        check_times(sensed({"rate_hz": 1000.0}))
+    check_times(sensed({"rate_hz": 117.0}))

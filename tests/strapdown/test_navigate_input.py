@@ -53,6 +53,13 @@ def test_the_first_bad_sample_far_into_a_long_log_is_named():
         navigate(imu, FIRST)
 
 
+def test_a_gap_is_named() -> None:
+    holed = replace(IMU, time=IMU.time + np.where(IMU.time > 0.71, 5.0, 0.0))
+    with pytest.raises(InputError, match=r"none for 5\.02 s from time\[35\] = 0\.7 s on, where intervals are 0\.02 s"):
+        navigate(holed, FIRST)
+    navigate(replace(IMU, time=IMU.time + np.where(IMU.time > 0.71, 0.05, 0.0)), FIRST)  # uneven, and no more
+
+
 @pytest.mark.parametrize("later", [0.4, 0.38])
 def test_times_must_increase(later):
     with pytest.raises(InputError, match=r"time\[20\] = 0\.4.*time\[21\] = "):
