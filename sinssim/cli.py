@@ -658,6 +658,8 @@ def _show_result(result: RunResult, directory: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from sinssim.recording.summary import flagged_words
+
     table = Table(
         title=f"{result.scenario.name}: errors against the truth",
         title_justify="left",
@@ -689,6 +691,8 @@ def _show_result(result: RunResult, directory: Path) -> None:
     # Digits are never cut off: on a terminal that is too narrow, lines wrap.
     console = Console(highlight=False, width=max(120, shutil.get_terminal_size().columns))
     console.print(table)
+    if flags := flagged_words(result.summary["flagged_samples"], len(result.measured)):
+        console.print(flags, markup=False)
     for name, failure in failures.items():
         console.print(f"{name} has no result: {failure['text']}", markup=False)
     for solution in result.solutions.values():

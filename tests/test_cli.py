@@ -307,9 +307,15 @@ def test_output_that_cannot_be_written(folder: Path, capsys: pytest.CaptureFixtu
     assert everything_in(folder) == {"plan.toml": PARKED.encode()}
 
 
-def test_more_samples_than_memory(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_more_samples_than_memory(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     (folder / "plan.toml").write_text(PARKED)
-    assert call("run", "plan.toml", "--set", "imu.rate_hz=1e15") == 1
+    long = ("--set", "parked.duration_s=1e9", "--set", "imu.rate_hz=1e5")
+    assert call("run", "plan.toml", *long) == 2  # known beforehand
+    assert "imu.rate_hz = 100000 makes 1e+14 samples" in capsys.readouterr().err
+    monkeypatch.setattr("sinssim.scenario.duration._memory", lambda: float("inf"))  # not known
+    assert call("run", "plan.toml", *long) == 1
     message = capsys.readouterr().err
     assert message.startswith("sinssim: not enough memory")
     assert message.count("\n") == 1

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from sinssim import ImuData, navigate
 from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
+from sinssim.recording.summary import flagged_words
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.compensation import CompensationSection
 from sinssim.scenario.imu import ImuSection
@@ -133,6 +134,9 @@ def test_what_the_sensors_flag_is_recorded_and_counted(tmp_path: Path) -> None:
     assert np.array_equal(late[stream["flags_accel_x"].to_numpy() >= FROZEN], late[25:35])
     assert np.array_equal(late[stream["flags_accel_x"].to_numpy() % FROZEN == DROPPED], late[20:30])
     assert not stream["flags_gyro_x"].to_numpy()[:25].any()
+    found = flagged_words(result.summary["flagged_samples"], len(result.measured))
+    assert found == f"Flagged by the sensors, of {len(result.measured)} samples: 10 dropped, 10 frozen."
+    assert found in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert run(scenario({})).summary["flagged_samples"] == {}
 
 

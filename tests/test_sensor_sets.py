@@ -11,6 +11,7 @@ import pytest
 import tomli_w
 
 from sinssim.errors import InputError
+from sinssim.recording.report_sensors import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.accelerometers import draw_accelerometers
 from sinssim.sensors.attitude_sensor import draw_attitude_sensor
@@ -180,3 +181,19 @@ def test_a_block_of_gyros_is_not_emulated_for_another_set() -> None:
     given = scenario(SIX, {}, {})
     with pytest.raises(InputError, match="sensor_set"):
         sinssim.emulate(sinssim.fly(given).increments(100.0), given.imu)
+
+
+def test_a_report_calls_no_set_without_gyros_by_its_gyros() -> None:
+    """A grade's description is that of a unit with gyros."""
+    texts = {
+        kind: "".join(sensor_errors(scenario(sensor_set, navigation, {"grade": "laser-standard"}), ()))
+        for kind, sensor_set, navigation in (
+            ("gyros", {"type": "gyros"}, {}),
+            ("six", SIX, {}),
+            ("attitude", ATTITUDE, BY_ATTITUDE),
+        )
+    }
+    assert {kind: "laser-gyro unit" in text for kind, text in texts.items()} == {
+        "gyros": True, "six": False, "attitude": False,
+    }  # fmt: skip
+    assert all("laser-standard" in text for text in texts.values())

@@ -21,7 +21,7 @@ from sinssim.recording.plot import Line, Mark
 from sinssim.recording.report_sensors import sensor_errors
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.recording.sensed import Sensed
-from sinssim.recording.summary import processor
+from sinssim.recording.summary import flagged_words, processor
 from sinssim.recording.track import STYLE as TRACK_STYLE
 from sinssim.recording.track import degrees, draw_map
 from sinssim.scenario.summary import given, sensor_words
@@ -148,6 +148,8 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         f"{scenario.seed}; navigation for "
         f"{_clock(duration)} in the frame “{navigation.frame}”, vertical channel “{navigation.vertical}”."
     )
+    if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
+        yield flags
     if summary["failures"]:
         yield f"No result by {', '.join(summary['failures'])}, for the reason that stands with the navigation errors."
     if not numbers:

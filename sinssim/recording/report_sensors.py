@@ -16,7 +16,7 @@ from sinssim.recording.scales import suiting
 from sinssim.recording.sensed import Sensed
 from sinssim.scenario.datasheet import QUANTITIES, Quantity
 from sinssim.scenario.grades import find_grade
-from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
+from sinssim.scenario.sensor_set import AttitudeSensor, Gyros, SixAccelerometers
 from sinssim.sensors.accelerometers import draw_accelerometers
 from sinssim.sensors.attitude_sensor import draw_attitude_sensor
 from sinssim.sensors.compensation import draw_calibration, imperfect_calibration
@@ -62,9 +62,14 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
         HTML.
     """
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
+    name = f"<strong>{words(section.grade)}</strong>"
+    if isinstance(section.sensor_set, Gyros):
+        of = f"Grade {name}: {words(grade.description)}."
+    else:  # the grade's own words are those of a unit with gyros
+        of = f"Accelerometers of the grade {name}."
     yield (
-        f"<p>Grade <strong>{words(section.grade)}</strong>: {words(grade.description)}. Each axis' error is what this "
-        f"run's seed {scenario.seed} drew from a normal distribution of the given 1σ, or what the scenario gives.</p>"
+        f"<p>{of} Each axis' error is what this run's seed {scenario.seed} drew from a normal distribution of the "
+        "given 1σ, or what the scenario gives.</p>"
     )
     errors = draw(section, scenario.seed)
     gyros = _table(errors.gyro, grade.gyro, section, "gyro") + _noises(

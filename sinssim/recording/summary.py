@@ -61,6 +61,20 @@ def flagged(imu: ImuData) -> dict[str, int]:
     return {name: int(np.any(imu.flags & bit, axis=1).sum()) for name, bit in kinds.items()}
 
 
+def flagged_words(flags: Mapping[str, int], samples: int) -> str:
+    """Say how many samples the sensors flagged.
+
+    Args:
+        flags: what `flagged` returned.
+        samples: how many there are.
+
+    Returns:
+        A sentence; nothing if there are no such samples.
+    """
+    found = [f"{count:,} {name}" for name, count in flags.items() if count]
+    return f"Flagged by the sensors, of {samples:,} samples: {', '.join(found)}." if found else ""
+
+
 def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:
     """Return the passages through a singular attitude, for `summary.json`.
 

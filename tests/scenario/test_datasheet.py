@@ -115,7 +115,10 @@ REFUSED = [
     ),
     ("gyro_bias_sigma_deg_s = 1e5", r"line 5: imu.gyro_bias_sigma_deg_h: 3.6e\+08 is more than .* at most 3.6e\+06"),
     ("gyro_bias_deg_h = [0.0, -1e300, 0.0]", r"gyro_bias_deg_h: -1e\+300 is more than any sensor has"),
-    ("gyro_quantum_arcsec = 2e6", "gyro_quantum_arcsec: 2e.06 is more than any sensor has; its size must be at most 1.296e.06"),
+    (
+        "gyro_quantum_arcsec = 2e6",
+        "gyro_quantum_arcsec: 2e.06 is more than any sensor has; its size must be at most 1.296e.06",
+    ),
     ("gyro_misalignment_arcsec = [1.0, 2.0]", "line 5: imu.gyro_misalignment_arcsec must have 6 entries, and has 2"),
     ("accel_arms_mm = [[1.0, 0.0, 0.0]]", "line 5: imu.accel_arms_mm must have 3 entries, and has 1"),
     ("accel_arms_mm = [[1e5, 0, 0], [0, 0, 0], [0, 0, 0]]", r"accel_arms_mm\.1\.1 = 100000\.0 must be at most 10000"),
