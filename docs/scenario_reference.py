@@ -64,6 +64,8 @@ EXAMPLES: dict[str, Any] = {
     "filter.initial_sigma.velocity_mps": 0.1,
     "filter.initial_sigma.tilt_arcmin": 1.0,
     "filter.initial_sigma.heading_arcmin": 10.0,
+    "aiding.gnss.jumps.north_m": 50.0,
+    "aiding.gnss.ramps.east_mps": 0.5,
     "aiding.gnss.jumps.from_s": 600.0,
     "aiding.gnss.jumps.to_s": 700.0,
     "aiding.gnss.ramps.from_s": 600.0,
@@ -169,7 +171,7 @@ def _table(
             explanation = attributes.get("*_sigma_*", "") if "_sigma_" in name else ""
         required = name in model.get("required", [])
         value = raw.get("default")
-        if name == "description" or value is None:
+        if name == "description" or value is None or f"{path}.{name}" in EXAMPLES:
             value = EXAMPLES.get(f"{path}.{name}", EXAMPLES.get(name))
         if name in _TAGS:
             value = tag

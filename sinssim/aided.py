@@ -15,7 +15,7 @@ import numpy as np
 
 from sinssim import units
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
-from sinssim.errors import InputError
+from sinssim.errors import InputError, SinssimError
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model, state_errors
 from sinssim.estimation.coarse import Start, at_rest, in_motion
 from sinssim.estimation.estimate import estimate
@@ -48,6 +48,7 @@ class Aided:
         error: of the aided solution, K rows.
         smoothed_error: of the smoothed solution, if there is one.
         smoothed_state_errors: its actual errors in the filter's own states, if there is one.
+        end: of the run, s; a filter may have ended before.
     """
 
     sensed: tuple[Sensed, ...]
@@ -58,6 +59,7 @@ class Aided:
     error: NavError
     smoothed_error: NavError | None
     smoothed_state_errors: Array | None
+    end: float
 
 
 def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: NavState) -> Aided:
@@ -250,7 +252,13 @@ def _aligned(
             "filter needs a part of it after the alignment."
         )
     if section.alignment == "at-rest":
-        return at_rest(imu, start.state, model, sigma, count)
+        try:
+            return at_rest(imu, start.state, model, sigma, count)
+        except SinssimError as error:
+            raise InputError(
+                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must stand that long, with gyros that feel "
+                f"the Earth turn, and {error}"
+            ) from error
     fixes = {m.kind: m for m in told if m.label in ("gnss-position", "gnss-velocity")}
     gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
     return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
@@ -281,7 +289,7 @@ def _compared(
         own = _true_parameters(scenario, edges, sensed, smoothed.time, found.model)
         smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid)
         smoothed_errors = state_errors(found.model, smoothed, there, own, trajectory.ellipsoid)
-    return Aided(sensed, found, truth, parameters, errors, error, smoothed_error, smoothed_errors)
+    return Aided(sensed, found, truth, parameters, errors, error, smoothed_error, smoothed_errors, float(edges[-1]))
 
 
 def _true_parameters(

@@ -690,6 +690,8 @@ def _show_result(result: RunResult, directory: Path) -> None:
         )
     # Digits are never cut off: on a terminal that is too narrow, lines wrap.
     console = Console(highlight=False, width=max(120, shutil.get_terminal_size().columns))
+    if result.scenario.description:
+        console.print(f"{result.scenario.description}\n", markup=False)
     console.print(table)
     if flags := flagged_words(result.summary["flagged_samples"], len(result.measured)):
         console.print(flags, markup=False)

@@ -267,7 +267,7 @@ def test_angle_is_written_in_the_unit_that_suits_it(arcmin, words):
 
 
 def test_vehicle_that_moves_is_not_aligned_coarsely():
-    with pytest.raises(InputError, match="the vehicle moved during the session"):
+    with pytest.raises(InputError, match=r"filter\.alignment_s = 40: .* the vehicle moved during the session"):
         aided(
             scenario(
                 great_circle=None,
@@ -304,7 +304,8 @@ def test_transfer_alignment_takes_the_attitude_of_the_better_system():
 
 
 def test_without_a_single_fix_the_result_is_inertial():
-    result = aided(scenario(aiding={"gnss": {"outages_s": [[0.0, 1e6]]}}))
+    s = scenario(aiding={"gnss": {"outages_s": [[0.0, 1e6]]}})
+    result = aided(s)
     np.testing.assert_allclose(
         result.error.position_ned[-1],
         np.zeros(3), rtol=0, atol=10.0,
@@ -314,7 +315,32 @@ def test_without_a_single_fix_the_result_is_inertial():
         np.testing.assert_allclose(
             getattr(result.estimate.solution, name)[-1], getattr(inertial, name)[-1], rtol=0, atol=1e-9
         )
-    assert any("the result is the inertial solution" in remark for remark in result.estimate.remarks)
+    assert "gnss-position: no reading came, so that it corrects nothing." in result.estimate.remarks
+    said = list(sentences(filter_numbers(result, s)))
+    assert said[0] == "The filter took no reading: nothing tells whether it is consistent."
+    assert said[-1] == "No reading was taken in at all: the result is the inertial solution."
+
+
+def test_readings_that_come_too_late_leave_the_inertial_solution_and_it_is_said():
+    s = scenario(aiding={"gnss": {"latency_s": 100.0, "jumps": [{"from_s": 95.0, "north_m": 50.0}]},
+                         "zero_velocity": {}})  # fmt: skip
+    result = aided(s)
+    inertial = result.estimate.inertial
+    np.testing.assert_allclose(result.estimate.solution.latitude[-1], inertial.latitude[-1], rtol=0, atol=1e-9)
+    said = " ".join(sentences(filter_numbers(result, s)))
+    assert "aiding.gnss.latency_s = 100: the run ends at 90 s, and no reading arrives before." in said
+    assert "aiding.gnss.jumps.1 begins at 95 s, and the run ends at 90 s: it never happens." in said
+    assert "zero-velocity: no reading came (the vehicle never stood still)" in said
+    assert "caught" not in said
+
+
+def test_alignment_in_motion_on_a_straight_flight_is_as_good_as_the_gyros():
+    """Only the turn of the Earth below shows north: the σ is wide, and right; it is no covariance that cannot be."""
+    s = scenario(filter={"alignment": "in-motion", "alignment_s": 60.0})
+    result = aided(s)
+    sigma, error = result.estimate.sigma[0, 8], result.state_errors[0, 8]
+    assert np.radians(3.0) < sigma < np.radians(21.0)
+    assert abs(error) < 3.0 * sigma
 
 
 def test_smoothed_solution_has_its_errors_too():

@@ -103,6 +103,10 @@ def remarks(innovations: Sequence[Innovations]) -> list[str]:
         count = len(i.time)
         rejected = int(np.count_nonzero(~i.accepted & ~np.isnan(i.nis)))
         unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if np.isnan(nis) and reason)
+        if not count:
+            stood = " (the vehicle never stood still)" if i.kind in ("zero-velocity", "zero-rate") else ""
+            found.append(f"{i.sensor}: no reading came{stood}, so that it corrects nothing.")
+            continue
         why = ", ".join(f"{number} {reason}" for reason, number in unusable.items())
         if not i.accepted.any():
             detail = "; ".join(filter(None, [why, f"{rejected} rejected by the gate" if rejected else ""]))

@@ -131,6 +131,7 @@ def align_in_motion(
         turned = rotation.multiply(_attitude(freed, fixes)[0], rotation.conjugate(q_nb))
         by_bias = rotation.rotation_vector_from_quaternion(turned)
         attitude += np.outer(by_bias, by_bias)
+    attitude = 0.5 * (attitude + attitude.T)
     worst = float(np.sqrt(np.linalg.eigvalsh(attitude)[-1]))
     if not worst <= WORST:
         raise RunError(

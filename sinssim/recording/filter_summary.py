@@ -12,6 +12,7 @@ from sinssim.recording.filter_streams import state_columns
 from sinssim.recording.page import number, signed
 from sinssim.recording.summary import error_numbers
 from sinssim.scenario.aiding import Ramp
+from sinssim.scenario.never import never
 
 if TYPE_CHECKING:
     from sinssim.aided import Aided
@@ -58,7 +59,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "divergence": None
         if end is None
         else {"time_s": end.time, "measurement": end.measurement, "reason": end.reason},
-        "remarks": list(found.remarks),
+        "remarks": [*found.remarks, *never(scenario, aided.end)],
         "consistent": judged.consistent,
         "findings": list(judged.sentences),
         "aided": error_numbers(aided.error) if len(aided.error.time) else None,
@@ -159,6 +160,8 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
     if gnss is None or not len(aided.error.time):
         return
     for fault in (*gnss.jumps, *gnss.ramps):
+        if fault.from_s >= aided.end:
+            continue  # among the remarks
         end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
         affected = ("gnss-position", "gnss-velocity") if isinstance(fault, Ramp) else ("gnss-position",)
         readings = refused = 0
@@ -222,7 +225,9 @@ def sentences(numbers: Mapping[str, Any], *, brief: bool = False) -> Iterator[st
     yield from fault_sentences(numbers)
     if "alignment" in numbers:
         yield _alignment_sentence(numbers["alignment"])
-    if numbers["consistent"]:
+    if numbers["consistent"] and not any(s["taken"] for s in numbers["sensors"].values()):
+        yield "The filter took no reading: nothing tells whether it is consistent."
+    elif numbers["consistent"]:
         yield "The filter is consistent: nothing in its innovations speaks against it."
     elif brief:
         bad = [f"{n} {s['verdict']}" for n, s in numbers["sensors"].items() if s["verdict"] in _INCONSISTENT]

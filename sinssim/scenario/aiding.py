@@ -12,7 +12,7 @@ from typing import Annotated, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from sinssim.scenario.grades import find_grade
-from sinssim.scenario.section import NotNegative, Positive, Section, Vector3
+from sinssim.scenario.section import NotNegative, Positive, Section
 
 
 def _in_order(span: tuple[float, float]) -> tuple[float, float]:
@@ -25,6 +25,13 @@ Span = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_in_order)]
 """From, to: times of the run, s."""
 
 
+_Arm = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+LeverArm = tuple[_Arm, _Arm, _Arm]
+"""Forward, right, down, m: no vehicle is longer."""
+
+Positive3 = tuple[Positive, Positive, Positive]
+
+
 def _one_of(section: Section, fixed: str, sigma: str) -> None:
     """Refuse an error that is given and to be drawn at once."""
     if getattr(section, fixed) is not None and getattr(section, sigma):
@@ -34,9 +41,13 @@ def _one_of(section: Section, fixed: str, sigma: str) -> None:
 class AidingSensor(Section):
     """What every aiding sensor has: a rate, a latency, and times without it."""
 
-    rate_hz: Positive = Field(default=1.0, description="readings per second, the first one interval after the start")
+    rate_hz: Positive = Field(
+        default=1.0, description="readings per second, at most the IMU's; the first one interval after the start"
+    )
     latency_s: NotNegative = Field(default=0.0, description="time from a reading's validity until the filter gets it")
-    outages_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each time without readings")
+    outages_s: tuple[Span, ...] = Field(
+        default=(), description="[from, to] of each time without readings; they may overlap"
+    )
 
 
 class _Fault(Section):
@@ -49,6 +60,13 @@ class _Fault(Section):
     def _lasts(self) -> Self:
         if self.to_s is not None:
             _in_order((self.from_s, self.to_s))
+        return self
+
+    @model_validator(mode="after")
+    def _does_something(self) -> Self:
+        sizes = [name for name in type(self).model_fields if name not in _Fault.model_fields]
+        if not any(getattr(self, name) for name in sizes):
+            raise ValueError(f"{', '.join(sizes)} are all 0, so that nothing happens: give one of them")
         return self
 
 
@@ -84,7 +102,7 @@ class GnssSection(AidingSensor):
         default=0.0, description="Gauss-Markov error of each component of the velocity"
     )
     correlation_time_s: Positive = Field(default=300.0, description="correlation time of these")
-    lever_arm_m: Vector3 = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
     lever_arm_sigma_m: NotNegative = Field(default=0.0, description="1σ of what each of these is told wrong")
     jumps: tuple[Jump, ...] = Field(default=(), description="constant errors for a while")
     ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow: spoofing")
@@ -154,7 +172,7 @@ class OdometerSection(AidingSensor):
     sigma_mps: Positive = Field(default=0.05, description="white noise")
     scale_ppm: float | None = Field(default=None, description="error in parts of the speed: the error itself")
     scale_sigma_ppm: NotNegative = Field(default=0.0, description="1σ to draw it from")
-    lever_arm_m: Vector3 = Field(default=(0.0, 0.0, 0.0), description="wheel from the block: forward, right, down")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="wheel from the block: forward, right, down")
 
     @model_validator(mode="after")
     def _fixed_or_drawn(self) -> Self:
@@ -183,7 +201,7 @@ class ZeroRateSection(_Standstill):
 class AttitudeSection(AidingSensor):
     """An attitude reference: the attitude of the block in the local level, with errors about its axes."""
 
-    sigma_arcmin: Vector3 = Field(default=(6.0, 6.0, 18.0), description="white noise about forward, right and down")
+    sigma_arcmin: Positive3 = Field(default=(6.0, 6.0, 18.0), description="white noise about forward, right and down")
     bias_sigma_arcmin: NotNegative = Field(default=0.0, description="1σ of its Gauss-Markov error about each axis")
     bias_correlation_time_s: Positive = Field(default=600.0, description="correlation time of that")
 
@@ -191,7 +209,7 @@ class AttitudeSection(AidingSensor):
 class StarTrackerSection(AidingSensor):
     """A star tracker: the attitude of the block among the stars."""
 
-    sigma_arcsec: Vector3 = Field(default=(5.0, 5.0, 5.0), description="white noise about forward, right and down")
+    sigma_arcsec: Positive3 = Field(default=(5.0, 5.0, 5.0), description="white noise about forward, right and down")
     bias_sigma_arcsec: NotNegative = Field(default=0.0, description="1σ of its mounting's error about each axis")
 
 
@@ -199,7 +217,7 @@ class MasterSection(AidingSensor):
     """A better inertial system on the same vehicle, which runs from the same start: transfer alignment."""
 
     grade: str = Field(default="laser-navigation", description="its sensors, see `sinssim list grades`")
-    lever_arm_m: Vector3 = Field(default=(0.0, 0.0, 0.0), description="from the block to it: forward, right, down")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="from the block to it: forward, right, down")
     velocity: bool = Field(default=True, description="whether its velocity is used")
     attitude: bool = Field(default=False, description="whether its attitude is used")
     velocity_sigma_mps: Positive = Field(default=0.05, description="white noise between the two: bending, vibration")

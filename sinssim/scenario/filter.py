@@ -10,16 +10,20 @@ from sinssim.errors import unknown_name
 from sinssim.names import FILTER_STATES
 from sinssim.scenario.section import Positive, Section
 
+NAVIGATION_STATES = ("position", "velocity", "attitude")
 LEAST_IN_MOTION_S = 45.0
 """Shortest alignment in motion: two windows of 20 s with fixes at their ends, and some time until the first fix, s."""
 
 
 def _known(name: str) -> str:
+    if name in NAVIGATION_STATES:
+        raise ValueError(f"{name!r} is a state of every filter; states names errors of the inertial sensors")
     if name not in FILTER_STATES:
         raise unknown_name("block of states", name, FILTER_STATES)
     return name
 
 
+Factor = Annotated[float, Field(ge=1e-3, le=1e3)]
 StateBlock = Annotated[str, AfterValidator(_known)]
 
 
@@ -44,8 +48,10 @@ class FilterSection(Section):
     loop: Literal["closed", "open"] = Field(
         default="closed", description="errors fed back into engine and compensator, or fed forward"
     )
-    rate_hz: Positive = Field(
-        default=10.0, description="prediction of the covariance; every so-manieth sample of the IMU, rounded"
+    rate_hz: float = Field(
+        default=10.0,
+        ge=1.0,
+        description="prediction of the covariance, rounded to every so-manieth sample of the IMU, at most every one",
     )
     gate: float = Field(
         default=1e-4, ge=0.0, lt=1.0, description="part of the right readings that may be refused; 0 refuses nothing"
@@ -61,10 +67,10 @@ class FilterSection(Section):
         description="how long it takes, default: there is none; the filter begins at its end, in motion at the first "
         "fix",
     )
-    inertial_noise_factor: Positive = Field(
+    inertial_noise_factor: Factor = Field(
         default=1.0, description="the noise of gyros and accelerometers that the filter is told, in parts of the true"
     )
-    measurement_noise_factor: Positive = Field(
+    measurement_noise_factor: Factor = Field(
         default=1.0, description="the noise of the aiding sensors that the filter is told, in parts of the true"
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())

@@ -153,6 +153,8 @@ def _sentence(
     if kind in _BOUNDS:
         bound = next(iter(context.values()))
         return f"{name} = {_show(value)} must be {_BOUNDS[kind]} {bound:g}"
+    if kind in ("tuple_type", "list_type") and isinstance(value, str):
+        return f'{name} must be an array, like ["{value}"], not {_show(value)}'
     if kind in _TYPES:
         return f"{name} must be {_TYPES[kind]}, not {_show(value)}"
     if kind in ("too_short", "too_long"):

@@ -212,6 +212,15 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _no_sensor_is_faster_than_the_samples(self) -> Self:
+        for name, sensor in self.aiding or ():
+            if sensor is not None and sensor.rate_hz > self.imu.rate_hz:
+                raise ValueError(
+                    f"aiding.{name}.rate_hz = {sensor.rate_hz:g} must be at most imu.rate_hz = {self.imu.rate_hz:g}"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _alignment_has_what_it_needs(self) -> Self:
         if self.filter is None or self.aiding is None or self.filter.alignment_s is None:
             return self

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.never import never
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
 
@@ -64,6 +65,8 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     if scenario.filter is not None:
         yield f"filter      {', '.join(scenario.filter.states)}; {given(scenario.filter, 'states') or 'all by default'}"
     yield f"seed        {scenario.seed}"
+    for sentence in never(scenario, duration):
+        yield f"note        {sentence}"
 
 
 def sensor_words(section: ImuSection) -> str:

@@ -8,6 +8,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario import load_scenario
+from sinssim.scenario.never import never
 from sinssim.scenario.summary import plan_lines
 
 TEXT = """\
@@ -70,6 +71,20 @@ def test_plan_names_sensors_and_filter(tmp_path: Path) -> None:
     assert "filter      gyro bias, accelerometer bias, gyro scale; smooth = True" in plan
 
 
+def test_what_never_happens_is_said(tmp_path: Path) -> None:
+    late = TEXT.replace("from_s = 120.0", "from_s = 700.0").replace("[150.0, 160.0]", "[200.0, 260.0]")
+    late = late.replace("bias_sigma_m = 5.0", "latency_s = 300.0")
+    notes = [line for line in plan_lines(load_scenario(write(tmp_path, late))) if line.startswith("note")]
+    assert notes == [
+        "note        aiding.gnss.outages_s.2 begins at 200 s, and the run ends at 200 s: it never happens.",
+        "note        aiding.gnss.ramps.1 begins at 700 s, and the run ends at 200 s: it never happens.",
+        "note        aiding.baro.latency_s = 300: the run ends at 200 s, and no reading arrives before.",
+    ]
+    stop = TEXT + "\n[aiding.zero_velocity]\nduring_s = [[10.0, 20.0], [250.0, 300.0]]\n"
+    (note,) = never(load_scenario(write(tmp_path, stop)), 199.0)
+    assert note.startswith("aiding.zero_velocity.during_s.2 begins at 250 s, and the run ends at 199 s")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "below", "said"),
     [
@@ -93,7 +108,16 @@ def test_plan_names_sensors_and_filter(tmp_path: Path) -> None:
         ("smooth = true", "smoth = true", 0, "Did you mean 'filter.smooth'?"),
         ("smooth = true", 'loop = "close"', 0, "filter.loop = 'close' is not known. Did you mean 'closed'?"),
         ("smooth = true", "gate = 1.0", 0, "filter.gate = 1.0 must be less than 1"),
-        ("smooth = true", "measurement_noise_factor = 0.0", 0, "must be greater than 0"),
+        ("smooth = true", "measurement_noise_factor = 0.0", 0, "must be at least 0.001"),
+        ("smooth = true", "inertial_noise_factor = 1e9", 0, "must be at most 1000"),
+        ("smooth = true", "inertial_noise_factor = nan", 0, "must be a finite number, not nan"),
+        ("smooth = true", "rate_hz = 0.01", 0, "filter.rate_hz = 0.01 must be at least 1"),
+        ("north_m = 40.0", "", -3, "north_m, east_m, up_m are all 0, so that nothing happens"),
+        ("east_mps = 0.5", "to_s = 130.0", -2, "north_mps, east_mps, up_mps are all 0, so that nothing happens"),
+        ("[1.0, 0.0, -0.5]", "[1e6, 0.0, 0.0]", 0, "aiding.gnss.lever_arm_m.1 = 1000000.0 must be at most 1000"),
+        ("bias_sigma_m = 5.0", "[aiding.star_tracker]\nsigma_arcsec = [5.0, 5.0, 0.0]", 1, "must be greater than 0"),
+        ('["gyro bias", "accelerometer bias", "gyro scale"]', '"gyro bias"', 0, 'must be an array, like ["gyro bias"]'),
+        ('"gyro scale"', '"position"', 0, "'position' is a state of every filter"),
         ("smooth = true", 'alignment = "in-motion"', -2, 'alignment = "in-motion" needs alignment_s, a minute or two'),
         (
             "smooth = true", 'alignment = "in-motion"\nalignment_s = 30.0', -2,
@@ -126,6 +150,7 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
             TEXT.replace("rate_hz = 2.0", "velocity = false") + 'alignment = "in-motion"\nalignment_s = 60.0\n',
             'filter.alignment = "in-motion" needs [aiding.gnss] with position and velocity',
         ),
+        (TEXT + "[imu]\nrate_hz = 1.0\n", "aiding.gnss.rate_hz = 2 must be at most imu.rate_hz = 1"),
         (TEXT + "alignment_s = 200.0\n", "filter.alignment_s = 200 must be less than duration_s = 200"),
         (TEXT + '\n[aiding.master]\ngrade = "tacticle"\n', "Did you mean 'tactical'?"),
     ],
