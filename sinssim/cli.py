@@ -94,6 +94,8 @@ def _main(
     the flight, navigation algorithms compute where they think they are, and everything goes into one Rerun
     recording.
 
+    Aiding sensors and a Kalman filter are a scenario's option: see `sinssim run aided_airliner`.
+
     Begin with `sinssim run first_flight`, then `sinssim view runs/first_flight`.
     """
 
@@ -298,6 +300,8 @@ class Kind(StrEnum):
     GRAVITY = "gravity"
     GRADES = "grades"
     VIEWS = "views"
+    AIDING = "aiding"
+    STATES = "states"
 
 
 @app.command()
@@ -546,6 +550,14 @@ def _names(kind: Kind) -> Mapping[str, str]:
             from sinssim.scenario.grades import GRADES
 
             return GRADES
+        case Kind.STATES:
+            from sinssim.names import FILTER_STATES
+
+            return FILTER_STATES
+        case Kind.AIDING:
+            from sinssim.scenario.aiding import sensors
+
+            return sensors()
         case Kind.AIRCRAFT | Kind.SCENARIOS | Kind.STUDIES:
             from sinssim.scenario.content import list_content
 

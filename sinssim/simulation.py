@@ -18,7 +18,7 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth import Ellipsoid, geodetic_to_ecef, radii
-from sinssim.errors import RunError, SinssimError
+from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.recording.directory import RunDirectory, write_text
 from sinssim.recording.filter_summary import filter_markdown, filter_numbers
@@ -162,7 +162,10 @@ def _compute(material: Material, folder: RunDirectory | None, stages: _Stages) -
                 material.sensed = tuple(sensed(readings, perfect, ideal, freed))
                 writer.sensed(readings, perfect, freed, material.sensed)
         with stages("navigate"):
-            solutions, errors, failed = _navigate(scenario, trajectory, truth, replace(readings, imu=compensated))
+            height = _height_reference(scenario, trajectory, truth, ideal.time)
+            solutions, errors, failed = _navigate(
+                scenario, trajectory, truth, height, replace(readings, imu=compensated)
+            )
             numbers = {
                 name: error_numbers(errors[name]) if name in errors else NO_NUMBERS
                 for name in scenario.navigation.algorithms
@@ -231,13 +234,32 @@ def _rehearse(scenario: Scenario, recorded: bool) -> None:
     with suppress(SinssimError):  # what is wrong with the scenario shows in the run itself
         ideal = trajectory.increments(scenario.imu.rate_hz)
         _, readings = read(trajectory, ideal, scenario.imu, scenario.seed)
-        _navigate(scenario, trajectory, trajectory.state(ideal.time), readings)
+        there = trajectory.state(ideal.time)
+        _navigate(scenario, trajectory, there, there.height, readings)
         if scenario.filter is not None:
             _aid(scenario, trajectory, readings.imu)
 
 
+def _height_reference(scenario: Scenario, trajectory: Trajectory, truth: NavState, time: Array) -> Array | None:
+    """Return what the vertical channel goes by: for a loop with a barometer its readings, else the true height."""
+    section = None if scenario.aiding is None else scenario.aiding.baro
+    if scenario.navigation.vertical != "baro-loop" or section is None:
+        return truth.height
+    from sinssim.sensors.aiding import barometer
+
+    given = barometer(trajectory, section, scenario.seed).measurements
+    if not len(given.time):
+        if scenario.filter is not None:  # which says that no reading came
+            return None
+        raise InputError(
+            'navigation.vertical = "baro-loop" has no height to go by: [aiding.baro] has its outages all the time.'
+        )
+    # between readings, and through outages, along straight lines: the loop is slower than either
+    return np.asarray(np.interp(time, given.time, given.value[:, 0]))
+
+
 def _navigate(
-    scenario: Scenario, trajectory: Trajectory, truth: NavState, readings: Readings
+    scenario: Scenario, trajectory: Trajectory, truth: NavState, height: Array | None, readings: Readings
 ) -> tuple[dict[str, NavSolution], dict[str, NavError], dict[str, RunError]]:
     """Navigate by every algorithm, side by side: the kernels release the interpreter's lock.
 
@@ -245,6 +267,7 @@ def _navigate(
         scenario: says how.
         trajectory: the true motion.
         truth: true states at the samples' edges.
+        height: what the vertical channel goes by there, m; None leaves it free.
         readings: what the sensors give.
 
     Returns:
@@ -275,8 +298,8 @@ def _navigate(
             gravity=section.gravity,
             ellipsoid=trajectory.ellipsoid.name,
             curvature=section.curvature,
-            vertical=section.vertical,
-            height=None if section.vertical == "free" else truth.height,
+            vertical="free" if height is None else section.vertical,
+            height=None if section.vertical == "free" else height,
             baro_time_constant=section.baro_time_constant_s,
             rates_hz=section.rates_hz,
             slow_quantities=section.slow_quantities,

@@ -87,6 +87,8 @@ def test_every_command_has_help_with_an_example(command: str, capsys: pytest.Cap
         ("gravity", {"normal", "j2", "somigliana", "order-1e-5", "order-1e-4", "order-1e-2"}),
         ("grades", {"ideal", "laser-navigation", "laser-standard", "tactical", "consumer"}),
         ("views", {"flight", "navigation", "sensors"}),
+        ("aiding", {"gnss", "baro", "master", "zero_velocity", "star_tracker"}),
+        ("states", {"gyro", "accelerometer"}),
     ],
 )
 def test_lists(kind: str, expected: set[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,6 +50,41 @@ def test_three_rates_as_navigate_has_them() -> None:
     assert errors["extrapolate"] < errors["hold"]
 
 
+def test_height_loop_goes_by_the_barometer() -> None:
+    """Told b too high from the start it follows as 1 − s²/(s + 1/τ)³ does: b (1 − (1 − 2x + x²/2) e⁻ˣ), x = t/τ.
+
+    k₂ makes up for the gradient of gravity as if the height were the barometer's: 2gb/R is left over, and pushes like
+    an accelerometer's bias, by t²/2 e⁻ˣ of it.
+    """
+    exact = {"bias_m": 30.0, "bias_sigma_m": 0.0, "sigma_m": 1e-9, "rate_hz": 10.0}
+    loop = {"vertical": "baro-loop", "baro_time_constant_s": 10.0}
+    result = run(scenario(loop, aiding={"baro": exact}))
+    x = (result.ideal.time - result.ideal.time[0]) / 10.0
+    expected = 30.0 * (1.0 - (1.0 - 2.0 * x + 0.5 * x * x) * np.exp(-x))
+    expected += 2.0 * 9.81 * 30.0 / 6.371e6 * 0.5 * (10.0 * x) ** 2 * np.exp(-x)
+    np.testing.assert_allclose(result.errors["quaternion"].height, expected, rtol=0, atol=2e-4)
+    assert "filter" not in result.summary
+    beside = run(scenario(loop, aiding={"baro": exact}, filter={}))
+    assert np.array_equal(beside.solutions["quaternion"].height, result.solutions["quaternion"].height)
+    true = run(scenario(loop))
+    assert np.abs(true.errors["quaternion"].height).max() < 1e-3
+
+
+def test_height_loop_without_a_single_reading() -> None:
+    silent = {"baro": {"outages_s": [[0.0, 60.0]]}}
+    with pytest.raises(InputError, match=r"no height to go by: \[aiding\.baro\] has its outages all the time"):
+        run(scenario({"vertical": "baro-loop"}, aiding=silent))
+    beside = run(scenario({"vertical": "baro-loop"}, aiding=silent, filter={}))  # the filter says so
+    free = run(scenario({"vertical": "free"}))
+    assert np.array_equal(beside.solutions["quaternion"].height, free.solutions["quaternion"].height)
+    for navigation, aiding, said in (
+        ({"vertical": "free"}, {"baro": {}}, r'add \[filter\], or navigation\.vertical = "baro-loop"'),
+        ({"vertical": "baro-loop"}, {"baro": {}, "gnss": {}}, r"\[aiding\] has no \[filter\] that would use it"),
+    ):
+        with pytest.raises(ValidationError, match=said):
+            scenario(navigation, aiding=aiding)
+
+
 def test_route_of_the_transverse_frame() -> None:
     """The vehicle on the route's equator and 90° away from it along a meridian: one flight, one answer."""
     route = [50.0, 0.0, 60.0, 20.0]

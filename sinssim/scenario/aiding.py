@@ -7,7 +7,7 @@ the 1σ of the white noise, and the description of what its states can follow; `
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -253,3 +253,16 @@ class AidingSection(Section):
         if not any(getattr(self, name) is not None for name in type(self).model_fields):
             raise ValueError(f"it names no sensor; tables in it may be {', '.join(type(self).model_fields)}")
         return self
+
+
+def sensors() -> dict[str, str]:
+    """Return the tables of [aiding], and what each is.
+
+    Returns:
+        A sentence by name.
+    """
+    found = {}
+    for name, field in AidingSection.model_fields.items():
+        section = next(kind for kind in get_args(field.annotation) if kind is not type(None))
+        found[name] = (section.__doc__ or "").split("\n")[0]
+    return found

@@ -102,7 +102,11 @@ class NavigationSection(Section):
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
     curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
-    vertical: Vertical = Field(default="free", description=f"height channel: {', '.join(VERTICALS)}")
+    vertical: Vertical = Field(
+        default="free",
+        description=f"height channel: {', '.join(VERTICALS)}; the loop goes by [aiding.baro], without it by the true "
+        "height",
+    )
     baro_time_constant_s: Positive = Field(default=50.0, description='time constant of vertical = "baro-loop"')
     rates_hz: tuple[Positive, Positive, Positive] | None = Field(
         default=None,
@@ -204,7 +208,13 @@ class Scenario(Section):
         if self.filter is not None and self.aiding is None:
             raise ValueError("[filter] has nothing to correct by: name an aiding sensor, for example [aiding.gnss]")
         if self.aiding is not None and self.filter is None:
-            raise ValueError("[aiding] has no [filter] that would use it: add [filter], its defaults will do")
+            sensors = [name for name, sensor in self.aiding if sensor is not None]
+            if sensors != ["baro"]:
+                raise ValueError("[aiding] has no [filter] that would use it: add [filter], its defaults will do")
+            if self.navigation.vertical != "baro-loop":
+                raise ValueError(
+                    '[aiding.baro] has nothing that would use it: add [filter], or navigation.vertical = "baro-loop"'
+                )
         if self.filter is not None and self.imu.sensor_set.type != "gyros":
             raise ValueError(
                 f'[filter] corrects a set with gyros; imu.sensor_set.type = "{self.imu.sensor_set.type}" has none'
