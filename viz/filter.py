@@ -25,49 +25,49 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         name: str,
         key: str,
         *,
-        legend: rrb.Corner2D | None = None,
+        legend: float = 0.0,
         axis: tuple[float, float] | None = None,
     ) -> rrb.TimeSeriesView:
+        """A plot; `legend` is the room for it beside the lines, in parts of them."""
         entities = [entity for entity in run.ranges if entity.startswith(f"filter/{key}/")]
         return rrb.TimeSeriesView(
             origin=f"/filter/{key}",
             name=name,
-            axis_x=run.axis_x(),
+            axis_x=run.axis_x(legend),
             axis_y=rrb.ScalarAxis(range=axis) if axis is not None else run.axis_y(*entities),
-            plot_legend=rrb.PlotLegend(visible=legend is not None, corner=legend or rrb.Corner2D.LeftTop),
+            plot_legend=rrb.PlotLegend(visible=legend > 0.0, corner=rrb.Corner2D.RightTop),
         )
 
-    def band(name: str, key: str, legend: rrb.Corner2D | None = None) -> rrb.TimeSeriesView:
+    def band(name: str, key: str, legend: float = 0.0) -> rrb.TimeSeriesView:
         half = max(map(abs, run.range_of(f"filter/{key}/aided", f"filter/{key}/smoothed"))) or 1.0
         power = 10.0 ** math.floor(math.log10(half))
         # the viewer writes numbers at powers of ten, and not too many of them
         half = 1.05 * (10.0 * power if half > 4.7 * power else half)
         return plot(f"{name} [{run.label(f'filter_{key}', 'm')}]", key, legend=legend, axis=(-half, half))
 
-    left, right = rrb.Corner2D.LeftTop, rrb.Corner2D.RightTop
     return rrb.Blueprint(
         rrb.Vertical(
             rrb.Grid(
                 band("North position error", "position_north"),
                 band("East position error", "position_east"),
                 band("Height error", "height"),
-                plot("Innovations [σ]; refused: red", "innovations", axis=(-6.5, 6.5)),
+                plot("Innovations [σ], lines at ±3", "innovations", axis=(-6.5, 6.5)),
                 band("North velocity error", "velocity_north"),
                 band("East velocity error", "velocity_east"),
                 band("Down velocity error", "velocity_down"),
-                plot("Mean NIS, per component", "squares", axis=(0.0, 2.5), legend=left),
-                band("Tilt about north, φN", "tilt_north", right),
+                plot("Mean NIS, per component", "squares", axis=(0.0, 2.5), legend=0.5),
+                band("Tilt about north, φN", "tilt_north", 0.5),
                 band("Tilt about east, φE", "tilt_east"),
                 band("Azimuth misalignment, φD", "azimuth"),
-                plot("Readings taken; refused: red", "decisions", legend=left),
+                plot("Readings taken, refused", "decisions", legend=0.5),
                 grid_columns=4,
             ),
             rrb.Horizontal(
                 plot("Gyros: errors [σ]", "gyro"),
                 plot("Accelerometers: errors [σ]", "accelerometer"),
-                plot("Largest σ of each block against its start [decades]", "shrinking", legend=left),
+                plot("Largest σ of each block against its start [decades]", "shrinking", legend=0.75),
                 rrb.TextDocumentView(origin="/about/filter", name="Is it consistent?"),
-                column_shares=[2, 2, 3, 3],
+                column_shares=[2, 2, 3.5, 3],
             ),
             row_shares=[3, 1],
         ),

@@ -61,8 +61,11 @@ class RunInfo:
         """
         return self.labels.get(key, otherwise)
 
-    def axis_x(self) -> rrb.TimeAxis:
+    def axis_x(self, room: float = 0.0) -> rrb.TimeAxis:
         """Return a time axis that shows the whole run (left to itself, a plot shows ±30 s around the cursor).
+
+        Args:
+            room: what is left free after the run for a legend, in parts of it.
 
         Returns:
             The axis, for `rerun.blueprint.TimeSeriesView(axis_x=…)`.
@@ -70,7 +73,8 @@ class RunInfo:
         import rerun as rr
         import rerun.blueprint as rrb
 
-        start, end = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (self.start, self.end))
+        last = self.end + room * (self.end - self.start)
+        start, end = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (self.start, last))
         return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
     def range_of(self, *entities: str) -> tuple[float, float]:

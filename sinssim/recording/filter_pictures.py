@@ -114,12 +114,14 @@ def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
             _bounds(recording, f"filter/{sensor}/bounds", time, 3.0)
 
 
-def _bounds(recording: Recording, entity: str, time: Array, high: float, low: float | None = None) -> None:
+def _bounds(
+    recording: Recording, entity: str, time: Array, high: float, low: float | None = None, name: str = "±3σ"
+) -> None:
     """Draw two level lines."""
     ends = time[[0, -1]]
     levels = np.tile([high, -high if low is None else low], (2, 1))
     grey = [style.COLORS["bound"]] * 2
-    recording.series(entity, ends, levels, ["upper bound", "lower bound"], colors=grey, widths=1.2)
+    recording.series(entity, ends, levels, [name] * 2, colors=grey, widths=1.2)
 
 
 def _shrinking(recording: Recording, aided: Aided, rows: Rows) -> None:
@@ -161,7 +163,7 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
 
         _bounds(recording, "filter/innovations/bounds", ends, 3.0)
         low, high = (float(chi2.ppf(p, _FREEDOM)) / _FREEDOM for p in (0.025, 0.975))
-        _bounds(recording, "filter/squares/bounds", ends, high, low)
+        _bounds(recording, "filter/squares/bounds", ends, high, low, "95 % band")
 
 
 def _squares(recording: Recording, sensor: Innovations, color: style.Rgb) -> None:

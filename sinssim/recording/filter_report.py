@@ -138,15 +138,16 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
     lines = []
     for column, s in numbers["states"].items():
         name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
-        less = "–" if s["reduction"] is None else f"{number(s['reduction'])} ×"
+        ratio = s["reduction"]
+        less = "–" if not ratio else f"{number(ratio)} ×" if ratio >= 0.9995 else f"{number(1.0 / ratio)} × larger"
         less = f"<strong>{less}</strong>" if s.get("observable") else less
         lines.append((words(f"{name} [{unit}]"), *(signed(v) for v in values), less))
-    heads = ("state", "σ, start", "σ, end", "error, end", "smaller")
+    heads = ("state", "σ, start", "σ, end", "error, end", "σ smaller")
     half = (len(lines) + 1) // 2
     yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
     yield (
-        '<p class="note">Smaller: how much, bold if the state is observable: the motion, without the noise of the '
-        "states, would show a deviation by σ at the start ten times over the noise of the readings, and the filter has "
+        '<p class="note">σ smaller: how many times, bold if the state is observable: the motion, without the noise of '
+        "the states, would show a deviation by σ at the start ten times over the noise of the readings, and the filter has "
         "at least halved σ.</p>"
     )
 

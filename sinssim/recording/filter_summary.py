@@ -305,7 +305,7 @@ def filter_markdown(numbers: Mapping[str, Any]) -> str:
     Returns:
         Markdown.
     """
-    first, *others = sentences(numbers)
+    first, *others = sentences(numbers, brief=True)
     lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]
     lines += ["", "| sensor | taken | refused | NIS | verdict |", "|---|---|---|---|---|"]
     for name, s in numbers["sensors"].items():
@@ -319,4 +319,5 @@ def filter_markdown(numbers: Mapping[str, Any]) -> str:
         name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
         mark = "" if s.get("observable", True) else ", not observable"
         lines.append(f"| {name} [{unit}]{mark} | " + " | ".join(signed(v) for v in values) + " |")
+    lines += ["", *(f"- {finding}" for finding in numbers["findings"])]
     return "\n".join(lines)

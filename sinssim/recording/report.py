@@ -158,6 +158,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     greatest = [n["max_horizontal_error_m"] for n in numbers.values()]
     if len(numbers) == 1:
         yield f"Horizontal error: {_length(finals[0])} at the end, {_length(greatest[0])} at most."
+        yield from _with_filter(summary)
         return
     alike = all(max(values) - min(values) < 5e-4 * max(values) for values in (finals, greatest))
     if alike:
@@ -173,6 +174,15 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         f"Horizontal error of {whose}: {end} at the end, {most} at most. The algorithms’ errors at the end differ by "
         f"up to {apart}."
     )
+    yield from _with_filter(summary)
+
+
+def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
+    """Say how far the aided solution is off."""
+    aided = summary.get("filter", {}).get("aided")
+    if aided is not None:
+        end, most = (_length(aided[f"{when}_horizontal_error_m"], False) for when in ("final", "max"))
+        yield f"With the aiding sensors and the filter: {end} at the end, {most} at most."
 
 
 def _length(metres: float, miles: bool = True) -> str:

@@ -29,6 +29,30 @@ COLORS: dict[str, Rgb] = {
     "smoothed": (204, 121, 167),
     "bound": (150, 150, 150),
     "refused": (225, 30, 110),
+    # aiding sensors, and the blocks of a filter's states
+    "gnss-position": (0, 158, 115),
+    "gnss-velocity": (213, 94, 0),
+    "baro": (160, 160, 60),
+    "magnetometer": (224, 175, 202),
+    "airspeed": (154, 210, 242),
+    "odometer": (230, 159, 0),
+    "zero-velocity": (204, 121, 167),
+    "zero-rate": (120, 100, 200),
+    "star-tracker": (86, 180, 233),
+    "master-velocity": (190, 100, 40),
+    "master-attitude": (70, 150, 200),
+    "position": (0, 158, 115),
+    "velocity": (213, 94, 0),
+    "attitude": (0, 114, 178),
+    "gyro bias": (230, 159, 0),
+    "gyro scale": (204, 121, 167),
+    "gyro misalignment": (240, 200, 110),
+    "gyro instability": (161, 111, 0),
+    "accelerometer bias": (120, 100, 200),
+    "accelerometer scale": (86, 180, 233),
+    "accelerometer misalignment": (102, 197, 171),
+    "accelerometer instability": (70, 55, 140),
+    "gnss lever arm": (150, 120, 90),
     # axes: of the body, and of the local level
     "x": (213, 94, 0),
     "y": (0, 158, 115),
@@ -77,7 +101,10 @@ def family(algorithm: str) -> str:
 
 
 def _known(name: str) -> Rgb | None:
-    """Return the table's colour, or for an algorithm the shade of its family's that belongs to its order."""
+    """Return the table's colour, or the shade of an algorithm's order or of an aiding sensor's error."""
+    sensor, _, of_sensor = name.rpartition(" ")
+    if name not in COLORS and of_sensor in ("bias", "scale") and sensor in COLORS:
+        return _shaded(COLORS[sensor], 0.25 if of_sensor == "bias" else -0.25)
     order = _ORDER.search(name)
     if name in COLORS or order is None or family(name) not in COLORS:
         return COLORS.get(name)
