@@ -147,8 +147,8 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
     yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
     yield (
         '<p class="note">σ smaller: how many times, bold if the state is observable: the motion, without the noise of '
-        "the states, would show a deviation by σ at the start ten times over the noise of the readings, and the filter has "
-        "at least halved σ.</p>"
+        "the states, would show a deviation by σ at the start ten times over the noise of the readings, and the filter "
+        "has at least halved σ.</p>"
     )
 
 
