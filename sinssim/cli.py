@@ -478,6 +478,10 @@ def allan(
     """
     from sinssim.sensors.noise_report import noise_report
 
+    if plot is not None:
+        from sinssim.alignment.figures import check_format
+
+        check_format(plot)
     with _one_bar(show=not quiet) as progress:
         report = noise_report(
             log,
@@ -502,7 +506,9 @@ def allan(
     elif not quiet:
         from rich.console import Console
 
-        report.show(Console(highlight=False, width=max(120, shutil.get_terminal_size().columns)))
+        from sinssim.sensors.noise_table import show
+
+        show(report, Console(highlight=False, width=max(120, shutil.get_terminal_size().columns)))
 
 
 @app.command("list")

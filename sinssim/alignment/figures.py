@@ -29,6 +29,19 @@ FORMATS = (".svg", ".png", ".pdf")
 """What figures can be written as."""
 
 
+def check_format(path: Path) -> None:
+    """Refuse a figure that cannot be written, before work is put into it.
+
+    Args:
+        path: .svg, .png or .pdf.
+
+    Raises:
+        InputError: another kind of file.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: a figure is written as {', '.join(FORMATS)}.")
+
+
 def save(figure: Figure, path: Path) -> None:
     """Write a figure, beside its place first and then renamed into it.
 
@@ -40,8 +53,7 @@ def save(figure: Figure, path: Path) -> None:
         InputError: another kind of file.
         RunError: the file cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: a figure is written as {', '.join(FORMATS)}.")
+    check_format(path)
     import matplotlib
 
     draft = path.with_name(f".{path.name}.part")

@@ -18,7 +18,9 @@ from sinssim.recording.noise_figure import noise_figure
 from sinssim.recording.rrd import Recording
 from sinssim.sensors.channels import AXES
 from sinssim.sensors.log import TriadName
-from sinssim.sensors.noise_report import RATE_UNIT, NoiseReport
+from sinssim.sensors.noise_report import NoiseReport
+from sinssim.sensors.noise_table import show
+from sinssim.sensors.noise_units import RATE_UNIT
 from sinssim.units import ARCSEC
 
 _WINDOWS = 8192
@@ -103,5 +105,5 @@ def _text(report: NoiseReport) -> str:
     from rich.console import Console
 
     text = io.StringIO()
-    report.show(Console(file=text, width=120, highlight=False))
+    show(report, Console(file=text, width=120, highlight=False))
     return text.getvalue()

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.recording import style
-from sinssim.sensors.noise_report import RATE_UNIT, SYMBOLS, UNITS, ChannelNoise, NoiseReport, number
+from sinssim.sensors.noise_report import ChannelNoise, NoiseReport
+from sinssim.sensors.noise_units import RATE_UNIT, UNITS, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +46,8 @@ def noise_figure(report: NoiseReport) -> Figure:
 
 
 def _draw(panel: Axes, channel: ChannelNoise) -> None:
+    from matplotlib.ticker import NullFormatter
+
     unit, size = RATE_UNIT[channel.triad]
     tau, deviation = channel.deviation.tau, channel.deviation.deviation / size
     low, high = channel.low / size, channel.high / size
@@ -53,9 +57,9 @@ def _draw(panel: Axes, channel: ChannelNoise) -> None:
     panel.loglog(
         tau, channel.fit.allan_deviation(tau) / size, color=_color("fit"), lw=1.4, ls=(0, (6, 2)), label="sum of terms"
     )
-    for symbol in SYMBOLS:
-        estimate = channel.fit.estimates.get(symbol)
-        if estimate is None or estimate.value is None:
+    for symbol in channel.symbols:
+        estimate = channel.fit.estimates[symbol]
+        if estimate.value is None:
             continue
         term_unit, term_size = UNITS[channel.triad][symbol]
         label = "σ$_b$" if symbol == "sigma_b" else symbol
@@ -67,17 +71,21 @@ def _draw(panel: Axes, channel: ChannelNoise) -> None:
             ls=(0, (2, 2)),
             label=f"{label} = {number(estimate.value / term_size)} {term_unit}",
         )
+    bottom, top = 0.4 * float(np.min(low)), 2.5 * float(np.max(deviation))
+    if math.floor(math.log10(top)) <= math.ceil(math.log10(bottom)):  # fewer than two powers of ten to read it by
+        bottom, top = 10.0 ** math.floor(math.log10(bottom)), 10.0 ** math.ceil(math.log10(top))
     panel.set(
         xlabel="averaging time τ, s",
         ylabel=f"Allan deviation, {unit}",
         title=f"{channel.name} ({_AXES[channel.axis]})",
         xlim=(tau[0], tau[-1]),
-        ylim=(0.4 * float(np.min(low)), 2.5 * float(np.max(deviation))),
+        ylim=(bottom, top),
     )
     panel.grid(True, which="major", alpha=0.35)
     panel.grid(True, which="minor", alpha=0.12)
-    panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(NullFormatter())
     panel.legend(fontsize=8, framealpha=0.9, edgecolor="none")
 
 

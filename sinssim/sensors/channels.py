@@ -16,6 +16,8 @@ AXES = ("x", "y", "z")
 """Forward, right, down."""
 CHANNELS: tuple[tuple[TriadName, int], ...] = tuple((triad, i) for triad in ("gyro", "accel") for i in range(3))
 """Triad and axis of every channel, in the order in which they are shown."""
+SHORTEST, LONGEST = 1e-9, 1e6
+"""Intervals that a log may have, s."""
 
 _STEADY = 0.01  # of an interval, by which times may be rounded
 
@@ -83,9 +85,9 @@ def part(samples: Samples, start: float | None, end: float | None, source: str) 
     first = 0 if start is None else int(np.searchsorted(time, start - 1e-9))
     last = len(time) if end is None else int(np.searchsorted(time, end + 1e-9, side="right"))
     if last - first < 2:
+        asked = " ".join(f"{word} {limit:.9g} s" for word, limit in (("from", start), ("to", end)) if limit is not None)
         raise InputError(
-            f"{source}: there are no samples from {start} to {end} s; the log runs from {time[0]:.9g} to "
-            f"{time[-1]:.9g} s."
+            f"{source}: there are no samples {asked}; the log runs from {time[0]:.9g} to {time[-1]:.9g} s."
         )
     rows = slice(first, last - 1)
     return Samples(samples.kind, time[first:last], {name: values[rows] for name, values in samples.triads.items()})
@@ -113,6 +115,11 @@ def clock(samples: Samples, source: str) -> Clock:
             "but not their increments, put the log on equal intervals first."
         )
     interval = float((samples.time[-1] - samples.time[0]) / len(steps))
+    if not SHORTEST <= interval <= LONGEST:
+        raise InputError(
+            f"{source}: samples every {interval:.3g} s are no inertial sensor's, which gives one every {SHORTEST:g} to "
+            f"{LONGEST:g} s. Which unit do its times have (time_unit, rate_hz)?"
+        )
     return Clock(interval, float(np.max(np.abs(steps - interval))) / interval)
 
 

@@ -6,6 +6,8 @@ Without a description the columns are those of the package's own streams, `imu_m
 from __future__ import annotations
 
 import io
+import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -186,6 +188,11 @@ def read_samples(
         text, data = read_toml(description)
         layout = validate(LogDescription, data, text, str(description))
     columns = _columns(path, layout)
+    if description is None and not set(layout.used) & set(columns):
+        raise InputError(
+            f"{path} has none of the columns of imu_measured.parquet ({', '.join(map(str, layout.used))}). Its own are "
+            f"{', '.join(map(str, columns)) or 'none'}: say in a TOML file what they hold (--columns)."
+        )
     values: dict[TriadName, Array] = {name: _triad(columns, layout, name, path) for name in triads}
     lengths = {name: len(triad) for name, triad in values.items()}
     if layout.rate_hz is not None or layout.time is None:
@@ -220,7 +227,11 @@ def _columns(path: Path, layout: LogDescription) -> dict[Column, Any]:
             f"{path}: the columns of a {suffix} file have names; numbers are for text files without names."
         )
     try:
+        with path.open("rb") as file:  # whose words are clearer than pyarrow's if there is no such file
+            archive = zipfile.is_zipfile(file)
         if suffix == ".npz":
+            if not archive:
+                raise ValueError("it is no archive of arrays, as numpy.savez writes one")
             with np.load(path) as arrays:
                 return {name: np.asarray(arrays[name]) for name in arrays.files}
         if suffix == ".parquet":
@@ -231,10 +242,11 @@ def _columns(path: Path, layout: LogDescription) -> dict[Column, Any]:
             table = _text_table(path, layout)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except ValueError as error:  # pyarrow's and numpy's own complaints derive from it
+    except (ValueError, zipfile.BadZipFile, zlib.error) as error:  # pyarrow's and numpy's own derive from ValueError
+        reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
         hint = "" if suffix not in TEXT else f" Its fields are taken to be separated by {layout.delimiter!r}"
         hint += "" if suffix not in TEXT else f" after {layout.skip_lines} skipped lines (delimiter and skip_lines)."
-        raise InputError(f"{path} cannot be read as a {suffix} file: {str(error).rstrip('.')}.{hint}") from error
+        raise InputError(f"{path} cannot be read as a {suffix} file: {reason}.{hint}") from error
     names: list[Column] = list(range(1, table.num_columns + 1))
     if not layout.numbered:
         names = [name.strip().strip('"') for name in table.column_names]

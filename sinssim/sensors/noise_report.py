@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,46 +19,13 @@ from sinssim.sensors.allan import AllanDeviation, allan_deviation, confidence_ba
 from sinssim.sensors.channels import channel_name, chosen_channels, clock, even_increments, part
 from sinssim.sensors.log import SUFFIXES, Samples, TriadName, read_samples
 from sinssim.sensors.noise_fit import NoiseFit, fit_noise, is_constant
-from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, UG
+from sinssim.sensors.noise_units import NAMES, RATE_UNIT, SYMBOLS, UNITS, label, number
+from sinssim.units import G0
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-SYMBOLS = ("Q", "N", "B", "K", "R", "sigma_b")
-"""Noise terms in the order in which they are shown."""
-NAMES: dict[str, str] = {
-    "Q": "quantisation",
-    "N": "random walk",
-    "B": "bias instability, flicker",
-    "K": "rate random walk",
-    "R": "rate ramp",
-    "sigma_b": "Gauss-Markov bias, 1σ",
-}
-"""Noise terms in words."""
-RATE_UNIT: dict[TriadName, tuple[str, float]] = {"gyro": ("deg/h", DEG_H), "accel": ("µg", UG)}
-"""Unit of rates, and its size in SI."""
-
-_HOUR = 3600.0
-UNITS: dict[TriadName, dict[str, tuple[str, float]]] = {
-    "gyro": {
-        "Q": ("arcsec", ARCSEC),
-        "N": ("deg/√h", DEG_SQRT_H),
-        "B": ("deg/h", DEG_H),
-        "K": ("deg/h/√h", DEG_H / math.sqrt(_HOUR)),
-        "R": ("deg/h/h", DEG_H / _HOUR),
-        "sigma_b": ("deg/h", DEG_H),
-    },
-    "accel": {
-        "Q": ("mm/s", 1e-3),
-        "N": ("µg/√Hz", UG),
-        "B": ("µg", UG),
-        "K": ("µg/√h", UG / math.sqrt(_HOUR)),
-        "R": ("µg/h", UG / _HOUR),
-        "sigma_b": ("µg", UG),
-    },
-}
-"""Unit of each term, and its size in SI."""
 _SHORT = {"deg/h": "deg_h", "µg": "ug"}
+_SPIKE = 10.0  # standard deviations; normal noise reaches six in a hundred million samples
+_ENOUGH = 100_000  # samples that tell a standard deviation well enough
+_AT_REST = 0.05  # of gravity, by which the specific force of a poor sensor at rest may be off
 
 
 @dataclass(frozen=True)
@@ -72,6 +39,8 @@ class ChannelNoise:
         freedom: equivalent degrees of freedom of each Allan variance, (M,).
         low, high: 95 % band of the Allan deviation, (M,) rad/s or m/s².
         fit: its noise terms.
+        spike: time of the sample that is farthest off its neighbours, s, and how far, in standard deviations; None if
+            that is as far as noise goes.
     """
 
     triad: TriadName
@@ -81,11 +50,17 @@ class ChannelNoise:
     low: Array
     high: Array
     fit: NoiseFit
+    spike: tuple[float, float] | None
 
     @property
     def name(self) -> str:
         """For example gyro_x."""
         return channel_name(self.triad, self.axis)
+
+    @property
+    def symbols(self) -> list[str]:
+        """The terms that were looked for, in the order in which they are shown."""
+        return [symbol for symbol in SYMBOLS if symbol in self.fit.estimates]
 
     @property
     def lowest(self) -> tuple[float, float]:
@@ -101,8 +76,8 @@ class ChannelNoise:
         fit = self.fit
         if fit.exchangeable:
             yield (
-                f"{_listed(fit.exchangeable)} described the record best, but zero is in the band: another term that "
-                "is not seen could stand in."
+                f"{' and '.join(map(label, fit.exchangeable))} described the record best, but zero is in the band: "
+                "another term that is not seen could stand in."
             )
         if fit.possible is not None:
             sigma, time = fit.possible
@@ -114,10 +89,17 @@ class ChannelNoise:
         pulse = math.sqrt(12.0) * fit.likely["Q"]
         if fit.likely["N"] * math.sqrt(fit.interval) < 0.5 * pulse:
             moved = fit.likely["N"] * math.sqrt(fit.interval) / pulse
+            by = f"by {moved:.2g} pulses only" if moved > 0.0 else "by less than half a pulse, if at all"
             yield (
-                f"Between samples the random walk moves the output by {moved:.2g} pulses only. Unless the sensor moves "
-                "by more (dither does), rounding errors follow one another and are no white noise: Q, and with it N, "
-                "is then not to be trusted."
+                f"Between samples the random walk moves the output {by}. Unless the sensor moves by more (dither "
+                "does), rounding errors follow one another and are no white noise: Q, and with it N, is then not to be "
+                "trusted."
+            )
+        if self.spike is not None:
+            time, size = self.spike
+            yield (
+                f"The sample at {time:.9g} s is {size:.3g} standard deviations off its neighbours: a spike or a jolt. "
+                "Its power counts as noise; take a part without it (--from, --to)."
             )
         for low, high in fit.aside:
             yield (
@@ -140,7 +122,8 @@ class ChannelNoise:
         unit, size = RATE_UNIT[self.triad]
         key = _SHORT[unit]
         terms: dict[str, Any] = {}
-        for symbol, estimate in _shown(self.fit):
+        for symbol in self.symbols:
+            estimate = self.fit.estimates[symbol]
             term_unit, term_size = UNITS[self.triad][symbol]
             value = None if estimate.value is None else estimate.value / term_size
             terms[symbol] = {
@@ -211,98 +194,6 @@ class NoiseReport:
             "channels": {channel.name: channel.to_json() for channel in self.channels},
         }
 
-    def show(self, console: Console) -> None:
-        """Print the report: one table a channel.
-
-        Args:
-            console: where.
-        """
-        from rich.table import Table
-
-        console.print(
-            f"{self.source}: {self.duration:g} s, {self.count} samples at {1.0 / self.interval:.6g} Hz", markup=False
-        )
-        for remark in self.remarks:
-            console.print(remark, markup=False)
-        for channel in self.channels:
-            unit, size = RATE_UNIT[channel.triad]
-            lowest, tau = channel.lowest
-            table = Table(
-                title=f"{channel.name}: mean {number(channel.fit.mean / size)} {unit}, lowest Allan deviation "
-                f"{number(lowest / size)} {unit} at {tau:.3g} s",
-                title_justify="left",
-            )
-            table.add_column("")
-            table.add_column("")
-            table.add_column("value", justify="right")
-            table.add_column("95 % band", justify="right")
-            table.add_column("unit")
-            table.add_column("that is")
-            for symbol, _ in _shown(channel.fit):
-                table.add_row(*_row(channel, symbol))
-            console.print(table)
-            for remark in channel.remarks():
-                console.print(remark, markup=False)
-
-
-def number(value: float) -> str:
-    """Write a number with four significant digits, and no exponent where a person can do without.
-
-    Args:
-        value: any.
-
-    Returns:
-        For example "0.1500", "1234", "2.100e-06".
-    """
-    if value == 0.0:
-        return "0"
-    if not 1e-4 <= abs(value) < 1e7:
-        return f"{value:.3e}"
-    return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
-
-
-def _shown(fit: NoiseFit) -> list[tuple[str, Any]]:
-    return [(symbol, fit.estimates[symbol]) for symbol in SYMBOLS if symbol in fit.estimates]
-
-
-def _row(channel: ChannelNoise, symbol: str) -> tuple[str, ...]:
-    estimate = channel.fit.estimates[symbol]
-    unit, size = UNITS[channel.triad][symbol]
-    low, high = estimate.low / size, estimate.high / size
-    label = "σ_b" if symbol == "sigma_b" else symbol
-    if estimate.value is None:
-        limit = f"< {number(max(abs(low), abs(high)))}"
-        return label, NAMES[symbol], "not observable", limit, unit, _tau_b(channel) if symbol == "sigma_b" else ""
-    band = f"{number(low)} … {number(high)}"
-    return label, NAMES[symbol], number(estimate.value / size), band, unit, _also(channel, symbol, estimate.value)
-
-
-def _also(channel: ChannelNoise, symbol: str, value: float) -> str:
-    """Return the same in other words that data sheets use."""
-    unit, size = UNITS[channel.triad][symbol]
-    match symbol:
-        case "Q":
-            return f"a pulse of {number(math.sqrt(12.0) * value / size)} {unit}"
-        case "N" if channel.triad == "gyro":
-            return f"{number(value / DEG_H)} deg/h/√Hz"
-        case "N":
-            return f"{number(value / MPS_SQRT_H)} m/s/√h"
-        case "B":
-            return f"an Allan deviation of {number(math.sqrt(2.0 * math.log(2.0) / math.pi) * value / size)} {unit}"
-        case "sigma_b":
-            return _tau_b(channel)
-    return ""
-
-
-def _tau_b(channel: ChannelNoise) -> str:
-    band = channel.fit.correlation_band
-    known = f" ({band[0]:.3g} … {band[1]:.3g})" if band is not None else ""
-    return f"τ_b = {channel.fit.correlation_time:.4g} s{known}"
-
-
-def _listed(symbols: Sequence[str]) -> str:
-    return " and ".join("σ_b" if symbol == "sigma_b" else symbol for symbol in symbols)
-
 
 def noise_report(
     log: Path,
@@ -355,6 +246,7 @@ def noise_report(
             "samples nearest to their ends, and those over a few samples tell little. If only the time stamps are "
             "uneven, not the sampling, give rate_hz in place of the time column."
         )
+    remarks += _not_gravity(samples)
     found = []
     for i, (triad, axis) in enumerate(wanted):
         name = channel_name(triad, axis)
@@ -370,8 +262,37 @@ def noise_report(
         tell(f"Allan deviation of {name}", (i + 0.5) / len(wanted))
         deviation = allan_deviation(increments, timing.interval)
         freedom = degrees_of_freedom(deviation.count, deviation.interval, deviation.samples, fit.terms, fit.likely["R"])
-        found.append(ChannelNoise(triad, axis, deviation, freedom, *confidence_band(deviation.deviation, freedom), fit))
+        band = confidence_band(deviation.deviation, freedom)
+        spike = _spike(increments, samples.time)
+        found.append(ChannelNoise(triad, axis, deviation, freedom, *band, fit, spike))
     if not found:
         raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
     tell("", 1.0)
     return NoiseReport(str(log), samples, timing.interval, tuple(found), tuple(remarks))
+
+
+def _spike(increments: Array, time: Array) -> tuple[float, float] | None:
+    """Return the time of the sample that is farthest off its neighbours, and how far, if that is no noise."""
+    second = np.abs(np.diff(increments, 2))
+    # the median is that of most samples, whatever a few may do; of a normal number it is 0.6745 standard deviations
+    sigma = float(np.median(second[:: 1 + len(second) // _ENOUGH])) / 0.6745
+    k = int(np.argmax(second))
+    if not second[k] > _SPIKE * sigma > 0.0:
+        return None
+    return float(time[k + 2]), float(second[k]) / sigma
+
+
+def _not_gravity(samples: Samples) -> Iterator[str]:
+    """Say if accelerometers do not feel gravity: the log's description may be wrong, and every number with it."""
+    if "accel" not in samples.triads:
+        return
+    values = samples.triads["accel"]
+    mean = values.mean(axis=0)
+    if samples.kind == "increments":
+        mean = values.sum(axis=0) / (samples.time[-1] - samples.time[0])
+    felt = float(np.linalg.norm(mean))
+    if abs(felt - G0) > _AT_REST * G0:
+        yield (
+            f"The accelerometers' mean is {felt:.4g} m/s² in all, at rest it would be {G0:.4g}. Unless gravity has "
+            "been taken off, the log's units, times or kind (increments or rates) are not what they are said to be."
+        )

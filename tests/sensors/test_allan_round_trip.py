@@ -106,32 +106,36 @@ def test_all_together():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("grade", GRADES)
-def test_all_together_in_ten_hours_at_100_hz(grade):
-    """Of 102 records (17 seeds, six channels) the bands hold the truth in 90 to 98 %, chance allowed for."""
-    inside, close = dict.fromkeys(FIELDS, 0), dict.fromkeys(FIELDS, 0)
+def test_all_together_in_ten_hours_at_100_hz():
+    """102 records (17 seeds, six channels) at each of six grades: the bands hold the truth in 90 to 98 % of all.
+
+    A 95 % band is found outside by a chance of 1 in 10 000, one that holds the truth in 87 % inside by 1 in 80. Of one
+    grade's records it holds at least 87, but by a chance of 1 in 20 000; 80 % bands do that in one of nine.
+    """
+    inside, close = ({symbol: np.zeros(len(GRADES), dtype=int) for symbol in FIELDS} for _ in range(2))
     found = {symbol: [] for symbol in FIELDS}
-    for seed in range(17):
-        channels, truths = emulated(grade, FIELDS, 3_600_000, 100.0, seed)
-        for channel, truth in zip(channels, truths, strict=True):
-            fit = fit_noise(channel, 0.01)
-            for symbol, value in truth.items():
-                estimate = fit.estimates[symbol]
-                inside[symbol] += estimate.low <= value <= estimate.high
-                close[symbol] += near(estimate, value)
-                found[symbol].append(fit.likely[symbol] / value)
+    for row, grade in enumerate(GRADES):
+        for seed in range(17):
+            channels, truths = emulated(grade, FIELDS, 3_600_000, 100.0, 100 * row + seed)
+            for channel, truth in zip(channels, truths, strict=True):
+                fit = fit_noise(channel, 0.01)
+                for symbol, value in truth.items():
+                    estimate = fit.estimates[symbol]
+                    inside[symbol][row] += estimate.low <= value <= estimate.high
+                    close[symbol][row] += near(estimate, value)
+                    found[symbol].append(fit.likely[symbol] / value)
     for symbol in FIELDS:
         relative = np.array(found[symbol])
         print(
-            f"{grade}, {symbol}: in the band {inside[symbol]} of 102; within 5 % or 2 σ {close[symbol]}; mean "
-            f"{relative.mean():.4f}, spread {relative.std():.4f} of the truth"
+            f"{symbol}: in the band {inside[symbol]} of 102 each, {inside[symbol].sum() / 6.12:.1f} %; within 5 % or "
+            f"2 σ {close[symbol]}; mean {relative.mean():.4f}, spread {relative.std():.4f} of the truth"
         )
     for symbol in FIELDS:
-        # 90 to 98 % with the chance of so many draws from 95 %
-        assert 90 <= inside[symbol] <= 101, symbol
-        assert close[symbol] >= 90, symbol
+        assert 0.90 * 612 <= inside[symbol].sum() <= 0.98 * 612, symbol
+        assert inside[symbol].min() >= 87, symbol
+        assert close[symbol].sum() >= 0.90 * 612, symbol
         if symbol in "QNB":  # K and R have no value in many of the records
-            assert abs(np.mean(found[symbol]) - 1.0) < 4.0 * np.std(found[symbol]) / np.sqrt(102.0), symbol
+            assert abs(np.mean(found[symbol]) - 1.0) < 4.0 * np.std(found[symbol]) / np.sqrt(612.0), symbol
 
 
 INSTABLE = [name for name, grade in GRADE_TABLE.items() if grade.gyro.instability > 0.0]
@@ -152,7 +156,7 @@ def test_the_grades_own_instability_alone(grade):
 
 def test_every_key_of_a_scenario_in_its_unit():
     """Datasheet units in, datasheet units out, for gyros and accelerometers."""
-    from sinssim.sensors.noise_report import UNITS
+    from sinssim.sensors.noise_units import UNITS
 
     keys = {
         "gyro_quantum_arcsec": 2.0,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -203,6 +205,13 @@ def test_mistakes_are_named(tmp_path, description, text):
     assert text in str(info.value)
 
 
+def archive(numbers=b"3" * 400):
+    """Return an .npz file of one array whose bytes are these, or of none."""
+    file = io.BytesIO()
+    np.savez(file, **({"a": np.frombuffer(numbers)} if numbers else {}))
+    return file.getvalue()
+
+
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [
@@ -214,6 +223,11 @@ def test_mistakes_are_named(tmp_path, description, text):
         ("log.csv", (",".join(own_table().column_names) + "\n").encode(), "no samples"),
         ("log.csv", (",".join(own_table().column_names) + "\n" + "1,0,0,0,0,0,0\n").encode(), "1 sample;"),
         ("log.csv", b"a,b\n1,2\n3,4,5\n", "delimiter and skip_lines"),
+        ("log.csv", b"a,b\n1,2\n", "Its own are a, b: say in a TOML file what they hold (--columns)"),
+        ("log.npz", b"", "no archive of arrays, as numpy.savez writes one"),
+        ("log.npz", archive()[:400], "no archive of arrays"),
+        ("log.npz", archive().replace(b"3" * 20, b"4" * 20), "Bad CRC-32"),
+        ("log.npz", archive(b""), "Its own are none"),
     ],
 )
 def test_unreadable_files_are_named(tmp_path, name, content, text):
@@ -233,5 +247,5 @@ def test_a_number_beyond_the_last_column_is_named(tmp_path):
 
 def test_a_missing_file_is_named(tmp_path):
     for suffix in ("csv", "parquet", "npz"):
-        with pytest.raises(InputError, match="cannot be read"):
+        with pytest.raises(InputError, match="cannot be read: No such file or directory"):
             read_log(tmp_path / f"nothing.{suffix}")

@@ -80,12 +80,12 @@ def test_all_together():
         np.testing.assert_allclose(part, fit.likely[symbol] * expected[symbol], rtol=1e-12)
 
 
-def coverage(truth, seeds, count=COUNT, interval=T, symbols="QNBKR", **options):
+def coverage(truth, seeds, symbols="QNBKR", **options):
     """Return how often each band holds the truth, and the values found."""
     inside = dict.fromkeys(symbols, 0)
     found = {symbol: [] for symbol in symbols}
     for seed in range(seeds):
-        fit = fit_noise(made(1000 + seed, truth, count, interval), interval, **options)
+        fit = fit_noise(made(1000 + seed, truth), T, **options)
         for symbol in symbols:
             inside[symbol] += covers(fit.estimates[symbol], truth.get(symbol, 0.0))
             found[symbol].append(fit.likely[symbol])
@@ -119,19 +119,36 @@ def test_bands_cover_the_truth():
     ],
     ids=["all", "N and K", "N, B, K, R", "Gauss-Markov, time known", "Gauss-Markov, time found"],
 )
-def test_bands_cover_the_truth_in_90_to_98_of_100_records_at_100_hz(truth, options):
-    symbols = [s for s in ("Q", "N", "B", "K", "R", "sigma_b") if s in truth]
-    inside, found = coverage(truth, 100, 3_600_000, 0.01, symbols, **options)
+def test_bands_cover_the_truth_in_90_to_98_of_100_records(truth, options):
+    """A thousand records of ten hours; of terms that are not there, the band may hold the zero more often.
+
+    A band that holds the truth in 95 % is found outside 90 to 98 % by a chance of 1 in 3 million, one that holds it in
+    87 % is found inside by one of 1 in 400.
+    """
+    present = [s for s in ("Q", "N", "B", "K", "R", "sigma_b") if s in truth]
+    symbols = dict.fromkeys([*present, *"QNBKR"])
+    inside, found = coverage(truth, 1000, symbols=symbols, **options)
     for symbol in symbols:
         print(
-            f"{symbol}: truth {truth[symbol]:.4g}, in the band {inside[symbol]} of 100, "
+            f"{symbol}: truth {truth.get(symbol, 0.0):.4g}, in the band {inside[symbol]} of 1000, "
             f"mean {found[symbol].mean():.4g}, spread {found[symbol].std():.2g}"
         )
     for symbol in symbols:
-        # 90 to 98 with the chance of 100 draws from 95 % left in: 90 … 99 in 99 of 100 cases
-        assert 90 <= inside[symbol] <= 99, symbol
-        spread = found[symbol].std(ddof=1) / 10.0
-        assert abs(found[symbol].mean() - truth[symbol]) < 4.0 * spread + 0.02 * truth[symbol], symbol
+        assert inside[symbol] >= 900, symbol
+        if symbol in present:
+            assert inside[symbol] <= 980, symbol
+            spread = found[symbol].std(ddof=1) / np.sqrt(1000)
+            assert abs(found[symbol].mean() - truth[symbol]) < 4.0 * spread + 0.02 * truth[symbol], symbol
+
+
+@pytest.mark.parametrize("times", [10, pytest.param(100, marks=pytest.mark.slow)])
+def test_a_ramp_does_not_depend_on_the_rate(times):
+    """Ten hours at 10 or 100 Hz, and their sums at 1 Hz, tell the same of what is slower than any sample."""
+    fine = made(5, TRUTH, COUNT * times, T / times)
+    often, sums = (fit_noise(y, T * COUNT / len(y)).estimates["R"] for y in (fine, fine.reshape(-1, times).sum(axis=1)))
+    np.testing.assert_allclose(
+        [often.low, often.high], [sums.low, sums.high], rtol=0, atol=0.1 * (sums.high - sums.low)
+    )
 
 
 # The likelihood
@@ -330,7 +347,7 @@ def test_a_bias_that_never_forgets_is_a_walk():
     """Correlation times beyond all bounds: the two terms are alike, and together what the walk is alone."""
     y = made(1, {"N": 1e-3, "K": 2e-5})
     alone = fit_noise(y, T)
-    for time in (1e7, 1e12):
+    for time in (1e7, 3e10):
         both = fit_noise(y, T, correlation_time=time)
         walk = np.hypot(both.likely["K"], both.likely["sigma_b"] * np.sqrt(2.0 / time))
         assert walk == pytest.approx(alone.likely["K"], rel=1e-3)
@@ -347,8 +364,12 @@ def test_a_bias_that_never_forgets_is_a_walk():
         (np.where(np.arange(400) == 123, np.nan, 1.0), {}, "sample 123 is nan, not a finite number"),
         (np.full(1000, 0.3), {}, "all 1000 samples are 0.3: a constant channel"),
         (np.zeros(1000), {}, "all 1000 samples are 0: a constant channel"),
-        (np.random.default_rng(0).standard_normal(300), {"correlation_time": 0.0}, "correlation time of 0.0 s"),
-        (np.random.default_rng(0).standard_normal(300), {"correlation_time": float("nan")}, "must be above 0"),
+        (np.random.default_rng(0).standard_normal(300), {"correlation_time": 0.0}, "correlation time of 0 s"),
+        (np.random.default_rng(0).standard_normal(300), {"correlation_time": float("nan")}, "at least the interval"),
+        (np.random.default_rng(0).standard_normal(300), {"correlation_time": 0.009}, "at least the interval, 0.01 s"),
+        (np.random.default_rng(0).standard_normal(300), {"correlation_time": np.inf}, "at most .* 3e.06 s"),
+        (1e60 * np.random.default_rng(0).standard_normal(300), {}, "are no sensor's; are they in SI units"),
+        (1e-60 * np.random.default_rng(0).standard_normal(300), {}, "are no sensor's"),
     ],
 )
 def test_what_cannot_be_identified(increments, options, said):

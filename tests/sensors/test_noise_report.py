@@ -19,7 +19,8 @@ from sinssim.recording.noise import record_noise
 from sinssim.recording.noise_figure import noise_figure
 from sinssim.sensors.channels import chosen_channels, clock, even_increments
 from sinssim.sensors.log import Samples
-from sinssim.sensors.noise_report import noise_report, number
+from sinssim.sensors.noise_report import noise_report
+from sinssim.sensors.noise_units import number
 from tests.oracles import noise
 
 T = 0.1
@@ -102,7 +103,7 @@ def test_every_channel_in_datasheet_units(report):
     ],
 )
 def test_units_by_their_definitions(symbol, gyro, accel):
-    from sinssim.sensors.noise_report import UNITS
+    from sinssim.sensors.noise_units import UNITS
 
     assert UNITS["gyro"][symbol][1] == pytest.approx(gyro, rel=1e-12)
     assert UNITS["accel"][symbol][1] == pytest.approx(accel, rel=1e-12)
@@ -189,6 +190,29 @@ def test_a_constant_channel_is_left_out_unless_it_was_asked_for(tmp_path):
         noise_report(file, channels=["gyro_y"])
     with pytest.raises(InputError, match="all channels are constant"):
         noise_report(write(tmp_path / "flat.parquet", 0.0 * gyro + 1.0, 0.0 * accel))
+
+
+def test_a_spike_is_said_with_its_time(tmp_path):
+    gyro, accel = increments(count=5000)
+    sigma = GYRO_N * T**0.5
+    gyro[1234, 0] += 40.0 * sigma
+    gyro[1234, 1] += 3.0 * sigma
+    found = noise_report(write(tmp_path / "log.parquet", gyro, accel), channels=["gyro"])
+    time, size = found.channels[0].spike
+    assert time == pytest.approx(123.5)
+    assert size == pytest.approx(2.0 * 40.0 / 6.0**0.5, rel=0.1)  # 1, −2, 1 of noises
+    assert any("sample at 123.5 s is 3" in remark for remark in found.channels[0].remarks())
+    assert [channel.spike for channel in found.channels[1:]] == [None, None]
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1.0, ""), (T, "mean is 0.981 m/s² in all"), (0.0, "is 0.")])
+def test_accelerometers_that_do_not_feel_gravity_are_said(tmp_path, factor, said):
+    """For example rates that are taken for increments."""
+    gyro, accel = increments(count=1000)
+    accel += (factor - 1.0) * ACCEL_MEAN * T
+    remarks = " ".join(noise_report(write(tmp_path / "log.parquet", gyro, accel), channels=["accel_x"]).remarks)
+    assert (remarks == "") == (said == "")
+    assert said in remarks
 
 
 def test_channels_by_name():
@@ -314,8 +338,13 @@ def bad(kind, tmp_path):
         ("unordered", [], "log.parquet, sample 501: the time 50.1 s does not come after 50.2 s"),
         ("gap", [], "log.parquet, sample 700: there are no samples for 12.1 s from 70 s on"),
         ("gap", ["--to", "90"], "log.parquet, sample 700: there are no samples for 12.1 s"),
-        ("good", ["--from", "200"], "there are no samples from 200.0 to None s; the log runs from 0 to 100 s"),
-        ("good", ["--correlation-time", "-1"], "gyro_x: a correlation time of -1.0 s cannot be"),
+        ("good", ["--from", "200"], "there are no samples from 200 s; the log runs from 0 to 100 s"),
+        (
+            "good",
+            ["--correlation-time", "-1"],
+            "gyro_x: a correlation time of -1 s cannot be told; it must be at least",
+        ),
+        ("good", ["--from", "9", "--to", "3"], "there are no samples from 9 s to 3 s; the log runs from 0 to 100 s"),
         ("good", ["--channel", "gyrox"], "unknown channel 'gyrox'. Did you mean 'gyro_x'"),
         ("good", ["--plot", "allan.bmp"], "a figure is written as .svg, .png, .pdf"),
     ],
