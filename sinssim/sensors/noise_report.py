@@ -25,6 +25,7 @@ from sinssim.units import G0
 _SHORT = {"deg/h": "deg_h", "µg": "ug"}
 _SPIKE = 10.0  # standard deviations; normal noise reaches six in a hundred million samples
 _ENOUGH = 100_000  # samples that tell a standard deviation well enough
+_NOT_THESE = 0.5  # relative misfit of the spectrum above which the record is not that of a sensor at rest
 _AT_REST = 0.05  # of gravity, by which the specific force of a poor sensor at rest may be off
 
 
@@ -87,7 +88,7 @@ class ChannelNoise:
                 "this; the record does not decide. If it is known, give its --correlation-time."
             )
         pulse = math.sqrt(12.0) * fit.likely["Q"]
-        if fit.likely["N"] * math.sqrt(fit.interval) < 0.5 * pulse:
+        if fit.likely["N"] * math.sqrt(fit.interval) < 0.5 * pulse and fit.misfit <= _NOT_THESE:
             moved = fit.likely["N"] * math.sqrt(fit.interval) / pulse
             by = f"by {moved:.2g} pulses only" if moved > 0.0 else "by less than half a pulse, if at all"
             yield (
@@ -106,7 +107,7 @@ class ChannelNoise:
                 f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) is none of these terms and "
                 "was left out: vibration, a filter, a resonance."
             )
-        if fit.misfit > 0.5:
+        if fit.misfit > _NOT_THESE:
             yield (
                 "These terms do not describe this record: bands of its spectrum depart from them by "
                 f"{100.0 * fit.misfit:.0f} % rms. Take a part in which the sensor stood still (--from, --to)."
