@@ -88,8 +88,9 @@ def measure_time(algorithm: str, frame: str, timed: Callable[[], float] = time.t
     return float(least) / len(imu) * 1e9
 
 
+@cache
 def count_operations(algorithm: str, frame: str) -> Operations:
-    """Count the floating-point operations of one sample's navigation step.
+    """Count the floating-point operations of one sample's navigation step; once, for they stay what they are.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.

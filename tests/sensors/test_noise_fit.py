@@ -183,10 +183,10 @@ def restricted(covariance, means, y):
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_the_same_as_the_exact_likelihood(seed):
-    """Dense covariance matrices of 420 increments: at the ends of a band it has lost 1.92 of its maximum, nearly."""
+    """Dense covariance matrices of 260 increments: at the ends of a band it has lost 1.92 of its maximum, nearly."""
     truth = {"Q": 1.0, "N": 0.6, "K": 0.02}
-    y = made(seed, truth, 420, 1.0)
-    covariances, means = dense(420, 1.0)
+    y = made(seed, truth, 260, 1.0)
+    covariances, means = dense(260, 1.0)
     symbols = list(covariances)
 
     def lowest(**held):
@@ -195,7 +195,7 @@ def test_the_same_as_the_exact_likelihood(seed):
         def loss(x):
             c = held | dict(zip(free, np.abs(x), strict=True))
             # what keeps the matrix positive where all else is zero
-            return -restricted(sum(c[s] ** 2 * covariances[s] for s in symbols) + 1e-9 * np.eye(420), means, y)
+            return -restricted(sum(c[s] ** 2 * covariances[s] for s in symbols) + 1e-9 * np.eye(260), means, y)
 
         starts = ({"Q": 1.0, "N": 0.6, "B": 0.05, "K": 0.01}, {"Q": 1.0, "N": 0.2, "B": 0.2, "K": 0.01})
         options = {"xatol": 1e-3, "fatol": 1e-3}
