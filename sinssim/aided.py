@@ -196,11 +196,12 @@ def _aiding_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
         yield from block("baro bias", (b.bias_sigma_m,), b.bias_correlation_time_s)
         yield from block("baro scale", (units.PPM * math.hypot(b.scale_sigma_ppm, b.scale_ppm or 0.0),))
     if (m := aiding.magnetometer) is not None:
-        sigma = math.hypot(m.bias_sigma_deg, m.bias_deg or 0.0, m.deviation_sigma_deg)
-        yield from block("magnetometer bias", (units.DEG * sigma,))
+        yield from block("magnetometer bias", (units.DEG * math.hypot(m.bias_sigma_deg, m.bias_deg or 0.0),))
+        yield from block("magnetometer deviation", (units.DEG * m.deviation_sigma_deg,) * 2)
     if (a := aiding.airspeed) is not None:
-        sigma = math.hypot(a.bias_sigma_mps, a.bias_mps or 0.0, a.wind_sigma_mps)
-        yield from block("airspeed bias", (sigma,), a.wind_correlation_time_s)
+        yield from block("airspeed bias", (math.hypot(a.bias_sigma_mps, a.bias_mps or 0.0),))
+        yield from block("airspeed scale", (units.PPM * math.hypot(a.scale_sigma_ppm, a.scale_ppm or 0.0),))
+        yield from block("airspeed wind", (a.wind_sigma_mps,) * 2, a.wind_correlation_time_s)
     if (o := aiding.odometer) is not None:
         yield from block("odometer scale", (units.PPM * math.hypot(o.scale_sigma_ppm, o.scale_ppm or 0.0),))
     if (r := aiding.attitude) is not None:

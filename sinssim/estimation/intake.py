@@ -138,15 +138,19 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
     for block in model.blocks:
         if block.name in BLOCKS:
             continue
-        sensor = next(block.name.removesuffix(end) for end in OF_SENSORS if block.name.endswith(end))
+        what = next(end for end in OF_SENSORS if block.name.endswith(end))
+        sensor = block.name.removesuffix(what)
         if sensor not in labels:
             raise unknown_name(f"sensor of the block {block.name!r}", sensor, labels)
-        kind = KINDS[measurements[labels.index(sensor)].kind]
-        needed = kind.errors if block.name.endswith(" bias") else 1
-        if block.size != needed or (block.name.endswith(" scale") and kind.errors != 1):
+        name = measurements[labels.index(sensor)].kind
+        components = KINDS[name].errors
+        needed = {" bias": components, " scale": 1}.get(what, 2)
+        fits = {" scale": components == 1, " deviation": name == "heading", " wind": name == "speed"}.get(what, True)
+        if block.size != needed or not fits:
             raise InputError(
-                f"block {block.name!r} has {block.size} states; readings of {sensor!r} have {kind.errors} "
-                "components, each with a bias, and a scale factor if it is only one."
+                f"block {block.name!r} has {block.size} states; readings of {sensor!r} are of kind {name!r} and have "
+                f"{components} components, each with a bias, and a scale factor if it is only one; a heading may have "
+                "a deviation of 2 states, a speed a wind of 2."
             )
 
 

@@ -50,9 +50,11 @@ constant; ij of a misalignment is the tilt of sensitive axis i towards the block
 
 Beside them an aiding sensor, called by `Measurements.label`, may have blocks of its own: "<sensor> bias", as many
 components as its sigma (added to the true reading; of a position north, east, down in metres, of an attitude a
-rotation about the body's axes), and "<sensor> scale", the relative error of a reading of one component."""
+rotation about the body's axes), and "<sensor> scale", the relative error of a reading of one component. A heading may
+have a "<sensor> deviation", A and B of A sin ψ + B cos ψ [rad], and a speed a "<sensor> wind" to the north and east
+[m/s], if it is one through the air."""
 
-OF_SENSORS = (" bias", " scale")
+OF_SENSORS = (" bias", " scale", " deviation", " wind")
 """How the names of the aiding sensors' blocks end."""
 
 
@@ -74,7 +76,7 @@ class Block:
 
     def __post_init__(self) -> None:
         if self.name not in BLOCKS and not self.name.endswith(OF_SENSORS):
-            raise unknown_name("block of states", self.name, [*BLOCKS, "<sensor> bias", "<sensor> scale"])
+            raise unknown_name("block of states", self.name, [*BLOCKS, *(f"<sensor>{end}" for end in OF_SENSORS)])
         sigma, walk = np.asarray(self.sigma, dtype=np.float64), np.asarray(self.random_walk, dtype=np.float64)
         for what, value in (("sigma", sigma), ("random_walk", walk)):
             if not (np.all(np.isfinite(value)) and np.all(value >= 0.0)):

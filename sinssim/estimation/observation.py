@@ -14,7 +14,8 @@ Earth and W x its error (gyros' errors, and the Earth rate resolved in a wrong a
                                       local level that navigation is at
     speed      (C_bn v + ω × l)_x     (C_bn δv − C_bn [v×] φ − [l×] W x)_x
 
-A sensor's own bias and scale factor belong to the reading, (1 + k) z + b, and enter with the opposite sign.
+A sensor's own bias and scale factor belong to the reading, (1 + k) z + b, and enter with the opposite sign. So does the
+deviation of a compass, A sin ψ + B cos ψ. A speed through the air is that of v − w, with the wind w.
 """
 
 from __future__ import annotations
@@ -230,6 +231,11 @@ def observe(
             value = value - known
     if scale is not None:
         value = value / (1.0 + parameters[f"{label} scale"])
+    forward = setting.c_nb[:, :, 0]
+    deviation, wind = model.slices.get(f"{label} deviation"), model.slices.get(f"{label} wind")
+    if deviation is not None:
+        wave = forward[:, 1::-1] / np.hypot(forward[:, 0], forward[:, 1])[:, None]  # sin ψ, cos ψ
+        value = value - wave @ parameters[f"{label} deviation"][:, None]
     residual, h = KINDS[m.kind].observe(setting, value)
     if bias is not None:
         if m.kind == "gnss-position":
@@ -237,4 +243,11 @@ def observe(
         h[:, :, bias] -= np.eye(residual.shape[1])
     if scale is not None:
         h[:, :, scale] -= value[:, :, None]
+    if deviation is not None:
+        h[:, 0, deviation] -= wave
+    if wind is not None:
+        known = np.append(parameters[f"{label} wind"], 0.0)
+        residual = residual - forward @ known[:, None]
+        h[:, 0, PHI] += np.cross(forward, known)  # c · [w ×] φ
+        h[:, 0, wind] += forward[:, :2]
     return residual, h

@@ -44,6 +44,7 @@ KINDS: dict[str, Kind] = {
 }
 
 _AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
+_OF_SENSORS = {"deviation": (("sin", "cos"), "rad"), "wind": (("n", "e"), "mps")}
 _UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "": ""}
 
 
@@ -84,6 +85,8 @@ def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
     unit = _UNITS[block.unit]
     if kind is not None and what == "bias":
         axes, unit = kind.axes, kind.unit
+    elif what in _OF_SENSORS and block.size == 2:
+        axes, unit = _OF_SENSORS[what]
     elif block.size == 1:
         axes = ("",)
     else:

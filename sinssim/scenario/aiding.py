@@ -156,7 +156,9 @@ class AirspeedSection(AidingSensor):
     scale_ppm: float | None = Field(default=None, description="error in parts of the airspeed: the error itself")
     scale_sigma_ppm: NotNegative = Field(default=0.0, description="1σ to draw it from")
     lag_s: NotNegative = Field(default=0.0, description="time constant of its first-order lag")
-    wind_sigma_mps: NotNegative = Field(default=10.0, description="1σ of the wind along the flight, for the filter")
+    wind_sigma_mps: NotNegative = Field(
+        default=10.0, description="1σ of the wind to the north, and east, for the filter"
+    )
     wind_correlation_time_s: Positive = Field(default=1200.0, description="correlation time of it, for the filter")
 
     @model_validator(mode="after")

@@ -22,14 +22,19 @@ OMEGA_E = np.array([0.0, 0.0, 7.292115e-5])
 COMPONENTS = {"heading": 1, "speed": 1, "baro-height": 1}
 
 
+EXTRA = {"heading": "deviation", "speed": "wind"}
+"""What else a kind may have: two states."""
+
+
 def model_of(kind: str) -> ErrorModel:
     count = COMPONENTS.get(kind, 3)
     own = [Block(f"{kind} bias", np.ones(count))]
     own += [Block(f"{kind} scale", 1.0)] if kind in ("baro-height", "speed") else []
+    own += [Block(f"{kind} {EXTRA[kind]}", np.ones(2))] if kind in EXTRA else []
     return ErrorModel((*(Block(name, 1.0) for name in BLOCKS), *own), 0.0, 0.0)
 
 
-def reading(kind: str, arm: Array, bias: Array, scale: float) -> Array:
+def reading(kind: str, arm: Array, bias: Array, scale: float, extra: Array) -> Array:
     """Return what a sensor with these errors reads of the truth, all in Earth-fixed axes."""
     position = oracle.geodetic_to_ecef(*PLACE)
     c_en = oracle.ned_axes(PLACE[0], PLACE[1]).T
@@ -52,8 +57,8 @@ def reading(kind: str, arm: Array, bias: Array, scale: float) -> Array:
         "zero-velocity": VELOCITY,
         "zero-rate": turning,
         "baro-height": np.array([PLACE[2]]),
-        "heading": np.array([EULER[0]]),
-        "speed": (c_eb.T @ velocity)[:1],
+        "heading": np.array([EULER[0] + extra[0] * np.sin(EULER[0]) + extra[1] * np.cos(EULER[0])]),
+        "speed": (c_eb.T @ velocity - c_nb.T @ np.append(extra, 0.0))[:1],
     }[kind]
     return (1.0 + scale) * truth + bias
 
@@ -93,7 +98,8 @@ def residual(kind: str, model: ErrorModel, x: Array) -> tuple[Array, Array]:
     of_gnss = kind in ("gnss-position", "gnss-velocity")
     true_arm = ARM + part["gnss lever arm"] if of_gnss else ARM
     scale = part[f"{kind} scale"][0] if f"{kind} scale" in part else 0.0
-    value = reading(kind, true_arm, part[f"{kind} bias"], scale)[None]
+    extra = part[f"{kind} {EXTRA[kind]}"] if kind in EXTRA else np.zeros(2)
+    value = reading(kind, true_arm, part[f"{kind} bias"], scale, extra)[None]
     measurements = Measurements(kind, np.zeros(1), np.zeros(1), value, np.ones((1, KINDS[kind].errors)), ARM)
     known = {block.name: np.zeros(block.size) for block in model.blocks[3:]}
     y, h = observe(measurements, Prediction(state, (RATE + wrong)[None], WGS84), model, known)
@@ -131,7 +137,11 @@ def test_the_known_part_of_a_sensors_errors_is_taken_off() -> None:
         x[model.slices[f"{kind} bias"]] = 0.01
         if f"{kind} scale" in model.slices:
             x[model.slices[f"{kind} scale"]] = 1e-3
-        value = reading(kind, ARM, x[model.slices[f"{kind} bias"]], 1e-3 if f"{kind} scale" in model.slices else 0.0)
+        extra = np.array([0.02, -0.03]) * (100.0 if kind == "speed" else 1.0)
+        if kind in EXTRA:
+            x[model.slices[f"{kind} {EXTRA[kind]}"]] = extra
+        scale = 1e-3 if f"{kind} scale" in model.slices else 0.0
+        value = reading(kind, ARM, x[model.slices[f"{kind} bias"]], scale, extra)
         c_nb = Rotation.from_euler("ZYX", EULER).as_quat(scalar_first=True)
         state = NavState(*(np.array([v]) for v in PLACE), VELOCITY[None], c_nb[None])
         m = Measurements(kind, np.zeros(1), np.zeros(1), value[None], np.ones((1, KINDS[kind].errors)), ARM)

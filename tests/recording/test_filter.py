@@ -231,7 +231,8 @@ def test_columns_of_every_block_differ():
 
     everything = {"gnss": {"correlated_position_sigma_m": 1.0, "correlated_velocity_sigma_mps": 1.0,
                            "lever_arm_sigma_m": 1.0},
-                  "baro": {"scale_sigma_ppm": 1.0}, "magnetometer": {"bias_sigma_deg": 1.0}, "airspeed": {},
+                  "baro": {"scale_sigma_ppm": 1.0}, "airspeed": {},
+                  "magnetometer": {"bias_sigma_deg": 1.0, "deviation_sigma_deg": 1.0},
                   "odometer": {"scale_sigma_ppm": 1.0}, "attitude": {"bias_sigma_arcmin": 1.0},
                   "star_tracker": {"bias_sigma_arcsec": 1.0}}  # fmt: skip
     s = scenario(
@@ -247,7 +248,8 @@ def test_columns_of_every_block_differ():
     assert len(set(columns)) == len(columns) == model.size
     for name in ("phi_e_rad", "gyro_misalignment_zy_rad", "gnss_lever_arm_x_m", "gnss_velocity_bias_d_mps",
                  "magnetometer_bias_rad", "odometer_scale", "star_tracker_bias_z_rad", "accelerometer_scale_z",
-                 "gyro_instability_x_radps", "airspeed_bias_mps", "baro_scale"):  # fmt: skip
+                 "gyro_instability_x_radps", "airspeed_wind_e_mps", "magnetometer_deviation_cos_rad",
+                 "baro_scale"):  # fmt: skip
         assert name in columns
 
 

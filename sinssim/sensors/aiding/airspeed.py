@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim import rotation
 from sinssim.data import Array
 from sinssim.scenario.aiding import AirspeedSection
 from sinssim.sensors.aiding.lag import lagged
@@ -23,7 +22,8 @@ def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) ->
         seed: the run's seed.
 
     Returns:
-        Speeds. For the filter they are speeds over ground along the forward axis, the wind being a bias of theirs.
+        Speeds. For the filter they are speeds along the forward axis of the velocity over ground less the wind, a lag
+        being so much of a delay.
 
     Raises:
         InputError: the motion is over before the first reading, or the seed cannot be used.
@@ -40,8 +40,18 @@ def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) ->
     scale = PPM * turn_on(seed, "airspeed scale", s.scale_ppm, s.scale_sigma_ppm)
     bias = turn_on(seed, "airspeed bias", s.bias_mps, s.bias_sigma_mps)
     value = (1.0 + scale) * lagged(speed, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
-    state = trajectory.state(time)
-    forward = rotation.rotate(rotation.conjugate(state.q_nb), state.velocity_ned)[:, :1]
-    true = {"airspeed bias": value - forward}
+    true = {
+        "airspeed bias": np.array([bias]),
+        "airspeed scale": np.array([scale]),
+        "airspeed wind": _wind(trajectory, time),
+    }
     value = value + white(seed, "airspeed noise", (s.sigma_mps,), len(time))
-    return sensed("airspeed", "speed", s, time, value, (s.sigma_mps,), true)
+    return sensed("airspeed", "speed", s, time, value, (s.sigma_mps,), true, lag=s.lag_s)
+
+
+def _wind(trajectory: Trajectory, time: Array) -> Array:
+    """Return the wind to the north and east at some instants, (M, 2) m/s; still air where nobody tells."""
+    found = [trajectory.channels.get(f"wind_{axis}_mps") for axis in ("north", "east")]
+    return np.column_stack(
+        [np.zeros(len(time)) if axis is None else np.interp(time, axis.time, axis.values) for axis in found]
+    )

@@ -22,7 +22,7 @@ def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) 
         seed: the run's seed.
 
     Returns:
-        Its heights.
+        Its heights; for the filter a lag is so much of a delay, which is what it is in a steady climb.
 
     Raises:
         InputError: the motion is over before the first reading, or the seed cannot be used.
@@ -38,4 +38,4 @@ def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) 
     value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
     value += white(seed, "baro noise", (s.sigma_m,), len(time))
     true = {"baro bias": bias, "baro scale": np.array([scale])}
-    return sensed("baro", "baro-height", s, time, value, (s.sigma_m,), true)
+    return sensed("baro", "baro-height", s, time, value, (s.sigma_m,), true, lag=s.lag_s)

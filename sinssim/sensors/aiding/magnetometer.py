@@ -32,6 +32,7 @@ def magnetometer(trajectory: Trajectory, section: MagnetometerSection, seed: int
     bias = turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)
     a, b = (turn_on(seed, "magnetometer deviation", None, s.deviation_sigma_deg, i) for i in range(2))
     error = DEG * (bias + a * np.sin(heading) + b * np.cos(heading))[:, np.newaxis]
+    true = {"magnetometer bias": DEG * np.array([bias]), "magnetometer deviation": DEG * np.array([a, b])}
     noise = DEG * white(seed, "magnetometer noise", (s.sigma_deg,), len(time))
     value = np.mod(heading[:, np.newaxis] + error + noise, 2.0 * np.pi)
-    return sensed("magnetometer", "heading", s, time, value, (DEG * s.sigma_deg,), {"magnetometer bias": error})
+    return sensed("magnetometer", "heading", s, time, value, (DEG * s.sigma_deg,), true)

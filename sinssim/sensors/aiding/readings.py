@@ -85,6 +85,7 @@ def sensed(
     *,
     lever_arm: ArrayLike = (0.0, 0.0, 0.0),
     there: Mask | None = None,
+    lag: float = 0.0,
 ) -> Sensed:
     """Return readings as the filter gets them. All have been drawn before: an outage leaves the others' noise alone.
 
@@ -98,6 +99,7 @@ def sensed(
         parameters: see `Sensed`.
         lever_arm: from the block to the sensor, body axes, (3,) m.
         there: which readings there are, outages apart, (M,); all if not given.
+        lag: how long before a reading that was which it tells, s.
 
     Returns:
         The readings outside the outages.
@@ -107,5 +109,5 @@ def sensed(
         kept &= there
     told = np.tile(np.asarray(sigma, dtype=np.float64), (int(np.count_nonzero(kept)), 1))
     when, arm = time[kept], np.asarray(lever_arm, dtype=np.float64)
-    given = Measurements(kind, when, when + section.latency_s, value[kept], told, arm, name)
+    given = Measurements(kind, when - lag, when + section.latency_s, value[kept], told, arm, name)
     return Sensed(given, time, parameters)

@@ -196,7 +196,10 @@ def test_lag_of_a_climb_and_of_a_wave():
     exact = {"sigma_m": 1e-9, "bias_sigma_m": 0.0, "rate_hz": 4.0}
     lagging = BarometerSection(lag_s=tau, **exact)
     climb = read(aiding.barometer, Climb(lambda t: 100.0 + 8.0 * t), lagging)
-    t = climb.time - Climb.start
+    np.testing.assert_allclose(climb.arrival - climb.time, tau, rtol=0, atol=1e-12)
+    # long after its begin a steady climb is told as it was at the time of validity
+    np.testing.assert_allclose(climb.value[200:, 0], 100.0 + 8.0 * (climb.time[200:] - Climb.start), rtol=0, atol=1e-7)
+    t = climb.arrival - Climb.start
     expected = 100.0 + 8.0 * (t - tau * (1.0 - np.exp(-t / tau)))
     np.testing.assert_allclose(climb.value[:, 0], expected, rtol=0, atol=1e-7)
 
@@ -263,6 +266,8 @@ def test_airspeed_is_the_aircrafts_own_where_there_is_one(flight):
     climb.channels = {"airspeed_mps": Channel(knots, 80.0 + 0.1 * knots, "m/s")}
     windy = read(aiding.airspeed, climb, AirspeedSection(lag_s=1.0, **exact))
     t = windy.time
+    assert np.array_equal(t, np.arange(3.0, 203.0))  # a lag of 1 s: what it reads at 4 s is told as that of 3 s
+    t = t + 1.0
     lagging = 80.3 + 0.1 * (t - 3.0) - 0.1 * (1.0 - np.exp(-(t - 3.0)))
     np.testing.assert_allclose(windy.value[:, 0], 0.99 * lagging + 2.0, rtol=0, atol=1e-9)
 
@@ -412,11 +417,21 @@ def test_true_parameters_are_what_the_readings_are_off_by(flight):
     np.testing.assert_allclose(height.measurements.value[:, 0], expected, rtol=0, atol=1e-7)
     assert abs(height.parameters["baro scale"][0]) > 1e-4
 
-    speed = aiding.airspeed(flight, AirspeedSection(sigma_mps=tiny, bias_sigma_mps=1.0), 1)
-    _, v_e, c_es = ecef(flight, speed.time)
-    forward = np.einsum("ni,ni->n", c_es[:, :, 0], v_e)
-    bias = speed.parameters["airspeed bias"][:, 0]
-    np.testing.assert_allclose(speed.measurements.value[:, 0], forward + bias, rtol=0, atol=1e-7)
+    speed = aiding.airspeed(flight, AirspeedSection(sigma_mps=tiny, bias_sigma_mps=1.0, scale_sigma_ppm=900.0), 1)
+    through_air = np.linalg.norm(ecef(flight, speed.time)[1], axis=1)
+    expected = (1.0 + speed.parameters["airspeed scale"]) * through_air + speed.parameters["airspeed bias"]
+    np.testing.assert_allclose(speed.measurements.value[:, 0], expected, rtol=0, atol=1e-7)
+    np.testing.assert_array_equal(speed.parameters["airspeed wind"], np.zeros((60, 2)))
+
+    compass = aiding.magnetometer(
+        flight, MagnetometerSection(sigma_deg=tiny, bias_sigma_deg=1.0, deviation_sigma_deg=2.0), 1
+    )
+    psi = Rotation.from_quat(flight.state(compass.time).q_nb, scalar_first=True).as_euler("ZYX")[:, 0]
+    a, b = compass.parameters["magnetometer deviation"]
+    off = compass.measurements.value[:, 0] - psi - compass.parameters["magnetometer bias"]
+    expected = a * np.sin(psi) + b * np.cos(psi)
+    np.testing.assert_allclose(np.angle(np.exp(1j * (off - expected))), 0.0, rtol=0, atol=1e-9)
+    assert np.ptp(expected) > 1e-3
 
     reference = aiding.attitude_reference(flight, AttitudeSection(sigma_arcmin=(1e-11,) * 3, bias_sigma_arcmin=9.0), 1)
     true = Rotation.from_quat(flight.state(reference.time).q_nb, scalar_first=True)
