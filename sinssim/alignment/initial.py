@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,19 +15,26 @@ from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.sensors.imu_errors import ImuErrors
 
+_BODY, _ANGLES = ("forward", "right", "down"), ("xy", "xz", "yx", "yz", "zx", "zy")
+
 STATES = tuple(
     f"{quantity} {axis}"
     for quantity, axes in (
         ("position", ("north", "east", "down")),
         ("velocity", ("north", "east", "down")),
         ("attitude", ("north", "east", "down")),
-        ("gyro bias", ("forward", "right", "down")),
-        ("accelerometer bias", ("forward", "right", "down")),
+        ("gyro bias", _BODY),
+        ("accelerometer bias", _BODY),
+        ("gyro scale", _BODY),
+        ("accelerometer scale", _BODY),
+        ("gyro misalignment", _ANGLES),
+        ("accelerometer misalignment", _ANGLES),
     )
     for axis in axes
 )
-"""The states of P₀: position [m], velocity [m/s], attitude φ with C_determined = (I − [φ×]) C_true [rad], gyro bias
-[rad/s] and accelerometer bias [m/s²] as eq. (2) has them (what is added to the true reading)."""
+"""The states of P₀: position [m], velocity [m/s], attitude φ with C_determined = (I − [φ×]) C_true [rad], and of the
+sensors, as eq. (2) has them, gyro bias [rad/s], accelerometer bias [m/s²] (what is added to the true reading), relative
+scale-factor errors and misalignments [rad]."""
 
 
 def initial_state(
@@ -69,8 +78,9 @@ def initial_covariance(
     velocity_sigma: ArrayLike = (0.01, 0.01, 0.01),
     method: Method = "quiet",
     rate_hz: float = 100.0,
+    states: Sequence[str] = STATES[:15],
 ) -> Array:
-    """Return P₀ of the states `STATES`, with what ties the attitude to the biases that spoiled it.
+    """Return P₀ of states, with what ties the attitude to the errors of the sensors that spoiled it.
 
     Args:
         determination: of one vehicle.
@@ -82,9 +92,10 @@ def initial_covariance(
         velocity_sigma: standard deviations of the velocity, north, east, down, m/s.
         method: "quiet" for eq. (1), "disturbed" for the inertial fit, whose latitude is known if it is given here.
         rate_hz: samples per second, for flicker noise.
+        states: which of `STATES`, n names; by default navigation and the biases.
 
     Returns:
-        (15, 15), symmetric and positive semi-definite.
+        (n, n), symmetric and positive semi-definite.
 
     Raises:
         InputError: an angle that is needed is undetermined, or the determination is of many vehicles.
@@ -112,22 +123,32 @@ def initial_covariance(
     sin_t, cos_t = np.sin(float(d.pitch)), np.cos(float(d.pitch))
     # Heading turns about down, pitch about the horizontal axis to the right, roll about the nose; φ is minus that.
     turns = -np.array([[0.0, cos_t * cos_k, -sin_k], [0.0, cos_t * sin_k, cos_k], [1.0, -sin_t, 0.0]])
-    by_reading = np.zeros((15, 6))
-    by_reading[6:9] = turns @ angles[:3]
+    by_reading = np.zeros((9, 6))
+    by_reading[6:] = turns @ angles[:3]
     if latitude is None:
         meridian, _ = earth.radii(phi)
         by_reading[0] = (float(meridian) + height) * angles[3]
-    covariance = by_reading @ np.diag(np.r_[rate, force]) @ by_reading.T
+    covariance = np.zeros((len(STATES), len(STATES)))
+    covariance[:9, :9] = by_reading @ np.diag(np.r_[rate, force]) @ by_reading.T
 
-    bias = np.r_[sigma.gyro.bias, sigma.accel.bias] ** 2
-    covariance[9:, :] += (by_reading * bias).T
-    covariance[:, 9:] += by_reading * bias
-    covariance[9:, 9:] += np.diag(bias)
+    # The readings' errors by the errors of the sensors: biases, scale factors, misalignments row by row.
+    mean = np.r_[gyro, accel]
+    by_error = np.hstack([np.eye(6), np.diag(mean), np.zeros((6, 12))])
+    apart = ~np.eye(3, dtype=bool)
+    for row in range(6):
+        block = mean[:3] if row < 3 else mean[3:]
+        by_error[row, 12 + 2 * row : 14 + 2 * row] = block[apart[row % 3]]
+    g, a = sigma.gyro, sigma.accel
+    variance = np.r_[g.bias, a.bias, g.scale, a.scale, g.misalignment[apart], a.misalignment[apart]] ** 2
+    covariance[:9, 9:] = by_reading @ by_error * variance
+    covariance[9:, :9] = covariance[:9, 9:].T
+    covariance[9:, 9:] = np.diag(variance)
     known = np.asarray(position_sigma, dtype=np.float64) ** 2
     known[0] = 0.0 if latitude is None else known[0]
     covariance[:3, :3] += np.diag(known)
     covariance[3:6, 3:6] += np.diag(np.asarray(velocity_sigma, dtype=np.float64) ** 2)
-    return np.asarray(0.5 * (covariance + covariance.T))
+    where = [STATES.index(state) for state in states]
+    return np.asarray(0.5 * (covariance + covariance.T))[np.ix_(where, where)]
 
 
 def _check_usable(determination: Determination, need_latitude: bool) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.alignment.budget import Expected
-from sinssim.alignment.initial import initial_covariance, initial_state
+from sinssim.alignment.initial import STATES, initial_covariance, initial_state
 from sinssim.alignment.session import determine_session
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.estimation.in_motion import align_in_motion
@@ -41,7 +41,8 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
         count: number of samples that the alignment takes.
 
     Returns:
-        The start at the end of these samples, with the covariance that the biases have with what they spoiled.
+        The start at the end of these samples, with the covariance that the constant errors of the sensors have with
+        what they spoiled.
 
     Raises:
         InputError: the vehicle moved.
@@ -51,7 +52,10 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
     latitude, height = float(initial.latitude), float(initial.height)
     start = initial_state(found, float(initial.longitude), height, latitude)
     seconds = float(session.time[-1] - session.time[0])
-    aligned = initial_covariance(
+    tied = [state for state in model.states if state in STATES]
+    places = [model.states.index(state) for state in tied]
+    covariance = np.diag(model.sigma**2)
+    covariance[np.ix_(places, places)] = initial_covariance(
         found,
         sigma,
         seconds,
@@ -60,15 +64,8 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
         position_sigma=model.sigma[:3],
         velocity_sigma=model.sigma[3:6],
         rate_hz=count / seconds,
+        states=tied,
     )
-    covariance = np.diag(model.sigma**2)
-    places = [*range(9)]
-    for name in ("gyro bias", "accelerometer bias"):
-        at = model.slices.get(name)
-        places += [-1] * 3 if at is None else range(at.start, at.stop)
-    index = np.array(places)
-    known = index >= 0
-    covariance[np.ix_(index[known], index[known])] = aligned[np.ix_(known, known)]
     return Start(_from(imu, count), start, covariance)
 
 

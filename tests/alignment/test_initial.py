@@ -42,11 +42,11 @@ def test_the_state_is_the_determined_attitude_at_rest():
 
 @pytest.mark.parametrize("known", [True, False])
 def test_covariance_is_that_of_emulated_alignments(known):
-    """Attitude, gyro and accelerometer biases of many runs, cross-correlations included."""
+    """Attitude and all constant errors of the sensors of many runs, cross-correlations included."""
     runs, duration = 20_000, 300.0
     gyro, accel = ideal_readings(*ANGLES, LATITUDE)
     rng = np.random.default_rng(6)
-    readings, biases = [], []
+    readings, constants = [], []
     for seed in range(runs // 10):
         errors = draw(SECTION, seed)
         for _ in range(10):  # new noise ten times on each draw: the biases cost the time
@@ -57,20 +57,26 @@ def test_covariance_is_that_of_emulated_alignments(known):
                 for t, ideal in ((errors.gyro, gyro), (errors.accel, accel))
             ]
             readings.append(measured)
-            biases.append(np.r_[errors.gyro.bias, errors.accel.bias])
+            g, a = errors.gyro, errors.accel
+            tilts = (t.misalignment[~np.eye(3, dtype=bool)] for t in (g, a))
+            constants.append(np.r_[g.bias, a.bias, g.scale, a.scale, *tilts])
     result = determine(*np.moveaxis(np.array(readings), 1, 0))
     c_true = Rotation.from_euler("ZYX", [ANGLES[0], ANGLES[2], ANGLES[1]])
     computed = Rotation.from_euler("ZYX", np.stack([result.heading, result.pitch, result.roll], axis=1))
     phi = -(computed * c_true.inv()).as_rotvec()  # C_computed = (I − [φ×]) C_true
     north = (result.latitude - LATITUDE) * earth.radii(LATITUDE)[0]
-    samples = np.column_stack([north, phi, biases])
-    rows = [0, *range(6, 15)]
+    samples = np.column_stack([north, phi, constants])
+    rows = [0, *range(6, 33)]
 
     sigma = expected_errors(SECTION).sigma
     exact = determine(gyro, accel)
     latitude = LATITUDE if known else None
-    covariance = initial_covariance(exact, sigma, duration, latitude=latitude, position_sigma=(5.0, 6.0, 7.0))
-    assert covariance.shape == (15, 15) == (len(STATES),) * 2
+    covariance = initial_covariance(
+        exact, sigma, duration, latitude=latitude, position_sigma=(5.0, 6.0, 7.0), states=STATES
+    )
+    assert covariance.shape == (33, 33)
+    default = initial_covariance(exact, sigma, duration, latitude=latitude, position_sigma=(5.0, 6.0, 7.0))
+    np.testing.assert_array_equal(default, covariance[:15, :15])
     np.testing.assert_array_equal(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(*(np.diag(covariance),) * 2))).min() > -1e-12
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)[1:6]), [6.0, 7.0, 0.01, 0.01, 0.01])

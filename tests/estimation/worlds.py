@@ -60,10 +60,27 @@ class Run:
     paths: dict[str, Array]
 
 
-def one_run(trajectory: Trajectory, ideal: ImuData, model: ErrorModel, sigma: ImuErrors, seed: int) -> Run:
-    """Draw everything that differs between runs: sensor errors, noise, and the errors of the start, as modelled."""
+def balanced(runs: int, size: int, seed: int) -> Array:
+    """Return normal numbers for an ensemble whose mean square is exactly one in every direction, (runs, size)."""
+    z = np.random.default_rng([23, seed]).standard_normal((runs, size))
+    return np.asarray(z @ np.linalg.inv(np.linalg.cholesky(z.T @ z / runs)).T)
+
+
+def one_run(
+    trajectory: Trajectory,
+    ideal: ImuData,
+    model: ErrorModel,
+    sigma: ImuErrors,
+    seed: int,
+    constants: Array | None = None,
+) -> Run:
+    """Draw everything that differs between runs: sensor errors, noise, and the errors of the start, as modelled.
+
+    The errors at the start, constants of the sensors among them, can be given in units of their σ.
+    """
     rng = np.random.default_rng([17, seed])
-    x = model.sigma * rng.standard_normal(model.size)
+    drawn_now = rng.standard_normal(model.size)
+    x = model.sigma * (drawn_now if constants is None else constants)
     drawn = {name: x[where] for name, where in model.slices.items()}
 
     def triad(name: str, noise: TriadErrors) -> TriadErrors:
