@@ -105,9 +105,9 @@ def ensemble(runs: int, duration: float) -> tuple[dict[str, list[Array]], list[f
     """Return NEES by block every 20 s, NIS of all readings, and the reports, of runs with true noise parameters.
 
     What is drawn once lasts the whole flight: the NEES of the gyros' biases has a correlation of 0.64 over two
-    thirds of it. Of ten ensembles of 200 free draws each three have a block outside its band for more than a tenth of the
-    flight, though the mean NEES of all 2000 is 1 within 0.005 in every block, less than its own 1σ. So the constants of
-    an ensemble are balanced, and noise alone decides.
+    thirds of it. Of ten ensembles of 200 free draws each, three have a block outside its band for more than a tenth of
+    the flight, though the mean NEES of all 2000 is 1 within 0.005 in every block, less than its own 1σ. So the
+    constants of an ensemble are balanced, and noise alone decides.
     """
     flight, ideal = weaving(duration, 20.0)
     time = np.arange(1.0, duration + 0.5)

@@ -14,9 +14,11 @@ from sinssim.scenario.imu import ImuSection
 NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))
 
 
-def test_the_fifteen_states_are_those_of_the_alignment() -> None:
-    model = error_model(expected_errors(ImuSection(grade="laser-standard")).sigma)
-    assert model.states == STATES
+def test_the_states_are_those_of_the_alignment() -> None:
+    sigma = expected_errors(ImuSection(grade="laser-standard")).sigma
+    assert error_model(sigma).states == STATES[:15]
+    constant = [f"{triad} {what}" for what in ("bias", "scale", "misalignment") for triad in ("gyro", "accelerometer")]
+    assert error_model(sigma, imu=constant).states == STATES
 
 
 def test_noise_and_sigmas_come_from_the_sensor_description() -> None:
