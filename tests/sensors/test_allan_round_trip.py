@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
+from sinssim.errors import InputError
 from sinssim.scenario.grades import GRADE_TABLE
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, emulate
@@ -142,16 +143,43 @@ INSTABLE = [name for name, grade in GRADE_TABLE.items() if grade.gyro.instabilit
 
 
 @pytest.mark.parametrize("grade", INSTABLE)
-def test_the_grades_own_instability_alone(grade):
-    """A Gauss-Markov bias of known correlation time, from a scenario's keys, ten hours at 10 Hz."""
+@pytest.mark.parametrize("rate_hz", [10.0, pytest.param(100.0, marks=pytest.mark.slow)])
+def test_the_grades_own_instability_alone(grade, rate_hz):
+    """A Gauss-Markov bias of known correlation time, from a scenario's keys, over ten hours."""
     section = ImuSection.model_validate(
         {"grade": "ideal", "gyro_instability_deg_h": GRADE_TABLE[grade].gyro.instability * 3600.0 * 180.0 / np.pi}
     )
-    ideal = lively(360_000, 10.0)
+    ideal = lively(int(36_000 * rate_hz), rate_hz)
     channels = errors_of(ideal, emulate(ideal, section, 3))
     for channel in channels[:2]:
-        fit = fit_noise(channel, 0.1, correlation_time=3600.0)
+        fit = fit_noise(channel, 1.0 / rate_hz, correlation_time=3600.0)
         assert fit.likely["sigma_b"] == pytest.approx(GRADE_TABLE[grade].gyro.instability, rel=0.05)
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, pytest.param(100.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("grade", GRADES)
+def test_every_grade_as_it_is(grade, rate_hz):
+    """The noise that a preset has, and none besides, in ten hours on a bench: its constant errors do not matter."""
+    row = GRADE_TABLE[grade]
+    still = np.ones((int(36_000 * rate_hz), 3))
+    ideal = ImuData(np.arange(len(still) + 1) / rate_hz, 5e-5 / rate_hz * still, -5.0 / rate_hz * still)
+    measured = emulate(ideal, ImuSection(grade=grade), 8)
+    for sensor, channel in ((row.gyro, measured.dtheta[:, 0]), (row.accel, measured.dvel[:, 2])):
+        instable = sensor.instability > 0.0
+        fit = fit_noise(channel, 1.0 / rate_hz, correlation_time=3600.0 if instable else None)
+        assert fit.likely["N"] == pytest.approx(sensor.random_walk, rel=0.005)
+        assert near(fit.estimates["N"], sensor.random_walk)
+        if instable:
+            assert near(fit.estimates["sigma_b"], sensor.instability)
+        assert [symbol for symbol in "QBKR" if fit.likely[symbol] > 0.0] == []
+
+
+def test_an_ideal_sensor_has_nothing_to_identify():
+    still = np.ones((1000, 3))
+    ideal = ImuData(np.arange(1001) / 100.0, 5e-7 * still, -0.05 * still)
+    measured = emulate(ideal, ImuSection(grade="ideal"), 8)
+    with pytest.raises(InputError, match="a constant channel has no noise"):
+        fit_noise(measured.dtheta[:, 0], 0.01)
 
 
 def test_every_key_of_a_scenario_in_its_unit():

@@ -293,6 +293,17 @@ def test_figure_has_a_panel_for_each_channel(report):
         assert low < channel.low.min() / unit < channel.deviation.deviation.max() / unit < high
 
 
+def test_every_axis_shows_two_powers_of_ten(tmp_path):
+    """Also of a short record, whose deviations are within a factor of ten."""
+    short = noise_report(write(tmp_path / "log.parquet", *increments(count=300)), channels=["gyro_x"])
+    (panel,) = noise_figure(short).axes
+    deviations = short.channels[0].deviation.deviation / DEG_H
+    assert deviations.max() < 10.0 * deviations.min()
+    bottom, top = np.log10(panel.get_ylim())
+    assert np.floor(top) > np.ceil(bottom)
+    assert 10.0**bottom < deviations.min() < deviations.max() < 10.0**top
+
+
 def test_recording(report, tmp_path):
     file = tmp_path / "made" / "noise.rrd"
     record_noise(file, report)
