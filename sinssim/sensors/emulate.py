@@ -35,8 +35,9 @@ the unit, from which it is drawn.
   8. what the link does: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
 
 Other units of the same quantity may stand in a key (gyro_misalignment_mrad, accel_vrw_mps_sqrt_h, gyro_bias_deg_s):
-`sinssim.scenario.datasheet` has the table. Stage 3 acts on the mean of an interval: what it rectifies of motion faster
-than the samples, `sinssim.sensors.rectification` adds to the ideal increments.
+`sinssim.scenario.datasheet` has the table. Stage 3 acts on the mean of an interval, and the arms of stage 1 on what a
+curve through the samples shows of the rotation: what motion faster than the samples adds to both,
+`sinssim.sensors.rectification` puts into the ideal increments. Of the delay nothing is added: it moves no mean.
 
 Allan deviations over τ, sampled with T, of each noise alone:
     Q  quantisation: √3 Q_z/τ with Q_z = Q/√12                        N  N/√τ

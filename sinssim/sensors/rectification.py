@@ -1,4 +1,4 @@
-"""What a bent response makes of motion within the samples: the rectification of vibration.
+"""What motion within the samples leaves: the rectification of vibration, and the size effect of accelerometers.
 
 A sensor bends what it feels at every instant; the emulator (stage 3 of `emulate`) bends the mean over an interval. With
 
@@ -11,6 +11,12 @@ standard deviation σ that is fast against the samples (vibration rectification)
 so that all later stages act on it too, by so much that the emulator makes the right reading of it:
 
     (1) r + n(x̄ + r) = mean n(x)
+
+Likewise an accelerometer at its own place r_i feels the block's rotation at every instant, and the emulator (stage 1)
+only what a curve through the samples shows of it. Turns of the amplitude φ at Ω leave −½(φΩ)² r_i along the arm,
+however fast they are. The exact force takes the place of the curve's:
+
+    (2) ∫ω̇ dt × r_i + ∫ω × (ω × r_i) dt,    ∫ω̇ dt the difference of ω over the interval
 """
 
 from __future__ import annotations
@@ -18,17 +24,18 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim.data import Array, ImuData
+from sinssim.sensors.elements import at_the_elements
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
 from sinssim.truth.quadrature import integrate_samples
 from sinssim.truth.trajectory import Trajectory
 
-# A cube holds three times a frequency where a motion's `fastest` allows for products of two; but panels four times as
-# long as those for rounding still leave no more than 1e-8 of what is rectified (and 1 % of what a corner, |x|, does).
-_FASTEST = 1.5 / 4.0
+# A cube holds three times a frequency where a motion's `fastest` allows for products of two; but panels six times as
+# long as those for rounding still leave no more than 6e-6 of what is rectified (and 1 % of what a corner, |x|, does).
+_FASTEST = 1.5 / 6.0
 
 
 def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuData:
-    """Add to ideal increments what bent responses make of motion within the samples.
+    """Add to ideal increments what bent responses and arms of accelerometers make of motion within the samples.
 
     Args:
         trajectory: the true motion; one that does not say how fast it vibrates (`fastest`, rad/s) is taken to be slow
@@ -37,23 +44,37 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
         errors: the sensor block's errors.
 
     Returns:
-        Increments to emulate in place of the ideal ones; the ideal ones themselves if nothing is bent or vibrates.
+        Increments to emulate in place of the ideal ones; the ideal ones themselves if nothing vibrates, or nothing is
+        bent nor has arms.
     """
     fastest = float(getattr(trajectory, "fastest", 0.0))
-    if not fastest or not (_bends(errors.gyro) or _bends(errors.accel)):
+    bent, armed = _bends(errors.gyro) or _bends(errors.accel), bool(np.any(errors.arms))
+    if not fastest or not (bent or armed):
         return ideal
 
-    def bent(omega: Array, force: Array) -> Array:
-        return np.concatenate([_bend(omega, errors.gyro), _bend(force, errors.accel)], axis=1)
+    def felt(t: Array) -> Array:
+        omega, force = trajectory.rates(t)
+        parts = [_bend(omega, errors.gyro), _bend(force, errors.accel)] if bent else []
+        if armed:
+            pulls = [np.cross(omega, np.cross(omega, arm))[:, i] for i, arm in enumerate(errors.arms)]
+            parts.append(np.stack(pulls, axis=1))
+        return np.concatenate(parts, axis=1)
 
-    interval = np.diff(ideal.time)[:, None]
     breaks = getattr(trajectory, "breaks", ())
-    both = integrate_samples(lambda t: bent(*trajectory.rates(t)), ideal.time, _FASTEST * fastest, breaks) / interval
-    return ImuData(
-        ideal.time,
-        ideal.dtheta + _input(both[:, :3], ideal.dtheta / interval, errors.gyro) * interval,
-        ideal.dvel + _input(both[:, 3:], ideal.dvel / interval, errors.accel) * interval,
-    )
+    sums = integrate_samples(felt, ideal.time, _FASTEST * fastest, breaks, 6 * bent + 3 * armed)
+    dtheta, dvel = ideal.dtheta, ideal.dvel
+    if bent:
+        interval = np.diff(ideal.time)[:, None]
+        means = sums[:, :6] / interval
+        dtheta = dtheta + _input(means[:, :3], ideal.dtheta / interval, errors.gyro) * interval
+        dvel = dvel + _input(means[:, 3:], ideal.dvel / interval, errors.accel) * interval
+    if armed:
+        turned = np.diff(trajectory.rates(ideal.time)[0], axis=0)
+        exact = (
+            np.stack([np.cross(turned, arm)[:, i] for i, arm in enumerate(errors.arms)], axis=1) + sums[:, -3:]
+        )  # (2)
+        dvel = dvel + exact - (at_the_elements(ideal, errors.arms, 0.0).dvel - ideal.dvel)
+    return ImuData(ideal.time, dtheta, dvel)
 
 
 def _bends(triad: TriadErrors) -> bool:

@@ -12,6 +12,7 @@ from sinssim.data import ImuData
 from sinssim.scenario import Scenario
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import draw, emulate
+from sinssim.sensors.imu_errors import ImuErrors
 from sinssim.sensors.rectification import rectified
 from sinssim.truth import fly
 from sinssim.truth.isolator import Mount
@@ -112,6 +113,35 @@ def test_all_bent_responses_against_fast_samples(asymmetry: float, left: float) 
     for name in ("dtheta", "dvel"):
         missing = np.abs(getattr(emulate(ideal, errors), name) - getattr(sums, name)).max()
         assert np.abs(getattr(slow, name) - getattr(sums, name)).max() < left * missing
+
+
+@pytest.mark.parametrize("frequency", [7.0, 73.0, 250.0])
+def test_size_effect_of_fast_turns(frequency: float) -> None:
+    """Turns φ sin Ωt about the down axis: the forward accelerometer at r feels −½(φΩ)²r, however slow the samples."""
+    amplitude, arm = 1e-4, 0.05
+    truth = Vibrating(parked(), [Tone("yaw", amplitude, frequency)])
+    section = ImuSection(grade="ideal", accel_arms_mm=((1e3 * arm, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    expected = -0.5 * (amplitude * 2.0 * np.pi * frequency) ** 2 * arm
+    assert mean_error(truth, section)[1][0] == pytest.approx(expected, rel=1e-3, abs=1e-9)  # and Earth rate's 4e-10
+
+
+def test_size_effect_as_accelerometers_at_their_places_feel_it() -> None:
+    """Each sample, against ∫[ω̇ × r + ω × (ω × r)] dt by many points, ω̇ from differences of ω."""
+    tones = [Tone("roll", 1e-3, 31.0, 0.3), Tone("pitch", 2e-3, 83.0, 1.2), Tone("yaw", 1e-3, 147.0)]
+    arms = np.array([[0.05, -0.02, 0.03], [-0.03, 0.06, 0.02], [0.01, 0.03, -0.06]])
+    block = Vibrating(parked(1.0), [*tones, shaken("down", 0.2, 61.0)])
+    ideal, errors = block.increments(100.0), ImuErrors(arms=arms)
+    found = emulate(rectified(block, ideal, errors), errors).dvel - ideal.dvel
+
+    step, points = 2e-6, 1000
+    middles = (ideal.time[:-1, None] + (np.arange(points) + 0.5) * 0.01 / points).ravel()
+    omega = block.rates(middles)[0]
+    change = (block.rates(middles + step)[0] - block.rates(middles - step)[0]) / (2.0 * step)
+    for i, arm in enumerate(arms):
+        pull = np.cross(change, arm) + np.cross(omega, np.cross(omega, arm))
+        exact = pull[:, i].reshape(-1, points).sum(axis=1) * 0.01 / points
+        assert np.abs(found[:, i] - exact).max() < 1e-5 * np.abs(exact).max()
+        assert np.abs(emulate(ideal, errors).dvel[:, i] - ideal.dvel[:, i] - exact).max() > 1e-2 * np.abs(exact).max()
 
 
 def test_nothing_to_add() -> None:
