@@ -721,7 +721,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
     if of_filter:
         from sinssim.recording.filter_summary import sentences
 
-        for sentence in sentences(of_filter, brief=True):
+        for sentence in sentences(of_filter):
             console.print(sentence, markup=False)
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in result.summary["timing"].items()}
     print("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,7 +76,8 @@ def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, 
     broken = ' class="broken"' if numbers["divergence"] is not None else ""
     yield f"<p{broken}><strong>{words(first)}</strong></p>" + "".join(f"<p>{words(other)}</p>" for other in others)
     yield _solutions(summary)
-    yield f'<div class="three">{"".join(_bands(aided, span))}</div>'
+    marks = [*outage_marks(aided), *fault_marks(numbers, span[1])]
+    yield f'<div class="three">{"".join(_bands(aided, span, marks))}</div>'
     yield from _tests(numbers)
     yield f'<div class="three">{"".join(_innovations(aided, span))}</div>'
     yield from _learned(numbers)
@@ -116,7 +117,8 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
     yield (
         '<p class="note">Each test: the statistic over its degrees of freedom, 1 if all is right, and its 95 % band. '
         "NIS: normalised innovations squared. Whiteness: their autocorrelation over 20 lags. Sums over 16, 64 and 256 "
-        "readings show a slow drift that a single reading’s noise hides.</p>"
+        "readings show a slow drift that a single reading’s noise hides. Optimistic: there is more noise than the "
+        "filter was told; pessimistic: less; coloured: the innovations are not white.</p>"
     )
 
 
@@ -160,10 +162,9 @@ def _test(test: Mapping[str, float] | None) -> str:
     return f"{value} ({number(test['lower_95'])} … {number(test['upper_95'])})"
 
 
-def _bands(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
+def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:
     """Draw every error of navigation with the band that it should lie in."""
     found = aided.estimate
-    marks = outage_marks(aided)
     for name, scale, components, sign in NAVIGATION:
         at = found.model.slices[name]
         for i, component in enumerate(components):
@@ -212,6 +213,24 @@ def outage_marks(aided: Aided) -> list[Mark]:
             label = sensor.measurements.label.partition("-")[0]
             marks += [(float(time[k]), f"no {label}"), (float(time[k + 1]), f"{label} again")]
     return [Mark(time, text) for time, text in sorted(set(marks))]
+
+
+def fault_marks(numbers: Mapping[str, Any], end: float) -> list[Mark]:
+    """Return marks at the begin and the end of every jump and ramp of the satellites.
+
+    Args:
+        numbers: what the summary holds of the filter.
+        end: of the run, s.
+
+    Returns:
+        In the order of the scenario.
+    """
+    marks = []
+    for fault in numbers["faults"]:
+        marks.append(Mark(fault["from_s"], fault["kind"]))
+        if fault["to_s"] < end - 1.0:
+            marks.append(Mark(fault["to_s"], f"{fault['kind']} ends"))
+    return marks
 
 
 def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:

@@ -30,8 +30,12 @@ _UNITS = (
 """Endings of columns, and the units that people use for them."""
 
 
-_INCONSISTENT = ("optimistic", "pessimistic", "coloured")
-"""Verdicts on a sensor's innovations that speak against a filter."""
+_INCONSISTENT = {
+    "optimistic": "more noise than it was told",
+    "pessimistic": "less noise than it was told",
+    "coloured": "innovations that are not white",
+}
+"""Verdicts on a sensor's innovations that speak against a filter, and what they mean."""
 
 
 def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
@@ -208,15 +212,14 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
             yield f"{what} was not caught by the gate: {how}{far}{seen}."
 
 
-def sentences(numbers: Mapping[str, Any], *, brief: bool = False) -> Iterator[str]:
+def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     """Say what a person should know of a filter.
 
     Args:
         numbers: what `filter_numbers` returned.
-        brief: verdicts without the numbers that they come from.
 
     Yields:
-        Whole sentences, the gravest first.
+        Whole sentences, the gravest first; verdicts without the tests that they come from.
     """
     end = numbers["divergence"]
     if end is not None:
@@ -229,12 +232,12 @@ def sentences(numbers: Mapping[str, Any], *, brief: bool = False) -> Iterator[st
         yield "The filter took no reading: nothing tells whether it is consistent."
     elif numbers["consistent"]:
         yield "The filter is consistent: nothing in its innovations speaks against it."
-    elif brief:
-        bad = [f"{n} {s['verdict']}" for n, s in numbers["sensors"].items() if s["verdict"] in _INCONSISTENT]
-        yield f"The filter is not consistent{': ' + ', '.join(bad) if bad else ''}."
     else:
-        yield "The filter is not consistent."
-        yield from (finding for finding in numbers["findings"] if not finding.startswith("The filter diverged"))
+        bad = []
+        for verdict, meaning in _INCONSISTENT.items():
+            sensors = [name for name, s in numbers["sensors"].items() if s["verdict"] == verdict]
+            bad += [f"{verdict} ({meaning}) by {', '.join(sensors)}"] if sensors else []
+        yield f"The filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
     yield from numbers["remarks"]
 
 
@@ -305,7 +308,7 @@ def filter_markdown(numbers: Mapping[str, Any]) -> str:
     Returns:
         Markdown.
     """
-    first, *others = sentences(numbers, brief=True)
+    first, *others = sentences(numbers)
     lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]
     lines += ["", "| sensor | taken | refused | NIS | verdict |", "|---|---|---|---|---|"]
     for name, s in numbers["sensors"].items():

@@ -15,7 +15,7 @@ from rerun.chunk import RrdReader
 from sinssim.nav_error import navigation_error
 from sinssim.recording.blueprints import all_views, load_view
 from sinssim.recording.filter_streams import state_columns
-from sinssim.recording.filter_summary import for_people
+from sinssim.recording.filter_summary import for_people, sentences
 from sinssim.recording.viewer import read_run_info
 from sinssim.scenario import Scenario
 from sinssim.simulation import run
@@ -209,8 +209,9 @@ def test_report_shows_the_filter(recorded):
     page = (result.directory / "report.html").read_text(encoding="utf-8")
     section = page[page.index("The aided solution") : page.index("How it was made")]
     for words in ("North position error", "Azimuth, φD", "gnss-velocity, in σ", "NEES per state", "gyro bias x [deg/h]",
-                  "no gnss", "gnss again", "inertial, quaternion", "smoothed"):  # fmt: skip
+                  "no gnss", "gnss again", ">jump<", "jump ends", "inertial, quaternion", "smoothed"):  # fmt: skip
         assert words in section
+    assert "With the aiding sensors and the filter:" in page[: page.index("The aided solution")]
     assert "nan" not in section.lower().replace("nano", "")
     assert section.count("<svg xmlns") == 9 + 4
 
@@ -290,6 +291,9 @@ def test_filter_that_is_told_wrong_noise_is_called_inconsistent(factor, verdict)
     for sensor in kept["sensors"].values():
         assert sensor["verdict"] == verdict
         assert sensor["tests"]["NIS"]["value"] == pytest.approx(factor**-2, rel=0.25)
+    meaning = {"optimistic": "more noise than it was told", "pessimistic": "less noise than it was told"}[verdict]
+    (sentence,) = (line for line in sentences(kept) if line.startswith("The filter is"))
+    assert sentence == f"The filter is not consistent: {verdict} ({meaning}) by gnss-position, gnss-velocity."
 
 
 def test_run_without_a_filter_has_nothing_of_it(tmp_path):
