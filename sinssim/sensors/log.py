@@ -278,13 +278,23 @@ def _column(columns: dict[Column, Any], name: Column, path: Path) -> Array:
     try:
         values = np.asarray(columns[name], dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{path}: the column {name!r} does not hold numbers.") from error
+        k, value = next((k, value) for k, value in enumerate(columns[name]) if not _is_number(value))
+        hint = " If it belongs to a heading, skip that (skip_lines) and number the columns." if k == 0 else ""
+        raise InputError(f"{path}, sample {k}: the column {name!r} holds {value!r}, not a number.{hint}") from error
     if not values.size:
         raise InputError(f"{path} holds no samples: the column {name!r} is empty.")
     finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
     if not finite.all():
         raise InputError(f"{path}, sample {int(np.argmin(finite))}: the column {name!r} is empty or not finite.")
     return values
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def _triad(columns: dict[Column, Any], layout: LogDescription, name: TriadName, path: Path) -> Array:

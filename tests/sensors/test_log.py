@@ -185,7 +185,7 @@ TRIADS = '[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad"\n[accel]\ncolumns = ["
         ('tim = "t"\n' + TRIADS, "tim"),
         ('time = "t\n', "TOML syntax"),
         ('time = "x"\n' + TRIADS, "unknown column 'x'"),
-        ('time = "t"\n' + TRIADS.replace('"f"', '"text"'), "does not hold numbers"),
+        ('time = "t"\n' + TRIADS.replace('"f"', '"text"'), "sample 1: the column 'text' holds 'y', not a number."),
         ('time = "t"\n' + TRIADS.replace('"f"', '"gap"'), "sample 1"),
         ('time = "back"\n' + TRIADS, "sample 2"),
         ("time = 1\n" + TRIADS, "some columns are named and others numbered"),
@@ -196,7 +196,7 @@ TRIADS = '[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad"\n[accel]\ncolumns = ["
 def test_mistakes_are_named(tmp_path, description, text):
     table = pa.table(
         dict.fromkeys("tabcdef", ENDS)
-        | {"text": ["x", "y", "z"], "gap": pa.array([1.0, None, 2.0]), "back": [0.01, 0.02, 0.015]}
+        | {"text": ["1", "y", "z"], "gap": pa.array([1.0, None, 2.0]), "back": [0.01, 0.02, 0.015]}
     )
     parquet.write_table(table, tmp_path / "log.parquet")
     (tmp_path / "log.toml").write_text(description)
@@ -223,6 +223,7 @@ def archive(numbers=b"3" * 400):
         ("log.csv", (",".join(own_table().column_names) + "\n").encode(), "no samples"),
         ("log.csv", (",".join(own_table().column_names) + "\n" + "1,0,0,0,0,0,0\n").encode(), "1 sample;"),
         ("log.csv", b"a,b\n1,2\n3,4,5\n", "delimiter and skip_lines"),
+        ("log.csv", b"time_s,dtheta_x_rad\ns,rad\n1,2\n", "holds 'rad', not a number. If it belongs to a heading"),
         ("log.csv", b"a,b\n1,2\n", "Its own are a, b: say in a TOML file what they hold (--columns)"),
         ("log.npz", b"", "no archive of arrays, as numpy.savez writes one"),
         ("log.npz", archive()[:400], "no archive of arrays"),
