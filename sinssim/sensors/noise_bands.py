@@ -22,14 +22,29 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def rounding(count: int) -> float:
-    """Return what an increment may be off by, relative: times of a record of n intervals are rounded to n ε T."""
+    """Return what an increment may be off by, relative: times of a record of n intervals are rounded to n ε T.
+
+    Args:
+        count: n, number of increments.
+
+    Returns:
+        A few n ε.
+    """
     return 4.0 * float(np.finfo(np.float64).eps) * count
 
 
 class Bands:
     """A record as bands of its cosine coefficients.
 
+    Args:
+        departures: the increments less their mean, (n,) rad or m/s.
+        interval: T, s.
+        largest: of the increments themselves, whose digits limit those of the departures.
+
     Attributes:
+        count: increments that are used; a few at the end may be left, so that the transform is fast.
+        interval: T, s.
+        edges: first coefficient of each band, and the one after the last, (b+1,).
         number: coefficients in each band, (b,).
         power: sum of z² over each band.
         shapes_z: sums of ramp or end effect times z, (3, b).
@@ -56,7 +71,7 @@ class Bands:
         self.take_off(np.array([float(weights @ self._z / (weights @ ramp)), 0.0, 0.0]))
         self.floor = (rounding(self.count) * largest) ** 2
         self.rounded = float(self.power.sum()) < self.count * self.floor
-        second = np.diff(departures)  # q₂ − 2q₁ + q₀ of rounding errors q: 1 + 2⁴ + 1 fourth cumulants
+        second = np.diff(departures)  # of the angle's rounding errors q₂ − 2q₁ + q₀: 1 + 2⁴ + 1 fourth cumulants
         squares = second**2
         self.fourth = float(np.mean(squares**2) - 3.0 * np.mean(squares) ** 2) / 18.0
 
@@ -87,7 +102,14 @@ class Bands:
         return np.asarray(0.5 * np.pi * (self.edges[1:] + self.edges[:-1] - 1) / self.count)
 
     def column(self, term: NoiseTerm) -> Array:
-        """Return a term's mean power in each band, (b,)."""
+        """Return a term's mean power in each band.
+
+        Args:
+            term: with its coefficient at one.
+
+        Returns:
+            (b,), by Gauss's quadrature over the wider ones.
+        """
         low, high = self.edges[:-1], self.edges[1:]
         middle, half = 0.5 * (low + high - 1), 0.5 * (high - low) * (high - low > 1)
         k = middle[:, None] + half[:, None] * _NODES
@@ -96,6 +118,8 @@ class Bands:
 
 @dataclass(frozen=True)
 class _Basis:
+    """Edges of the bands, the shapes of ramp and ends, and the sums of their products over the bands."""
+
     edges: NDArray[np.int64]
     ramp: Array
     ends: Array

@@ -35,7 +35,11 @@ _CLOSE = 1e-5  # of the logarithm of the likelihood
 
 
 class Likelihood:
-    """The likelihood of a record under some terms.
+    """The likelihood of a record under some terms, at its maximum and anywhere else.
+
+    Args:
+        bands, terms, columns, weight: as the attributes.
+        start: c² to begin with, (p,); the record's own power if not given.
 
     Attributes:
         bands: the record.
@@ -57,11 +61,11 @@ class Likelihood:
         return [term.symbol for term in self.terms].index(symbol)
 
     def variance(self, squares: Array) -> Array:
-        """Return v of every band."""
+        """Return the variance v of every band's coefficients, (b,), under some c², (p,)."""
         return np.asarray(squares @ self.columns + self.bands.floor)  # (1)
 
     def weighed(self, weight: Array) -> Likelihood:
-        """Return the same terms with other weights."""
+        """Return the same terms with other weights, (b,)."""
         return Likelihood(self.bands, self.terms, self.columns, weight)
 
     def extended(self, term: NoiseTerm) -> Likelihood:
@@ -89,7 +93,15 @@ class Likelihood:
         return np.maximum(power, 0.0), taken, float(np.linalg.slogdet(covariance)[1])
 
     def evaluate(self, v: Array) -> tuple[Array, float]:
-        """Return each band's power without ramp and ends, and the logarithm of the restricted likelihood."""
+        """Return a likelihood, and what the scoring needs to raise it.
+
+        Args:
+            v: variance of every band's coefficients, (b,).
+
+        Returns:
+            Each band's mean power without ramp and ends, (b,), with what of the noise these have taken put back; and
+            the logarithm of the restricted likelihood.
+        """
         power, taken, determinant = self.eliminated(v)
         terms = self.weight * (np.log(v) + power / (self.bands.number * v))
         return (power + taken) / self.bands.number, -0.5 * (float(terms.sum()) - determinant)  # (3)
@@ -137,7 +149,7 @@ class Likelihood:
         return squares, top
 
     def loss(self, held: Mapping[int, float]) -> float:
-        """Return twice the loss in the logarithm of the likelihood when c² of some terms are held."""
+        """Return twice what the logarithm of the likelihood loses when c² of some terms are held, by their numbers."""
         return 2.0 * (self.top - self.solve(held, start=self.best)[1])
 
 
