@@ -262,7 +262,10 @@ def _aligned(
             ) from error
     fixes = {m.kind: m for m in told if m.label in ("gnss-position", "gnss-velocity")}
     gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
-    return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
+    try:
+        return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
+    except SinssimError as error:
+        raise type(error)(f"filter.alignment_s = {section.alignment_s:g}: {error}") from error
 
 
 def _told(measurements: Measurements, factor: float) -> Measurements:

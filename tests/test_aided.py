@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.aided import aid_run, filter_model, inertial_sigma
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.estimation.consistency import nees
 from sinssim.recording.filter_summary import angle, filter_numbers, sentences
 from sinssim.scenario import Scenario, load_scenario
@@ -335,6 +335,14 @@ def test_readings_that_come_too_late_leave_the_inertial_solution_and_it_is_said(
     assert "aiding.gnss.jumps.1 begins at 95 s, and the run ends at 90 s: it never happens." in said
     assert "zero-velocity: no reading came (the vehicle never stood still)" in said
     assert "caught" not in said
+
+
+def test_alignment_in_motion_that_cannot_be_names_its_key():
+    straight = {"alignment": "in-motion", "alignment_s": 60.0}
+    with pytest.raises(RunError, match=r"filter\.alignment_s = 60: .* the vehicle accelerated too little"):
+        aided(scenario(imu={"grade": "mems-industrial", "rate_hz": 50.0}, filter=straight))
+    with pytest.raises(InputError, match=r"filter\.alignment_s = 60: .* at least 40 s of them are needed"):
+        aided(scenario(aiding={"gnss": {"outages_s": [[0.0, 30.0]]}}, filter=straight))
 
 
 def test_alignment_in_motion_on_a_straight_flight_is_as_good_as_the_gyros():

@@ -1,4 +1,4 @@
-"""What a scenario writes for times that its run does not reach: it is no mistake, but a person should know."""
+"""What a scenario writes for times that its run does not reach: a person should know before it runs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from sinssim.scenario.schema import Scenario
 
 
 def never(scenario: Scenario, end: float) -> Iterator[str]:
-    """Say which outages, faults and stops of the aiding sensors come after the end of the run.
+    """Say which outages, faults and stops of the aiding sensors, or what else of the filter, the run does not reach.
 
     Args:
         scenario: the scenario.
@@ -18,6 +18,9 @@ def never(scenario: Scenario, end: float) -> Iterator[str]:
     Yields:
         Whole sentences, each with its key.
     """
+    wanted = None if scenario.filter is None else scenario.filter.alignment_s
+    if wanted is not None and wanted >= end:
+        yield f"filter.alignment_s = {wanted:g}: the run ends at {end:.0f} s, and the alignment takes longer."
     for name, sensor in scenario.aiding or ():
         if sensor is None:
             continue

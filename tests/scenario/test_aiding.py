@@ -80,6 +80,8 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         "note        aiding.gnss.ramps.1 begins at 700 s, and the run ends at 200 s: it never happens.",
         "note        aiding.baro.latency_s = 300: the run ends at 200 s, and no reading arrives before.",
     ]
+    (note,) = never(load_scenario(write(tmp_path, TEXT + "alignment_s = 199.0\n")), 198.0)
+    assert note == "filter.alignment_s = 199: the run ends at 198 s, and the alignment takes longer."
     stop = TEXT + "\n[aiding.zero_velocity]\nduring_s = [[10.0, 20.0], [250.0, 300.0]]\n"
     (note,) = never(load_scenario(write(tmp_path, stop)), 199.0)
     assert note.startswith("aiding.zero_velocity.during_s.2 begins at 250 s, and the run ends at 199 s")
