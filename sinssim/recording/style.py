@@ -88,6 +88,10 @@ _SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
 """Towards white (positive) or black, by an algorithm's order or number of samples."""
 
 
+_OF_SENSORS = {"bias": 0.25, "scale": -0.25, "deviation": -0.4, "wind": 0.45}
+"""The same of what is wrong with an aiding sensor."""
+
+
 def family(algorithm: str) -> str:
     """Return the family of an algorithm: its name without order and variant.
 
@@ -103,8 +107,8 @@ def family(algorithm: str) -> str:
 def _known(name: str) -> Rgb | None:
     """Return the table's colour, or the shade of an algorithm's order or of an aiding sensor's error."""
     sensor, _, of_sensor = name.rpartition(" ")
-    if name not in COLORS and of_sensor in ("bias", "scale") and sensor in COLORS:
-        return _shaded(COLORS[sensor], 0.25 if of_sensor == "bias" else -0.25)
+    if name not in COLORS and of_sensor in _OF_SENSORS and sensor in COLORS:
+        return _shaded(COLORS[sensor], _OF_SENSORS[of_sensor])
     order = _ORDER.search(name)
     if name in COLORS or order is None or family(name) not in COLORS:
         return COLORS.get(name)

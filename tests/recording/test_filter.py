@@ -12,7 +12,9 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
+from sinssim.estimation import BLOCKS
 from sinssim.nav_error import navigation_error
+from sinssim.recording import style
 from sinssim.recording.blueprints import all_views, load_view
 from sinssim.recording.filter_streams import state_columns
 from sinssim.recording.filter_summary import for_people, sentences
@@ -225,6 +227,18 @@ def test_units_that_people_use():
     assert for_people("gyro_misalignment_xy_rad", np.pi / 10.8e3) == ("gyro misalignment xy", "arcmin", [1.0])
     assert for_people("gyro_scale_x", 1e-6)[1:] == ("ppm", [1.0])
     assert for_people("velocity_n_mps", 2.0) == ("velocity n", "m/s", [2.0])
+
+
+def test_a_sensor_or_block_has_one_colour_whatever_is_beside_it():
+    sensors = ["gnss-position", "gnss-velocity", "baro", "magnetometer", "airspeed", "odometer", "zero-velocity",
+               "zero-rate", "attitude", "star-tracker", "master-velocity", "master-attitude"]  # fmt: skip
+    blocks = [*BLOCKS, "gnss-position bias", "gnss-velocity bias", "baro bias", "baro scale", "magnetometer bias",
+              "magnetometer deviation", "airspeed wind", "odometer scale", "star-tracker bias",
+              "master-attitude bias"]  # fmt: skip
+    for names in (sensors, blocks):
+        found = style.colors(names)
+        assert len(set(found)) == len(names)
+        assert [style.colors([name])[0] for name in reversed(names)] == found[::-1]
 
 
 def test_columns_of_every_block_differ():
