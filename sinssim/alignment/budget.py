@@ -8,6 +8,7 @@ What drifts acts by its mean over the session, from t to t + T after the sensors
     ramp R                      R (t + T/2)
     rate random walk K          variance K² (t + T/3)
     bias instability, flicker   variance of the mean of their process
+    null shift of laser gyros   its mean, a known bias
 
 and what a session of length T averages is random walk (variance N²/T of a mean reading) and quantisation (a pulse of
 weight Q at either end leaves Q²/6T²).
@@ -15,6 +16,7 @@ weight Q at either end leaves Q²/6T²).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -29,7 +31,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.datasheet import QUANTITIES
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import flicker
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp, stated, warm_up
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp, null_shift, stated, warm_up
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
@@ -55,6 +57,7 @@ SLOW = tuple(source for source in SOURCES if source.endswith(("instability", "fl
 AVERAGED = (*SLOW, *(source for source in SOURCES if source.startswith(("angle", "velocity"))))
 """The sources that a longer session makes smaller."""
 
+_INSTANTS = 10_000  # of a session, over which the null shift is averaged
 _SHORTEST, _LONGEST = 1e-6, 1e12  # session lengths beyond which a crossing counts as none, s
 
 
@@ -102,7 +105,7 @@ def expected_errors(section: ImuSection) -> Expected:
     def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
         return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
 
-    return Expected(block(mean), block(sigma))
+    return Expected(replace(block(mean), null_shift=null_shift(section)), block(sigma))
 
 
 def reading_errors(
@@ -128,7 +131,11 @@ def reading_errors(
         drift = triad.bias_temperature * warmth + triad.ramp * (start + 0.5 * duration)
         return np.asarray(triad.bias + linear + bent + x * (triad.cross_axis @ x) + drift)
 
-    return of_triad(errors.gyro, gyro) + errors.gyro.g_sensitivity @ accel, of_triad(errors.accel, accel)
+    rates = of_triad(errors.gyro, gyro) + errors.gyro.g_sensitivity @ accel
+    if errors.null_shift is not None:
+        instants = start + duration * (np.arange(_INSTANTS) + 0.5) / _INSTANTS
+        rates = rates + errors.null_shift.bias(errors.warm_up.temperature(instants)).mean()
+    return rates, of_triad(errors.accel, accel)
 
 
 def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) -> Array:

@@ -9,8 +9,8 @@ run or follow the temperature. With the mean reading x̃ = Δβ̃/T of an interv
 
 (the chapter's analytic compensation, section 8.2); then the delay and the arms of the accelerometers. What is left, to
 first order in the errors of the calibration, is an instrument whose errors are those of the calibration: Δβ̂ − Δβ ≈
-(k − k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + … + (ω₀ − ω̂₀) T. Random walk, instability, flicker, ramp, range, quantisation
-and faults pass through: no calibration knows them.
+(k − k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + … + (ω₀ − ω̂₀) T. Random walk, instability, flicker, ramp, a laser gyro's null
+shift, range, quantisation and faults pass through: no calibration knows them.
 """
 
 from __future__ import annotations
@@ -54,9 +54,7 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
             a non-linearity that makes one reading of two rates).
     """
     interval = np.diff(measured.time)
-    warm = calibration.warm_up
-    middle = 0.5 * (measured.time[1:] + measured.time[:-1]) - measured.time[0]
-    warmth = warm.steady + (warm.start - warm.steady) * np.exp(-middle / warm.time_constant)
+    warmth = calibration.warm_up.temperature(0.5 * (measured.time[1:] + measured.time[:-1]) - measured.time[0])
     dvel = _corrected(measured.dvel, interval, warmth, calibration.accel, "accelerometer")
     dtheta = measured.dtheta
     if np.any(calibration.gyro.g_sensitivity):

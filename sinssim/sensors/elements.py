@@ -5,8 +5,8 @@ An accelerometer at r from the block's reference point, its sensitive axis along
     (1) e · [ω̇ × r + ω × (ω × r)]    (size effect)
 
 and one that samples δ after the gyros gives V(t_k − δ) − V(t_(k−1) − δ), V being the integral of its force. Both need
-what lies between the samples: a cubic spline through the integrals at the edges. All that follows in the emulator
-differs from run to run; this does not, so that an ensemble needs it once.
+what lies between the samples: a cubic spline through the integrals at the edges. A laser gyro takes its null shift for
+a rotation. All that follows in the emulator differs from run to run; this does not, so that an ensemble needs it once.
 """
 
 from __future__ import annotations
@@ -15,8 +15,30 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.sensors.imu_errors import ImuErrors
 
 _FEWEST = 4  # samples that a cubic spline needs
+
+
+def what_is_felt(ideal: ImuData, errors: ImuErrors) -> ImuData:
+    """Return what the sensors of a block have to measure, stage 1 of `emulate`: the same in every run.
+
+    Args:
+        ideal: ideal increments at the block's reference point.
+        errors: the block's errors, of which arms, delay, null shift and temperature count.
+
+    Returns:
+        The increments; the ideal ones themselves if there is none of these.
+
+    Raises:
+        InputError: as `at_the_elements`.
+    """
+    felt = at_the_elements(ideal, errors.arms, errors.delay)
+    if errors.null_shift is None:
+        return felt
+    interval = np.diff(ideal.time)
+    warmth = errors.warm_up.temperature(ideal.time[:-1] + 0.5 * interval - ideal.time[0])
+    return ImuData(ideal.time, ideal.dtheta + (errors.null_shift.bias(warmth) * interval)[:, None], felt.dvel)
 
 
 def at_the_elements(ideal: ImuData, arms: Array, delay: float) -> ImuData:

@@ -7,8 +7,9 @@ error is 0 unless given; the names in brackets are the fields of `TriadErrors` (
 the unit, from which it is drawn.
 
   1. where and when: accelerometer i sits at its own place r_i, and the accelerometers sample later than the gyros by δ
-     (arms: accel_arms_mm; delay: accel_delay_ms). The same in every run: `sinssim.sensors.elements`
-         f_i ← f_i + [ω̇ × r_i + ω × (ω × r_i)]_i,     f(t) ← f(t − δ)
+     (arms: accel_arms_mm; delay: accel_delay_ms); gas flow in laser gyros, alike in all three, feigns a rotation that
+     changes with the temperature (null_shift: [imu.laser_gyro]). The same in every run: `sinssim.sensors.elements`
+         f_i ← f_i + [ω̇ × r_i + ω × (ω × r_i)]_i,     f(t) ← f(t − δ),     ω_i ← ω_i + Ω₀(Θ) − Ω₀(0)
   2. sensitive axis (misalignment: _misalignment_arcsec)
          x_i = u_i + Σ_j M_ij u_j
   3. response (asymmetry: _asymmetry_ppm; quadratic: gyro_quadratic_ppm_per_deg_s, accel_quadratic_ug_per_g2; cubic:
@@ -61,7 +62,7 @@ from sinssim.checks import checked_increments
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors.elements import at_the_elements
+from sinssim.sensors.elements import what_is_felt
 from sinssim.sensors.imu_errors import ImuErrors, draw
 from sinssim.units import ARCSEC
 
@@ -90,7 +91,7 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
     from sinssim.sensors.pack import pack
     from sinssim.sensors.random_numbers import key
 
-    time, dtheta, _ = checked_increments(ideal)
+    time = checked_increments(ideal)[0]
     if isinstance(spec, ImuSection) and spec.sensor_set.type != "gyros":
         raise InputError(
             f'a block of three gyros and three accelerometers is emulated; sensor_set.type = "{spec.sensor_set.type}" '
@@ -100,13 +101,13 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
     packed = pack([errors], float(time[0]))
     _check_faults(errors, time)
-    where = at_the_elements(ideal, errors.arms, errors.delay)
-    dvel = np.ascontiguousarray(where.dvel, dtype=np.float64)
+    felt = what_is_felt(ideal, errors)
+    dtheta, dvel = (np.ascontiguousarray(rows, dtype=np.float64) for rows in (felt.dtheta, felt.dvel))
     _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, dtheta)
     _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, dvel)
     stamps = _jittered(ideal.time, errors, seed)
     if packed.nothing:
-        return where if stamps is ideal.time else replace(where, time=stamps)
+        return felt if stamps is ideal.time else replace(felt, time=stamps)
     gyro, accel = np.empty_like(dtheta), np.empty_like(dvel)
     flagged = bool(packed.active & (kernel.LIMITED | kernel.FAULTY))
     flags = np.zeros((len(dtheta) if flagged else 0, 6), dtype=np.uint8)

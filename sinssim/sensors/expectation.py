@@ -22,7 +22,7 @@ turn and the speed, t′ the time since the middle of the manoeuvre:
     velocity random walk            N times the root of ∫h²
     quantum Q, sampled every T      every sample an independent error of variance Q²/12: of the tilt, which moves the
                                     velocity like a random walk g Q √(T/12); of the velocity, Q √(T/12) √(∫cos² ωu du)
-    temperature                     as a bias and a scale factor that follow the warm-up
+    temperature                     as a bias and a scale factor that follow the warm-up; null shift as such a bias
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from sinssim.data import Array
 from sinssim.scenario.datasheet import QUANTITIES, Quantity
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import flicker
-from sinssim.sensors.imu_errors import stated, warm_up
+from sinssim.sensors.imu_errors import null_shift, stated, warm_up
 from sinssim.sensors.schuler import Response, Schuler
-from sinssim.units import DEG, G0
+from sinssim.units import DEG, DEG_H, G0
 
 TURN, TURN_RATE = 90.0 * DEG, 3.0 * DEG
 SPEED, GATHERING = 250.0, 0.25 * G0
@@ -71,8 +71,9 @@ MEANINGS = {
     "flicker": "bias instability B, floor of the Allan deviation over 0.664",
     "rate_walk": "how the bias itself wanders, with √t",
     "limit": "largest input that the sensor can tell",
+    "null_shift": "bias by gas flow as the ring warms, the largest",
 }
-"""What the errors are, in plain words, by the field of `TriadErrors`."""
+"""What the errors are, in plain words, by the field of `TriadErrors`, and of `ImuErrors`."""
 
 UNITS = {
     "deg_h": "deg/h",
@@ -182,6 +183,9 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
         sizes[quantity.triad, quantity.field] = size
         if size.any() and (quantity.field != "correlation_time" or sizes[quantity.triad, "instability"]):
             terms.append(_term(quantity, float(size.max())))
+    shift = float(np.abs(_null_shift(section, np.linspace(0.0, duration, 1000))).max())
+    if shift:
+        terms.append(Term("gyro_null_shift", shift / DEG_H, "deg/h", shift, "rad/s", MEANINGS["null_shift"]))
     block = _Block(section, Schuler.at(latitude), duration)
     found = [
         *block.gyros({field: size for (triad, field), size in sizes.items() if triad == "gyro"}),
@@ -196,6 +200,12 @@ def _term(quantity: Quantity, si: float) -> Term:
     meaning = MEANINGS[quantity.field].format(integral="angle" if quantity.triad == "gyro" else "velocity")
     value = float(f"{si / quantity.unit:.12g}")  # 5, not 4.9999999999999996
     return Term(quantity.name, value, UNITS.get(unit, unit), si, _si_unit(quantity), meaning)
+
+
+def _null_shift(section: ImuSection, t: Array) -> Array:
+    """Return the null shift of laser gyros at instants, (N,) rad/s."""
+    shift = null_shift(section)
+    return np.zeros_like(t) if shift is None else shift.bias(warm_up(section).temperature(t))
 
 
 def _si_unit(quantity: Quantity) -> str:
@@ -236,11 +246,6 @@ class _Block:
         tilt, azimuth = (float(self.earth.step(kind, np.asarray(self.duration))) for kind in ("tilt", "azimuth"))
         return math.hypot(tilt * rates[0], tilt * rates[1], azimuth * rates[2])
 
-    def _warmth(self, t: Array) -> Array:
-        """Return the temperature over that of the calibration, (N,) K."""
-        w = warm_up(self.section)
-        return np.asarray(w.steady + (w.start - w.steady) * np.exp(-t / w.time_constant))
-
     def _wandering(self, kind: Response, size: dict[str, Array]) -> Iterator[tuple[str, float]]:
         """Yield what an error that changes at random makes along one axis, m."""
         t = self.duration
@@ -276,6 +281,7 @@ class _Block:
         tilt = math.hypot(m[0, 2], m[1, 2]) * 2.0 * math.sin(0.5 * TURN)
         yield Contribution("gyro misalignment, to a turn", TURNING, tilt * float(earth.impulse("tilt", after)))
         yield Contribution("gyro g-sensitivity", AT_REST, self._rest(size["g_sensitivity"][:, 2] * earth.gravity))
+        warmth = warm_up(self.section).temperature
         channels: tuple[tuple[str, Response, int], ...] = (("level", "tilt", 2), ("down", "azimuth", 1))
         for name, kind, axes in channels:
             across = size["ramp"][:2] if kind == "tilt" else size["ramp"][2:]
@@ -284,11 +290,13 @@ class _Block:
             yield Contribution(f"angle random walk, {name}", AT_REST, white * math.sqrt(axes))
             for noise, position in self._wandering(kind, size):
                 yield Contribution(f"gyro {noise}, {name}", AT_REST, position * math.sqrt(axes))
-            warmed = earth.driven(kind, t, self._warmth)
+            warmed = earth.driven(kind, t, warmth)
             drift = size["bias_temperature"], size["scale_temperature"] * spin
             for what, rates in zip(("bias", "scale factor"), drift, strict=True):
                 across = rates[:2] if kind == "tilt" else rates[2:]
                 yield Contribution(f"gyro {what} by temperature, {name}", AT_REST, math.hypot(*across) * abs(warmed))
+            shifted = earth.driven(kind, t, lambda u: _null_shift(self.section, u))
+            yield Contribution(f"gyro null shift, {name}", AT_REST, math.sqrt(axes) * abs(shifted))
         walk = earth.gravity * float(size["quantum"]) / math.sqrt(12.0 * self.section.rate_hz)
         yield Contribution("angle quantisation", AT_REST, math.sqrt(2.0) * walk * earth.white("velocity", t))
 
@@ -317,7 +325,7 @@ class _Block:
         yield Contribution("velocity random walk", AT_REST, math.sqrt(2.0) * white)
         for noise, position in self._wandering("velocity", size):
             yield Contribution(f"accelerometer {noise}", AT_REST, math.sqrt(2.0) * position)
-        warmed = earth.driven("velocity", t, self._warmth)
+        warmed = earth.driven("velocity", t, warm_up(self.section).temperature)
         yield Contribution(
             "accelerometer bias by temperature", AT_REST, math.hypot(*size["bias_temperature"][:2]) * abs(warmed)
         )

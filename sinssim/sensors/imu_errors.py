@@ -15,7 +15,8 @@ from sinssim.scenario.grades import CORRELATION_TIME, TriadGrade, find_grade
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.sensors.laser_gyro import LaserGyro
-from sinssim.units import ARCSEC, DEG, DEG_H, G0, UG
+from sinssim.sensors.null_shift import NullShift
+from sinssim.units import ARCSEC, DEG, DEG_H, G0, PPM, UG
 
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 _NONE = np.zeros(())
@@ -87,6 +88,17 @@ class WarmUp:
     steady: float = 0.0
     time_constant: float = 600.0
 
+    def temperature(self, t: Array) -> Array:
+        """Return Θ.
+
+        Args:
+            t: time since the first sample, (...) s.
+
+        Returns:
+            Over the temperature of the calibration, (...) K.
+        """
+        return np.asarray(self.steady + (self.start - self.steady) * np.exp(-t / self.time_constant))
+
 
 @dataclass(frozen=True)
 class Fault:
@@ -118,6 +130,7 @@ class ImuErrors:
         delay: how much later than the gyros the accelerometers sample, s.
         warm_up: the temperature.
         faults: what goes wrong.
+        null_shift: of laser gyros, with the temperature; None for none.
     """
 
     gyro: TriadErrors = field(default_factory=TriadErrors)
@@ -126,6 +139,7 @@ class ImuErrors:
     delay: float = 0.0
     warm_up: WarmUp = field(default_factory=WarmUp)
     faults: tuple[Fault, ...] = ()
+    null_shift: NullShift | None = None
 
 
 def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
@@ -151,6 +165,7 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
         section.accel_delay_ms * 1e-3,
         warm_up(section),
         tuple(fault(given) for given in section.faults),
+        null_shift(section),
     )
 
 
@@ -260,4 +275,26 @@ def laser_gyro(section: LaserGyroSection) -> LaserGyro:
         section.lock_in_deg_h * DEG_H,
         section.dither_amplitude_arcsec * ARCSEC,
         section.dither_frequency_hz,
+    )
+
+
+def null_shift(section: ImuSection) -> NullShift | None:
+    """Return the null shift of the laser gyros that a scenario describes.
+
+    Args:
+        section: the [imu] section of a scenario.
+
+    Returns:
+        The null shift, SI; None where no gas flows.
+    """
+    ring = section.laser_gyro
+    if ring is None or not ring.gas_flow_mps:
+        return None
+    return NullShift(
+        laser_gyro(ring),
+        ring.gain_percent * 1e-2,
+        ring.gas_flow_mps,
+        ring.thermal_speed_mps,
+        ring.expansion_ppm_per_c * PPM,
+        ring.path_control,
     )

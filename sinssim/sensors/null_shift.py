@@ -19,6 +19,8 @@ the pulses per radian are 4AN/L², which a uniform expansion leaves alone and a 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -92,3 +94,39 @@ def null_shift(gyro: LaserGyro, change: ArrayLike, gain: float, flow_speed: floa
     xi = detuning(gyro, change, thermal_speed)
     at_centre = SPEED_OF_LIGHT * gain * gyro.wavelength * flow_speed / (4.0 * np.pi**1.5 * gyro.area * thermal_speed)
     return np.asarray(at_centre * (1.0 - 2.0 * xi * dawsn(xi)))
+
+
+@dataclass(frozen=True)
+class NullShift:
+    """What temperature makes of the null shift of a block's three gyros, which are alike.
+
+    Attributes:
+        gyro: the ring, tuned to the centre of the gain line at the temperature of its calibration.
+        gain: G, of the power per round trip at the centre of the line.
+        flow_speed: v, of the gas along the beams, mean over the ring, m/s.
+        thermal_speed: u, most probable speed of the atoms, m/s.
+        expansion: α, linear expansion of the block, 1/K.
+        control: part of the path's change that the path-length control takes out, 0 (none) to 1.
+    """
+
+    gyro: LaserGyro
+    gain: float
+    flow_speed: float
+    thermal_speed: float
+    expansion: float
+    control: float = 0.0
+
+    def bias(self, warmth: ArrayLike) -> Array:
+        """Return by how much the null shift differs from that of the calibration, which has been taken out.
+
+        Args:
+            warmth: temperature over that of the calibration, (...) K.
+
+        Returns:
+            Ω₀(ΔL) − Ω₀(0), (...) rad/s.
+        """
+        change = path_change(self.gyro, warmth, self.expansion, self.control)
+        now, calibrated = (
+            null_shift(self.gyro, path, self.gain, self.flow_speed, self.thermal_speed) for path in (change, 0.0)
+        )
+        return np.asarray(now - calibrated)

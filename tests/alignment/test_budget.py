@@ -21,11 +21,13 @@ from sinssim.alignment import (
     mean_readings,
     total,
 )
+from sinssim.alignment.budget import reading_errors
 from sinssim.alignment.report import align_session
 from sinssim.data import ImuData
 from sinssim.earth_models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.sensors import ImuErrors, TriadErrors, emulate, flicker
 from sinssim.sensors.gauss_markov import gauss_markov
 from sinssim.truth.parked import Parked
@@ -120,10 +122,10 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 100.0).increments(1.0)
     section = ImuSection(
         grade="ideal",
-        gyro_quadratic_sigma_ppm_per_deg_s=4e4,
-        gyro_cubic_sigma_ppm_per_deg2_s2=1e7,
-        accel_quadratic_sigma_ug_per_g2=40.0,
-        accel_cubic_sigma_ug_per_g3=60.0,
+        gyro_quadratic_sigma_ppm_per_deg_s=4e3,
+        gyro_cubic_sigma_ppm_per_deg2_s2=1e6,
+        accel_quadratic_sigma_ug_per_g2=4.0,
+        accel_cubic_sigma_ug_per_g3=6.0,
     )
     readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
     result = determine(*(np.array(part) for part in zip(*readings, strict=True)))
@@ -136,16 +138,16 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
         assert budget[source].heading > 0.2 * total(budget).heading
     fixed = ImuSection(
         grade="ideal",
-        gyro_cubic_ppm_per_deg2_s2=(1e7, -1e7, 1e7),
-        accel_quadratic_ug_per_g2=(30.0, -20.0, 10.0),
-        accel_cubic_ug_per_g3=(-5.0, 15.0, 25.0),
+        gyro_cubic_ppm_per_deg2_s2=(1e6, -1e6, 1e6),
+        accel_quadratic_ug_per_g2=(3.0, -2.0, 1.0),
+        accel_cubic_ug_per_g3=(-0.5, 1.5, 2.5),
     )
     report = align_session(emulate(ideal, fixed), "fixed", fixed, truth=Angles(heading, roll, pitch, LATITUDE))
     assert total(report.budget) == (0.0, 0.0, 0.0, 0.0)
     for error, mean in zip(report.error, report.mean, strict=True):
-        # its coefficients are those of the determined angles, which are off by up to 4e-4 rad
-        assert mean == pytest.approx(error, rel=1e-3)
-        assert abs(mean) > 1e-7
+        # its coefficients are those of the determined angles, which are off by up to 4e-5 rad
+        assert mean == pytest.approx(error, rel=1e-4)
+        assert abs(mean) > 1e-8
 
 
 WARM = {"temperature_start_c": -20.0, "temperature_steady_c": 5.0, "warm_up_time_s": 60.0}
@@ -211,6 +213,21 @@ def test_known_drifts_are_known_errors() -> None:
     for error, mean in zip(report.error, report.mean, strict=True):
         assert mean == pytest.approx(error, rel=3e-3)
         assert abs(mean) > 1e-6
+
+
+def test_known_null_shift_is_a_known_error() -> None:
+    """The means of the rates over a session that begins 80 s after the laser gyros."""
+    ring = LaserGyroSection(
+        perimeter_mm=420.0, area_mm2=8487.0, lock_in_deg_h=0.0, dither_amplitude_arcsec=140.0,
+        dither_frequency_hz=400.0, gas_flow_mps=1e-3, gain_percent=0.8, expansion_ppm_per_c=0.1,
+    )  # fmt: skip
+    known = expected_errors(ImuSection(grade="ideal", laser_gyro=ring, **WARM)).mean
+    edges = np.arange(1801) * 0.1
+    still = ImuData(edges, np.zeros((1800, 3)), np.zeros((1800, 3)))
+    rates, forces = reading_errors(known, np.zeros(3), np.zeros(3), 100.0, 80.0)
+    np.testing.assert_allclose(rates, emulate(still, known).dtheta[800:].sum(axis=0) / 100.0, rtol=1e-6)
+    assert np.abs(rates).min() > 0.05 * DEG_H
+    assert not forces.any()
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 400])

@@ -9,6 +9,7 @@ from sinssim.data import Array, ImuData
 from sinssim.jit import strict_kernel
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import draw, emulate
+from sinssim.sensors.elements import what_is_felt
 from sinssim.sensors.error_kernel import FAULTY, STATES, advance, begin, draw_sample, measure
 from sinssim.sensors.imu_errors import ImuErrors
 from sinssim.sensors.pack import pack
@@ -93,13 +94,11 @@ def _packed(runs: list[ImuErrors], ideal: ImuData, seeds: list[int]) -> tuple[Ar
 
 @pytest.mark.parametrize("name", SECTIONS)
 def test_an_ensemble_is_its_runs_bit_for_bit(name: str) -> None:
-    from sinssim.sensors.elements import at_the_elements
-
     section, seeds = SECTIONS[name], [0, 1, 2, 7, 1 << 40]
     ideal = lively(500)
     runs = [draw(section, seed) for seed in seeds]
-    where = at_the_elements(ideal, runs[0].arms, runs[0].delay)  # once for all runs
-    arguments = _packed(runs, where, seeds)
+    felt = what_is_felt(ideal, runs[0])  # once for all runs
+    arguments = _packed(runs, felt, seeds)
     mixed, flagged = run_all(*arguments)
     singly = [emulate(ideal, section, seed) for seed in seeds]
     assert [int(number) for number in mixed] == [mixed_bits(measured) for measured in singly]

@@ -12,6 +12,7 @@ from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.nav_error import navigation_error
 from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.laser_gyro import LaserGyroSection
 from sinssim.sensors import emulate
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.strapdown import navigate
@@ -22,6 +23,13 @@ from sinssim.truth.rotation_table import Dwell, RotationTable, Turn
 from sinssim.truth.trajectory import Trajectory
 
 HOUR = 3600.0
+PHYSICS = {
+    "perimeter_mm": 420.0,
+    "area_mm2": 8487.0,
+    "lock_in_deg_h": 360.0,
+    "dither_amplitude_arcsec": 140.0,
+    "dither_frequency_hz": 400.0,
+}
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 NORTHERN = np.radians(45.0)
 
@@ -82,6 +90,19 @@ FIXED: list[tuple[str, str, float, dict[str, Any]]] = [
     ("gyro scale factor, of the Earth's rate", AT_REST, NORTHERN, {"gyro_scale_ppm": (100.0, 0.0, 0.0)}),
     ("gyro scale factor, of the Earth's rate", AT_REST, NORTHERN, {"gyro_scale_ppm": (0.0, 0.0, 1000.0)}),
     ("gyro scale factor, of a turn", TURNING, 0.0, {"gyro_scale_ppm": (0.0, 0.0, 100.0)}),
+    ("gyro asymmetry, of the Earth's rate", AT_REST, NORTHERN, {"gyro_asymmetry_ppm": (2000.0, 0.0, 0.0)}),
+    (
+        "gyro quadratic non-linearity, of the Earth's rate",
+        AT_REST,
+        NORTHERN,
+        {"gyro_quadratic_ppm_per_deg_s": (1e5, 0.0, 0.0)},
+    ),
+    (
+        "gyro cubic non-linearity, of the Earth's rate",
+        AT_REST,
+        NORTHERN,
+        {"gyro_cubic_ppm_per_deg2_s2": (1e6, 0.0, 0.0)},
+    ),
     ("gyro asymmetry, of a turn", TURNING, 0.0, {"gyro_asymmetry_ppm": (0.0, 0.0, 100.0)}),
     ("gyro quadratic non-linearity, of a turn", TURNING, 0.0, {"gyro_quadratic_ppm_per_deg_s": (0.0, 0.0, 30.0)}),
     ("gyro cubic non-linearity, of a turn", TURNING, 0.0, {"gyro_cubic_ppm_per_deg2_s2": (0.0, 0.0, 10.0)}),
@@ -189,6 +210,9 @@ def test_warm_up() -> None:
     ideal = truth.increments(0.1)
     for errors in (
         {"gyro_bias_temperature_deg_h_per_c": (0.001, 0.0, 0.0)},
+        {"gyro_bias_temperature_deg_h_per_c": (0.0, 0.0, 0.02)},
+        {"gyro_scale_temperature_ppm_per_c": (100.0, 0.0, 0.0)},
+        {"gyro_scale_temperature_ppm_per_c": (0.0, 0.0, 1000.0)},
         {"accel_bias_temperature_ug_per_c": (0.0, 5.0, 0.0)},
     ):
         section = block(
@@ -197,6 +221,21 @@ def test_warm_up() -> None:
         (contribution,) = expect(section, NORTHERN).contributions
         found = np.linalg.norm(end_error(truth, ideal, emulate(ideal, section)))
         assert found == pytest.approx(contribution.position, rel=0.03)
+
+
+def test_null_shift() -> None:
+    """Laser gyros that warm by 25 °C, on the equator, where north and east know nothing of each other."""
+    truth = standing(0.0)
+    ideal = truth.increments(0.1)
+    ring = {**PHYSICS, "lock_in_deg_h": 0.0, "gas_flow_mps": 3e-4, "gain_percent": 0.8}
+    section = block(rate_hz=0.1, temperature_start_c=-25.0, warm_up_time_s=900.0, laser_gyro=LaserGyroSection(**ring))
+    expected = {c.term: c.position for c in expect(section, 0.0).contributions}
+    assert set(expected) == {"gyro null shift, level", "gyro null shift, down", "angle quantisation"}
+    assert expected["angle quantisation"] < 1e-3 * expected["gyro null shift, level"]
+    north, east = np.abs(end_error(truth, ideal, emulate(ideal, section)))
+    level = expected["gyro null shift, level"] / np.sqrt(2.0)
+    assert east == pytest.approx(level, rel=0.03)
+    assert north == pytest.approx(level + expected["gyro null shift, down"], rel=0.03)  # alike on the three axes
 
 
 def test_grade_of_one_nautical_mile_an_hour() -> None:
@@ -224,14 +263,7 @@ def test_terms_in_both_units() -> None:
 
 
 def test_physics_of_a_laser_gyro() -> None:
-    physics = {
-        "perimeter_mm": 420.0,
-        "area_mm2": 8487.0,
-        "lock_in_deg_h": 360.0,
-        "dither_amplitude_arcsec": 140.0,
-        "dither_frequency_hz": 400.0,
-    }
-    expected = expect(ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": physics}), NORTHERN)
+    expected = expect(ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS}), NORTHERN)
     terms = {term.name: term.value for term in expected.terms}
     assert terms["gyro_quantum"] == pytest.approx(1.61483, rel=1e-5)
     assert terms["gyro_arw"] == pytest.approx(0.0051279, rel=1e-4)

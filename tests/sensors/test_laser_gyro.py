@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.special import wofz
 
+from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import draw
+from sinssim.sensors import TriadErrors, draw, emulate
+from sinssim.sensors.imu_errors import WarmUp
 from sinssim.sensors.laser_gyro import LaserGyro
 from sinssim.sensors.lock_in import angle_error, turnarounds
 from sinssim.sensors.null_shift import detuning, null_shift, path_change
@@ -194,6 +198,53 @@ def test_path_change_with_temperature() -> None:
     np.testing.assert_allclose(path_change(gyro(), 30.0, 2e-8, 0.9), 2.52e-8, rtol=1e-12)
 
 
+PHYSICS = {
+    "perimeter_mm": 420.0,
+    "area_mm2": 8487.0,
+    "lock_in_deg_h": 360.0,
+    "dither_amplitude_arcsec": 140.0,
+    "dither_frequency_hz": 400.0,
+}
+WARMING = {"gas_flow_mps": 0.004, "gain_percent": 0.8, "path_control": 0.5}
+
+
+def test_null_shift_in_the_readings() -> None:
+    """A block that warms by 40 °C, against the two pulled modes of its ring; half the expansion is taken out."""
+    temperature = {"temperature_start_c": -30.0, "temperature_steady_c": 10.0, "warm_up_time_s": 300.0}
+    section = ImuSection.model_validate({"grade": "ideal", "laser_gyro": {**PHYSICS, **WARMING}, **temperature})
+    errors = replace(draw(section), gyro=TriadErrors())  # neither pulses nor random walk
+    edges = 50.0 + np.arange(6001) * 0.1
+    rng = np.random.default_rng(4)
+    ideal = ImuData(edges, rng.normal(0.0, 1e-3, (6000, 3)), rng.normal(0.0, 1.0, (6000, 3)))
+    extra = emulate(ideal, errors).dtheta - ideal.dtheta
+
+    t, u, v = edges[:-1] + 0.05 - 50.0, 550.0, 0.004
+    longer = 0.5 * 2e-8 * 0.42 * (10.0 - 40.0 * np.exp(-t / 300.0))
+    xi = -(longer / 632.8e-9) * 299792458.0 / 0.42 / (u / 632.8e-9)
+    assert np.abs(longer).max() < 0.5 * 632.8e-9  # no mode hop
+    pull = 0.008 * 299792458.0 / (4.0 * np.pi * 0.42)
+    beat = pull * (wofz(xi + v / u).imag - wofz(xi - v / u).imag)
+    at_calibration = pull * (wofz(v / u).imag - wofz(-v / u).imag)
+    expected = (beat - at_calibration) * gyro().pulse_weight * 0.1
+    assert np.abs(expected).max() > 1e-9
+    for axis in range(3):
+        np.testing.assert_allclose(extra[:, axis], expected, rtol=1e-4, atol=1e-18)
+
+
+def test_null_shift_leaves_every_draw_alone() -> None:
+    temperature = {"temperature_start_c": -30.0, "temperature_steady_c": 10.0, "warm_up_time_s": 300.0}
+    still = ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS, **temperature})
+    flowing = ImuSection.model_validate({**still.model_dump(), "laser_gyro": {**PHYSICS, **WARMING}})
+    ideal = ImuData(np.arange(2001) * 0.5, np.zeros((2000, 3)), np.zeros((2000, 3)))
+    without, with_it = (emulate(ideal, section, 5) for section in (still, flowing))
+    assert np.array_equal(without.dvel, with_it.dvel)
+    shift = draw(flowing).null_shift
+    assert shift is not None
+    drift = shift.bias(WarmUp(-30.0, 10.0, 300.0).temperature(ideal.time[:-1] + 0.25)) * 0.5
+    between = np.cumsum(with_it.dtheta - without.dtheta, axis=0) - np.cumsum(drift)[:, None]
+    assert np.abs(between).max() < 1.1 * gyro().pulse_weight  # each is within half a pulse; scale factor and tilt 1e-4
+
+
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
@@ -224,15 +275,6 @@ def test_other_mistakes() -> None:
         detuning(gyro(), 0.0, 0.0)
 
 
-PHYSICS = {
-    "perimeter_mm": 420.0,
-    "area_mm2": 8487.0,
-    "lock_in_deg_h": 360.0,
-    "dither_amplitude_arcsec": 140.0,
-    "dither_frequency_hz": 400.0,
-}
-
-
 def test_physics_in_a_scenario() -> None:
     """By hand: pulse 632.8e-9·0.42/(4·8.487e-3) rad; Ω_D = 2π·400·140\" = 97.74 deg/s, N = Ω_L √(pulse/(2πΩ_D))."""
     errors = draw(ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS}), 3)
@@ -253,6 +295,9 @@ def test_physics_in_a_scenario() -> None:
         ({"laser_gyro": {**PHYSICS, "area_mm2": 20000.0}}, "encloses at most 1.404e\\+04 mm²"),
         ({"laser_gyro": {**PHYSICS, "lock_in_deg_h": 4e5}}, "never leaves lock_in_deg_h = 400000"),
         ({"laser_gyro": {**PHYSICS, "wavelength_nm": 0.0}}, "greater than 0"),
+        ({"laser_gyro": {**PHYSICS, "gas_flow_mps": 0.01}}, "gas_flow_mps = 0.01 with gain_percent = 0: a null shift"),
+        ({"laser_gyro": {**PHYSICS, "gain_percent": 1.0}}, "needs both"),
+        ({"laser_gyro": {**PHYSICS, **WARMING, "path_control": 1.5}}, "less than or equal to 1"),
     ],
 )
 def test_physics_that_cannot_be(data: dict[str, object], text: str) -> None:
