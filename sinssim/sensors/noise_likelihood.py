@@ -154,9 +154,10 @@ class Likelihood:
 
 
 def _non_negative(normal: Array, right: Array) -> Array:
-    """Solve a least-squares problem with non-negative unknowns, given its normal equations, by trying every subset.
+    """Solve a least-squares problem with non-negative unknowns, given its normal equations.
 
-    Five unknowns have 32 subsets; the best feasible one is the solution, with no iteration that could go astray.
+    If not all are positive, every subset is tried: five unknowns have 32, of which the best feasible one is the
+    solution, with no iteration that could go astray.
     """
     count = len(right)
     if count == 0:
@@ -164,6 +165,9 @@ def _non_negative(normal: Array, right: Array) -> Array:
     size = np.sqrt(np.diag(normal))
     # the small part lets two terms be alike that the record cannot tell apart
     normal, right = normal / np.outer(size, size) + 1e-12 * np.eye(count), right / size
+    solution = np.linalg.solve(normal, right)
+    if np.all(solution >= 0.0):
+        return np.asarray(solution / size)
     chosen = (np.arange(1, 2**count)[:, None] >> np.arange(count)) & 1 == 1
     matrices = np.where(chosen[:, :, None] & chosen[:, None, :], normal, np.eye(count))
     solutions = np.linalg.solve(matrices, np.where(chosen, right, 0.0)[:, :, None])[:, :, 0]

@@ -101,8 +101,9 @@ def test_bands_cover_the_truth():
         mean, spread = found[symbol].mean(), found[symbol].std(ddof=1) / np.sqrt(50)
         assert abs(mean - TRUTH[symbol]) < 4.0 * spread + 0.02 * TRUTH[symbol], symbol
     # bands are no wider than they need be: the spread of the estimates is that of the bands
+    estimates = fit_noise(made(1, TRUTH), T).estimates
     for symbol in "QNB":
-        one = fit_noise(made(1, TRUTH), T).estimates[symbol]
+        one = estimates[symbol]
         low, high = np.percentile(found[symbol], [15.87, 84.13])
         assert 0.5 * (high - low) == pytest.approx((one.high - one.low) / 3.92, rel=0.35)
 
