@@ -96,7 +96,13 @@ class Gyros:
         Returns:
             In body axes, compensated, (K, 3) rad/s.
         """
-        turned = [np.interp(end, self._time, angle) - np.interp(begin, self._time, angle) for angle in self._angle.T]
+        if not len(begin):
+            return np.zeros((0, 3))
+        # a stretch of the run is searched faster than all of it
+        first, last = np.searchsorted(self._time, (np.min(begin), np.max(end)))
+        some = slice(max(int(first) - 1, 0), int(last) + 1)
+        time, angles = self._time[some], self._angle[some]
+        turned = [np.interp(end, time, angle) - np.interp(begin, time, angle) for angle in angles.T]
         rate = np.stack(turned, axis=1) / (end - begin)[:, None]
         # rates are increments over intervals of one second
         unit = ImuData(np.arange(len(rate) + 1.0), rate, np.zeros_like(rate))
