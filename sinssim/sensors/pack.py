@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array
-from sinssim.errors import InputError
 from sinssim.sensors import error_kernel as kernel
-from sinssim.sensors.imu_errors import Fault, ImuErrors, TriadErrors
+from sinssim.sensors.error_checks import check_errors
+from sinssim.sensors.imu_errors import Fault, ImuErrors
 
 _NEXT, _OTHER = (1, 2, 0), (2, 0, 1)  # the axes after x, y, z
-_MOST_TILT = 0.2  # rad
 
 _KINDS = {
     "bias-step": kernel.STEP,
@@ -97,13 +96,12 @@ def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
         The arrays.
 
     Raises:
-        InputError: an error that no sensor has: a negative noise, a correlation time of zero, axes that lie far from
-            the block's.
+        InputError: an error that no sensor has, as `check_errors`.
     """
     parameters = np.zeros((len(runs), 6, kernel.PARAMETERS))
     for run, errors in enumerate(runs):
-        for first, triad, name in ((0, errors.gyro, "gyro"), (3, errors.accel, "accelerometer")):
-            _check(triad, name)
+        check_errors(errors)
+        for first, triad in ((0, errors.gyro), (3, errors.accel)):
             three = slice(first, first + 3)
             for field, parameter in _PER_AXIS.items():
                 parameters[run, three, parameter] = getattr(triad, field)
@@ -114,8 +112,6 @@ def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
         for j, parameter in enumerate((kernel.G_X, kernel.G_Y, kernel.G_Z)):
             parameters[run, :3, parameter] = errors.gyro.g_sensitivity[:, j]
     one = runs[0]
-    if not one.warm_up.time_constant > 0.0:
-        raise InputError(f"the warm-up's time constant, {one.warm_up.time_constant:g} s, must be positive.")
     faults = [fault for fault in one.faults if fault.kind != "jitter"]
     active = sum(stage for stage, needed in _STAGES.items() if parameters[:, :, needed].any())
     conditions = np.zeros(kernel.CONDITIONS)
@@ -132,18 +128,3 @@ def _faults(faults: Sequence[Fault]) -> tuple[NDArray[np.int64], Array, Array]:
         np.array([(fault.start, fault.end) for fault in faults]).reshape(-1, 2),
         np.array([fault.amount for fault in faults]).reshape(-1, 6),
     )
-
-
-def _check(triad: TriadErrors, name: str) -> None:
-    for field in ("random_walk", "quantum", "instability", "rate_walk", "flicker", "limit"):
-        value = getattr(triad, field)
-        if not 0.0 <= value < np.inf:
-            raise InputError(f"{name} {field} = {value} (SI) must be finite and at least 0.")
-    if not triad.correlation_time > 0.0:
-        raise InputError(f"{name} correlation_time = {triad.correlation_time} s must be greater than 0.")
-    far = np.abs(triad.misalignment).max()
-    if not far <= _MOST_TILT or np.any(np.diagonal(triad.misalignment)):
-        raise InputError(
-            f"{name} misalignment = {triad.misalignment.tolist()} rad is not small angles beside a diagonal of zeros; "
-            f"at most {_MOST_TILT:g} rad either way can be had."
-        )

@@ -495,6 +495,18 @@ def test_faults_from_a_scenario() -> None:
         ),
         (fault("spike", 0.0, 0.0, np.ones(6)), r"faults\.1: a spike .* outside the run"),
         (fault("jitter", 0.0, 5.0, [0.02, 0, 0, 0, 0, 0]), r"at most 0\.01 s, a tenth of the interval"),
+        (
+            fault("jitter", 0.0, 5.0, [-0.01, 0, 0, 0, 0, 0]),
+            r"1σ of the time stamps of -0.01 s must be positive",
+        ),
+        (fault("spyke", 1.0, 1.0, np.ones(6)), r"faults\.1: unknown fault 'spyke'\. Did you mean 'spike'\?"),
+        (fault("freeze", 2.0, 1.0, np.ones(6)), r"faults\.1: a freeze from 2 s to 1 s is no time"),
+        (fault("dropout", np.nan, 1.0, np.ones(6)), r"faults\.1: a dropout from nan s to 1 s is no time"),
+        (fault("spike", 1.0, 1.0, np.ones(3)), r"faults\.1: amount of the spike = .* of shape \(6,\)"),
+        (ImuErrors(arms=np.full((3, 3), np.nan)), r"arms = .* finite numbers of shape \(3, 3\)"),
+        (ImuErrors(delay=np.nan), r"delay = nan \(SI\) must be one finite number"),
+        (ImuErrors(warm_up=WarmUp(np.inf, 0.0, 60.0)), "warm_up's start and steady temperature"),
+        (ImuErrors(warm_up=WarmUp(1.0, 0.0, 0.0)), "time constant, 0 s, must be positive"),
     ],
 )
 def test_faults_that_cannot_be(given: ImuErrors, message: str) -> None:
@@ -515,6 +527,13 @@ def test_faults_that_cannot_be(given: ImuErrors, message: str) -> None:
         (TriadErrors(correlation_time=0.0), r"gyro correlation_time = 0.0 s must be greater than 0"),
         (TriadErrors(misalignment=np.full((3, 3), 0.5) - 0.5 * np.eye(3)), "small angles.*at most 0.2 rad"),
         (TriadErrors(misalignment=np.eye(3)), "small angles beside a diagonal of zeros"),
+        (TriadErrors(correlation_time=np.inf), "greater than 0 and finite"),
+        (
+            TriadErrors(bias=np.array([0.0, np.nan, 0.0])),
+            r"gyro bias = \[0.0, nan, 0.0\] .* finite numbers",
+        ),
+        (TriadErrors(scale=np.zeros(2)), r"gyro scale = \[0.0, 0.0\] .* of shape \(3,\)"),
+        (TriadErrors(g_sensitivity=np.full((3, 3), np.inf)), r"gyro g_sensitivity = .* of shape \(3, 3\)"),
     ],
 )
 def test_errors_that_no_sensor_has(triad: TriadErrors, message: str) -> None:

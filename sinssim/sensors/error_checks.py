@@ -1,0 +1,92 @@
+"""Errors that no sensor has and faults that cannot be: what is made by hand in Python goes through no scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sinssim.errors import InputError, unknown_name
+from sinssim.scenario.datasheet import QUANTITIES
+from sinssim.sensors.imu_errors import Fault, ImuErrors, TriadErrors
+
+FAULTS = ("dropout", "freeze", "spike", "bias-step", "saturation", "jitter")
+"""Kinds of faults."""
+
+_MOST_TILT = 0.2  # rad
+_SHAPES = {quantity.field: quantity.shape for quantity in QUANTITIES}
+
+
+def check_errors(errors: ImuErrors) -> None:
+    """Raise for errors that no sensor block has.
+
+    Args:
+        errors: of the block.
+
+    Raises:
+        InputError: a number that is not finite, an array of another shape, a negative noise, a time that is not
+            positive, axes that lie far from the block's, a fault that cannot be; with its name and what is allowed.
+    """
+    for triad, name in ((errors.gyro, "gyro"), (errors.accel, "accelerometer")):
+        _check_triad(triad, name)
+    _check("arms", errors.arms, (3, 3))
+    _check("delay", errors.delay, ())
+    warm = errors.warm_up
+    _check("warm_up's start and steady temperature", (warm.start, warm.steady), (2,))
+    if not 0.0 < warm.time_constant < np.inf:
+        raise InputError(f"the warm-up's time constant, {warm.time_constant:g} s, must be positive and finite.")
+    check_faults(errors.faults)
+
+
+def _check_triad(triad: TriadErrors, name: str) -> None:
+    for field, shape in _SHAPES.items():
+        value = getattr(triad, field)
+        if field == "correlation_time":
+            if not 0.0 < value < np.inf:
+                raise InputError(f"{name} correlation_time = {value} s must be greater than 0 and finite.")
+        elif shape == ():
+            if not 0.0 <= value < np.inf:
+                raise InputError(f"{name} {field} = {value} (SI) must be finite and at least 0.")
+        else:
+            _check(f"{name} {field}", value, shape)
+    far = np.abs(triad.misalignment).max()
+    if not far <= _MOST_TILT or np.any(np.diagonal(triad.misalignment)):
+        raise InputError(
+            f"{name} misalignment = {triad.misalignment.tolist()} rad is not small angles beside a diagonal of zeros; "
+            f"at most {_MOST_TILT:g} rad either way can be had."
+        )
+
+
+def _check(name: str, value: Any, shape: tuple[int, ...]) -> None:
+    array = np.asarray(value)
+    if array.shape != shape or array.dtype.kind not in "iuf" or not np.all(np.isfinite(array)):
+        wanted = "one finite number" if shape == () else f"finite numbers of shape {shape}"
+        raise InputError(f"{name} = {array.tolist()} (SI) must be {wanted}.")
+
+
+def check_faults(faults: Sequence[Fault]) -> None:
+    """Raise for faults that cannot be.
+
+    Args:
+        faults: what goes wrong.
+
+    Raises:
+        InputError: an unknown kind, an end before the beginning, amounts that are not six finite numbers, jitter
+            without a positive 1σ.
+    """
+    for number, fault in enumerate(faults, start=1):
+        name = f"imu.faults.{number}"
+        if fault.kind not in FAULTS:
+            error = unknown_name("fault", fault.kind, FAULTS)
+            raise InputError(f"{name}: {error}") from error
+        if fault.kind == "spike":
+            _check(f"{name}: the time of the spike", fault.start, ())
+        elif not -np.inf < fault.start < fault.end:
+            raise InputError(
+                f"{name}: a {fault.kind} from {fault.start:g} s to {fault.end:g} s is no time; it must end after it "
+                "begins."
+            )
+        _check(f"{name}: amount of the {fault.kind}", fault.amount, (6,))
+        if fault.kind == "jitter" and not fault.amount[0] > 0.0:
+            raise InputError(f"{name}: a 1σ of the time stamps of {fault.amount[0]:g} s must be positive.")
