@@ -10,10 +10,12 @@ import tempfile
 import time
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import psutil
 import pytest
 import rerun_cli
+from rerun.experimental import ViewerClient
 
 from sinssim.errors import InputError, RunError
 from sinssim.recording import viewer
@@ -137,6 +139,53 @@ def test_what_is_no_recording_makes_no_picture(tmp_path, broken_viewer):
     (tmp_path / "notes.rrd").write_text("# notes")
     with pytest.raises(InputError, match="is not a recording"):
         viewer.screenshot(tmp_path / "notes.rrd", tmp_path / "picture.png")
+
+
+def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, monkeypatch):
+    """On a busy machine the viewer shows the recorded layout first, and its own some time later."""
+    timeline = SimpleNamespace(name="sim_time", start=0, end=10**9)
+    state = SimpleNamespace(loading=[], recordings=[SimpleNamespace(timelines=[timeline])])
+
+    class Client:
+        looks = 0
+
+        def get_state(self):
+            return state
+
+        def get_blueprint(self, of):
+            assert of == "recording"
+            self.looks += 1
+            panel = {"PanelBlueprint": {"state": "Expanded" if self.looks < 3 else "Hidden"}}
+            return SimpleNamespace(blueprint={"/top_panel": panel} if self.looks > 1 else {})
+
+        def set_time(self, *_, **__):
+            pass
+
+        def take_screenshot(self):
+            return f"after {self.looks} looks".encode()
+
+    class Viewer:
+        def __init__(self, arguments):
+            assert len([a for a in arguments if a.endswith((".rrd", ".rbl"))]) == 2
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def wait_for_port(self, port):
+            pass
+
+        def check(self, deadline):
+            pass
+
+    monkeypatch.setattr(ViewerClient, "connect", lambda url: Client())
+    monkeypatch.setattr(viewer, "_Viewer", Viewer)
+    monkeypatch.setattr(viewer, "_SETTLE_SECONDS", 0.0)
+    monkeypatch.setattr(viewer, "_NOTES_SECONDS", 0.0)
+    viewer.screenshot(directory, tmp_path / "picture.png", "navigation")
+    assert (tmp_path / "picture.png").read_bytes() == b"after 3 looks"
 
 
 @pytest.mark.slow
