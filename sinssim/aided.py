@@ -16,9 +16,10 @@ import numpy as np
 from sinssim import units
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
-from sinssim.estimation import Block, ErrorModel, Estimate, error_model, state_errors
+from sinssim.estimation import Block, ErrorModel, Estimate, error_model, nominal_errors, state_errors
 from sinssim.estimation.coarse import Start, at_rest, in_motion
 from sinssim.estimation.estimate import estimate
+from sinssim.estimation.nominal import rows_of
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
 
@@ -48,6 +49,7 @@ class Aided:
         error: of the aided solution, K rows.
         smoothed_error: of the smoothed solution, if there is one.
         smoothed_state_errors: its actual errors in the filter's own states, if there is one.
+        nominal_errors: actual errors of what the filter's linear model is about, `Estimate.history`, (R, n).
         end: of the run, s; a filter may have ended before.
     """
 
@@ -59,6 +61,7 @@ class Aided:
     error: NavError
     smoothed_error: NavError | None
     smoothed_state_errors: Array | None
+    nominal_errors: Array
     end: float
 
 
@@ -293,7 +296,14 @@ def _compared(
         own = _true_parameters(scenario, edges, sensed, smoothed.time, found.model)
         smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid)
         smoothed_errors = state_errors(found.model, smoothed, there, own, trajectory.ellipsoid)
-    return Aided(sensed, found, truth, parameters, errors, error, smoothed_error, smoothed_errors, float(edges[-1]))
+    nominal = np.zeros((0, found.model.size))
+    if (history := found.history) is not None:
+        rows = found.rows
+        kept = {name: value[rows] if value.ndim > 1 else value for name, value in parameters.items()}
+        nominal = nominal_errors(found.model, history, rows_of(truth, rows), kept, trajectory.ellipsoid)
+    return Aided(
+        sensed, found, truth, parameters, errors, error, smoothed_error, smoothed_errors, nominal, float(edges[-1])
+    )
 
 
 def _true_parameters(

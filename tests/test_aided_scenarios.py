@@ -79,7 +79,7 @@ def test_airliner():
         during = (smoothed.time > begin) & (smoothed.time <= end)
         assert smoothed.horizontal[during].max() < 0.5 * peak
     assert within(result, 4.5)
-    assert 0.5 < kept["nees"]["all states"]["mean"] < 2.0
+    assert 0.5 < kept["nees"]["all states"]["value"] < 2.0
 
 
 @pytest.mark.slow

@@ -4,7 +4,15 @@
 """
 
 from sinssim.estimation.model import BLOCKS, Block, ErrorModel, error_model
-from sinssim.estimation.result import Divergence, Estimate, History, Innovations, Smoothed, state_errors
+from sinssim.estimation.result import (
+    Divergence,
+    Estimate,
+    History,
+    Innovations,
+    Smoothed,
+    nominal_errors,
+    state_errors,
+)
 
 __all__ = [
     "BLOCKS",
@@ -16,5 +24,6 @@ __all__ = [
     "Innovations",
     "Smoothed",
     "error_model",
+    "nominal_errors",
     "state_errors",
 ]

@@ -95,7 +95,17 @@ class Consistency:
     sentences: tuple[str, ...]
 
 
-def _chi2_test(name: str, statistic: float, freedom: int) -> ChiSquare:
+def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
+    """Compare a statistic with its χ² distribution.
+
+    Args:
+        name: what is tested.
+        statistic: the sum of squares.
+        freedom: degrees of freedom.
+
+    Returns:
+        The test.
+    """
     lower, upper = (float(chi2.ppf(p, freedom)) / freedom for p in (0.025, 0.975))
     probability = 2.0 * min(chi2.cdf(statistic, freedom), chi2.sf(statistic, freedom))
     return ChiSquare(name, statistic / freedom, lower, upper, min(float(probability), 1.0))
@@ -131,17 +141,17 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
         )
     tests, rho = [], np.zeros(0)
     if len(e) >= _FEWEST:
-        tests.append(_chi2_test("NIS", float(np.sum(e * e)), e.size))
+        tests.append(chi2_test("NIS", float(np.sum(e * e)), e.size))
         lags = min(LAGS, len(e) // 4)
         rho = np.array([np.sum(e[:-lag] * e[lag:]) for lag in range(1, lags + 1)]) / e.size
         # (N+2)/(N−l): the small-sample correction of Ljung and Box (Biometrika 65, 1978)
         weight = (len(e) + 2.0) / (len(e) - np.arange(1, lags + 1))
-        tests.append(_chi2_test("whiteness", float(e.size * np.sum(weight * rho**2)), lags))
+        tests.append(chi2_test("whiteness", float(e.size * np.sum(weight * rho**2)), lags))
         for window in WINDOWS:
             number = len(e) // window
             if number >= _FEWEST:
                 sums = e[: number * window].reshape(number, window, k).sum(axis=1) / np.sqrt(window)
-                tests.append(_chi2_test(f"slow part, {window} readings", float(np.sum(sums**2)), number * k))
+                tests.append(chi2_test(f"slow part, {window} readings", float(np.sum(sums**2)), number * k))
     too_many = float(binom.sf(rejected - 1, count, allowed)) if rejected else 1.0
     each = level / (len(tests) + 1)
     verdict = "consistent"

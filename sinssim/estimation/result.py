@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import Ellipsoid
-from sinssim.estimation.model import ErrorModel
+from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.nav_error import navigation_error
 
 Mask = NDArray[np.bool_]
@@ -166,10 +166,45 @@ def state_errors(
     Raises:
         InputError: truth and estimate have different numbers of rows.
     """
-    errors = np.empty((len(estimate.time), model.size))
-    nav = navigation_error(truth, estimate.solution, ellipsoid)
+    return _errors(model, estimate.solution, estimate.parameters, truth, parameters, ellipsoid)
+
+
+def nominal_errors(
+    model: ErrorModel, history: History, truth: NavState, parameters: dict[str, Array], ellipsoid: Ellipsoid
+) -> Array:
+    """Return the actual errors of inertial navigation and compensation: those that the filter estimates.
+
+    Args:
+        model: the error model.
+        history: R rows.
+        truth: true states at `history.time`, R rows.
+        parameters: true values of the sensors' parameters by block, (size,) or (R, size) each.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        (R, n), as of `state_errors`.
+    """
+    n = history.navigation
+    solution = NavSolution(
+        history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, np.zeros(len(history.time)), ""
+    )
+    blocks = model.blocks[len(NAVIGATION) :]
+    compensated = {block.name: history.compensated[:, model.slices[block.name]] for block in blocks}
+    return _errors(model, solution, compensated, truth, parameters, ellipsoid)
+
+
+def _errors(
+    model: ErrorModel,
+    solution: NavSolution,
+    estimated: dict[str, Array],
+    truth: NavState,
+    parameters: dict[str, Array],
+    ellipsoid: Ellipsoid,
+) -> Array:
+    errors = np.empty((len(solution.time), model.size))
+    nav = navigation_error(truth, solution, ellipsoid)
     errors[:, :9] = np.hstack([nav.position_ned, nav.velocity_ned, nav.attitude])
-    for name, value in estimate.parameters.items():
+    for name, value in estimated.items():
         errors[:, model.slices[name]] = parameters.get(name, 0.0) - value
     return errors
 

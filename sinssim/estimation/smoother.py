@@ -56,11 +56,22 @@ def _gains(history: History) -> tuple[Array, Array]:
     across = history.covariance[:-1] @ phi.transpose(0, 2, 1)
     predicted = phi @ across + history.noise[1:]
     predicted = 0.5 * (predicted + predicted.transpose(0, 2, 1))
-    # inverted as a correlation matrix: the variances span twenty powers of ten; what is known exactly stays so
-    scale = np.sqrt(np.einsum("kii->ki", predicted))
+    return scaled_solve(predicted, across.transpose(0, 2, 1)).transpose(0, 2, 1), predicted
+
+
+def scaled_solve(covariance: Array, right: Array) -> Array:
+    """Solve P X = B by way of the correlation matrix: the variances of all states span twenty powers of ten.
+
+    Args:
+        covariance: P, (K, n, n); what is known exactly stays out of it.
+        right: B, (K, n, m).
+
+    Returns:
+        X, (K, n, m).
+    """
+    scale = np.sqrt(np.einsum("kii->ki", covariance))
     scale[scale == 0.0] = 1.0
-    correlation = predicted / (scale[:, :, None] * scale[:, None, :])
+    correlation = covariance / (scale[:, :, None] * scale[:, None, :])
     diagonal = np.arange(correlation.shape[1])
     correlation[:, diagonal, diagonal] = 1.0
-    solved = np.linalg.solve(correlation, across.transpose(0, 2, 1) / scale[:, :, None]) / scale[:, :, None]
-    return solved.transpose(0, 2, 1), predicted
+    return np.asarray(np.linalg.solve(correlation, right / scale[:, :, None]) / scale[:, :, None])

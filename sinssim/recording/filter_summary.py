@@ -16,6 +16,9 @@ from sinssim.scenario.never import never
 
 if TYPE_CHECKING:
     from sinssim.aided import Aided
+    from sinssim.estimation import Estimate
+    from sinssim.estimation.actual import ActualConsistency
+    from sinssim.estimation.consistency import ChiSquare
     from sinssim.scenario import Scenario
 
 
@@ -50,22 +53,24 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         algorithms, `aided` and `smoothed`; of an alignment, if there was one, the heading's σ and error before and
         after; for each sensor what became of its readings and of the tests on its
         innovations; for each jump and ramp of the scenario whether the gate caught it; `nees`, the run's mean over all
-        states and each block's, per state, with the share of the instants inside the 95 % band; and for each state,
-        named with its unit, σ at the start and at the end, the error at the end, and whether it is observable: the
-        motion shows it, and the filter has at least halved its σ.
+        states and each block's, per state, and `noise`, the variance of each noise of the inertial sensors over what
+        the filter was told, with their 95 % bands; and for each state, named with its unit, σ at the start and at the
+        end, the error at the end, and whether it is observable: the motion shows it, and the filter has at least
+        halved its σ.
     """
     from sinssim.estimation.consistency import consistency
 
     found = aided.estimate
-    judged = consistency(found)
+    judged, truly = consistency(found), _actual(aided)
+    findings = [*judged.sentences, *truly.sentences]
     end = found.divergence
     return {
         "divergence": None
         if end is None
         else {"time_s": end.time, "measurement": end.measurement, "reason": end.reason},
         "remarks": [*found.remarks, *never(scenario, aided.end)],
-        "consistent": judged.consistent,
-        "findings": list(judged.sentences),
+        "consistent": not findings,
+        "findings": findings,
         "aided": error_numbers(aided.error) if len(aided.error.time) else None,
         **({} if aided.smoothed_error is None else {"smoothed": error_numbers(aided.smoothed_error)}),
         **_alignment(aided, scenario),
@@ -78,20 +83,16 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
                 "refused_expected": s.expected,
                 "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
                 "verdict": s.verdict,
-                "tests": {
-                    t.name: {
-                        "value": t.value,
-                        "lower_95": t.lower,
-                        "upper_95": t.upper,
-                        "probability": t.probability,
-                    }
-                    for t in s.tests
-                },
+                "tests": {t.name: _test_numbers(t) for t in s.tests},
             }
             for i, s in zip(found.innovations, judged.sensors, strict=True)
         },
         "faults": list(_faults(aided, scenario)),
-        "nees": dict(_squares(aided)),
+        "nees": {
+            name: {"states": _uncertain(found, name), "verdict": verdict, **_test_numbers(test)}
+            for name, (test, verdict) in truly.nees.items()
+        },
+        "noise": {n: {"verdict": verdict, **_test_numbers(test)} for n, (test, verdict) in truly.noise.items()},
         "states": dict(_states(aided)),
     }
 
@@ -231,34 +232,43 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     if numbers["consistent"] and not any(s["taken"] for s in numbers["sensors"].values()):
         yield "The filter took no reading: nothing tells whether it is consistent."
     elif numbers["consistent"]:
-        yield "The filter is consistent: nothing in its innovations speaks against it."
+        yield "The filter is consistent: nothing in its innovations or its errors speaks against it."
     else:
         bad = []
         for verdict, meaning in _INCONSISTENT.items():
             sensors = [name for name, s in numbers["sensors"].items() if s["verdict"] == verdict]
             bad += [f"{verdict} ({meaning}) by {', '.join(sensors)}"] if sensors else []
+        large = [name for name, test in numbers["nees"].items() if test["verdict"] != "consistent"]
+        bad += [f"errors larger than it believes of {', '.join(large)}"] if large else []
+        wrong = [name for name, test in numbers["noise"].items() if test["verdict"] != "consistent"]
+        bad += [f"told wrong of {', '.join(wrong)}"] if wrong else []
         yield f"The filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
     yield from numbers["remarks"]
 
 
-def _squares(aided: Aided) -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield the normalised squared errors, of all states and of each block."""
-    from scipy.stats import chi2
+def _actual(aided: Aided) -> ActualConsistency:
+    """Return what the truth says of a filter, nothing of one that took no step."""
+    from sinssim.estimation.actual import ActualConsistency, actual_consistency
 
-    from sinssim.estimation.consistency import nees
+    history = aided.estimate.history
+    if history is None or not len(history.time):
+        return ActualConsistency({}, {}, ())
+    return actual_consistency(aided.estimate.model, history, aided.nominal_errors)
 
-    found = aided.estimate
-    if not len(found.rows):
-        return
-    errors = aided.state_errors[found.rows]
-    for name, part in (("all states", slice(0, found.model.size)), *found.model.slices.items()):
-        count = int(np.count_nonzero(found.sigma[-1, part] > 0.0))
-        if not count:
-            continue
-        squares = nees(errors, found.covariance, part)
-        low, high = (float(chi2.ppf(p, count)) for p in (0.025, 0.975))
-        inside = float(np.mean((squares >= low) & (squares <= high)))
-        yield name, {"states": count, "mean": float(squares.mean()) / count, "inside_95": inside}
+
+def _test_numbers(test: ChiSquare) -> dict[str, float]:
+    return {
+        "value": test.value,
+        "lower_95": test.lower,
+        "upper_95": test.upper,
+        "probability": test.probability,
+    }
+
+
+def _uncertain(found: Estimate, name: str) -> int:
+    """Return how many states of a block, or of all, are not known exactly."""
+    part = found.model.slices.get(name, slice(0, found.model.size))
+    return int(np.count_nonzero(found.sigma[-1, part] > 0.0))
 
 
 def _states(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -315,8 +325,11 @@ def filter_markdown(numbers: Mapping[str, Any]) -> str:
         nis = s["tests"].get("NIS")
         band = "–" if nis is None else f"{nis['value']:.3g} ({nis['lower_95']:.3g} … {nis['upper_95']:.3g})"
         lines.append(f"| {name} | {s['taken']} | {s['refused']} | {band} | {s['verdict']} |")
-    lines += ["", "| states | NEES | inside 95 % |", "|---|---|---|"]
-    lines += [f"| {n} | {v['mean']:.3g} | {100.0 * v['inside_95']:.0f} % |" for n, v in numbers["nees"].items()]
+    for head, what in (("states | NEES", "nees"), ("noise | over what was told, variance", "noise")):
+        lines += ["", f"| {head} | 95 % band |", "|---|---|---|"]
+        lines += [
+            f"| {n} | {v['value']:.3g} | {v['lower_95']:.3g} … {v['upper_95']:.3g} |" for n, v in numbers[what].items()
+        ]
     lines += ["", "| state | σ at the start | at the end | error |", "|---|---|---|---|"]
     for column, s in numbers["states"].items():
         name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
