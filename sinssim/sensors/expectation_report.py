@@ -80,19 +80,17 @@ def show(expectation: Expectation, console: Console) -> None:
     sums.add_column("m (1σ)", justify="right", no_wrap=True)
     sums.add_column("nmi", justify="right", no_wrap=True)
     sums.add_column("from", no_wrap=True)
-    sums.add_column("vehicle")
+    sums.add_column("vehicle", no_wrap=True)
     for c in e.contributions:
-        sums.add_row(_metres(c.position), f"{c.position / NAUTICAL_MILE:.3f}", c.term, c.assumes)
+        sums.add_row(*_position(c.position), c.term, c.assumes)
     sums.add_section()
-    sums.add_row(_metres(e.total), f"{e.total / NAUTICAL_MILE:.3f}", "all together", "")
+    sums.add_row(*_position(e.total), "all together", "")
     console.print(sums)
     assumed = dict.fromkeys(c.assumes for c in e.contributions)
     console.print("Vehicle: " + "; ".join(f"{name}, {ASSUMPTIONS[name]}" for name in assumed) + ".")
     console.print("All together: the root of the sum of squares.")
     if e.total > _LINEAR:
-        console.print(
-            f"Beyond {_LINEAR / 1e3:g} km the linear theory has no say: the position is lost, whatever the figure."
-        )
+        console.print(f"Beyond {_LINEAR / 1e3:g} km the linear theory has no say: the position is lost.")
     elif e.total:
         console.print(
             f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi an hour: what is called "
@@ -100,11 +98,20 @@ def show(expectation: Expectation, console: Console) -> None:
         )
     if e.height:
         console.print(
-            f"Height is not in it: unaided it runs away, by {_metres(e.height)} m in {hours:g} h for the bias of the "
-            "down accelerometer alone."
+            f"Height is not in it: unaided it runs away, by {_digits(e.height)} m in {hours:g} h for the bias of "
+            "the down accelerometer alone."
         )
 
 
-def _metres(value: float) -> str:
-    """Write metres with three digits, and none that mean nothing."""
-    return f"{value:.2f}" if value < 10.0 else f"{value:.1f}" if value < 100.0 else f"{value:,.0f}"
+def _position(error: float) -> tuple[str, str]:
+    """Write a position error in metres and nautical miles."""
+    beyond = "> " if error > _LINEAR else ""
+    error = min(error, _LINEAR)
+    return beyond + _digits(error), beyond + _digits(error / NAUTICAL_MILE)
+
+
+def _digits(value: float) -> str:
+    """Write a number with three or four digits, and none that mean nothing."""
+    rounded = float(f"{value:.4g}")
+    decimals = sum(rounded < limit for limit in (100.0, 10.0, 1.0))
+    return f"{rounded:,.{decimals}f}"
