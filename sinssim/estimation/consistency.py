@@ -133,8 +133,10 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     compared = ~np.isnan(innovations.nis)
     count, rejected = int(compared.sum()), int((compared & ~innovations.accepted).sum())
     e = _whitened(innovations)
-    k = e.shape[1]
-    allowed = float(chi2.sf(innovations.bound, k)) if np.isfinite(innovations.bound) else 0.0
+    k, bound = e.shape[1], innovations.bound
+    allowed = float(chi2.sf(bound, k)) if np.isfinite(bound) else 0.0
+    # what a gate lets pass is smaller than what comes: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
+    e = e / np.sqrt(chi2.cdf(bound, k + 2) / chi2.cdf(bound, k))
     if len(e) < _FEWEST and not rejected:
         return SensorConsistency(
             innovations.sensor, count, rejected, allowed * count, (), np.zeros(0), np.nan, "unknown"

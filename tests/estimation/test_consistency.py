@@ -58,6 +58,18 @@ def test_verdicts_on_made_innovations() -> None:
     assert sensor_consistency(innovations(white[:5])).verdict == "unknown"
 
 
+@pytest.mark.parametrize(("probability", "size"), [(0.02, 3), (0.1, 1), (0.3, 3)])
+def test_what_a_strict_gate_leaves_is_not_called_too_little(probability: float, size: int) -> None:
+    """Refusing right readings, as it is told to, it takes the largest innovations away: a filter is no worse for it."""
+    bound = float(chi2.isf(probability, size))
+    rng = np.random.default_rng(5)
+    found = [sensor_consistency(innovations(rng.standard_normal((6000, size)), bound)) for _ in range(20)]
+    assert [f.verdict for f in found].count("consistent") >= 19
+    value = np.mean([f.tests[0].value for f in found])
+    assert value == pytest.approx(1.0, abs=4.5 * np.sqrt(2.0 / (20 * 6000 * size)))
+    assert sensor_consistency(innovations(0.9 * rng.standard_normal((6000, size)), bound)).verdict == "pessimistic"
+
+
 def test_a_gate_that_rejects_much_speaks_against_the_filter() -> None:
     bound = float(chi2.isf(1e-3, 3))
     white = np.random.default_rng(2).standard_normal((2000, 3))
