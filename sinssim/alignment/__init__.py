@@ -8,6 +8,7 @@ from sinssim.alignment.budget import (
     bias_takes_over,
     error_budget,
     expected_errors,
+    largest_drift,
     total,
 )
 from sinssim.alignment.determination import Determination, determine, ideal_readings
@@ -51,6 +52,7 @@ __all__ = [
     "ideal_readings",
     "initial_covariance",
     "initial_state",
+    "largest_drift",
     "mean_readings",
     "paper_axes",
     "set_sigma",

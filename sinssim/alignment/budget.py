@@ -32,6 +32,7 @@ from sinssim.scenario.datasheet import QUANTITIES
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import flicker
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp, null_shift, stated, warm_up
+from sinssim.units import G0
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
@@ -152,6 +153,36 @@ def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) ->
     x = np.asarray(duration, dtype=np.float64) / warm_up.time_constant
     begun = np.exp(-np.asarray(start, dtype=np.float64) / warm_up.time_constant)
     return np.asarray(warm_up.steady - (warm_up.start - warm_up.steady) * begun * np.expm1(-x) / x)
+
+
+def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> tuple[float, float]:
+    """Return by how much the drifts of the sensors may change a reading at rest within a session.
+
+    Args:
+        expected: of the sensor block's errors.
+        duration: length of the session, s.
+        start: time from when the sensors were switched on to its first sample, s.
+
+    Returns:
+        Of a rate, rad/s, and of a specific force, m/s²: what is known of it, and three standard deviations of the rest.
+    """
+    ends = np.array([start, start + duration])
+    change = abs(float(np.diff(expected.mean.warm_up.temperature(ends))[0]))
+
+    def of_triad(mean: TriadErrors, sigma: TriadErrors, reading: float) -> float:
+        def driven(of: TriadErrors) -> Array:  # per degree, and by the ramp
+            warmed = np.hypot(of.bias_temperature, of.scale_temperature * reading) * change
+            return np.hypot(warmed, of.ramp * duration)
+
+        remembered = np.exp(-duration / sigma.correlation_time)
+        wandered = sigma.rate_walk**2 * duration + 2.0 * sigma.instability**2 * (1.0 - remembered)
+        return float(np.max(driven(mean) + 3.0 * np.sqrt(driven(sigma) ** 2 + wandered)))
+
+    rate = of_triad(expected.mean.gyro, expected.sigma.gyro, OMEGA_IE)
+    if (shift := expected.mean.null_shift) is not None:
+        instants = start + duration * np.linspace(0.0, 1.0, _INSTANTS)
+        rate += float(np.ptp(shift.bias(expected.mean.warm_up.temperature(instants))))
+    return rate, of_triad(expected.mean.accel, expected.sigma.accel, G0)
 
 
 def error_budget(

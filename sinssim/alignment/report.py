@@ -16,6 +16,7 @@ from sinssim.alignment.budget import (
     bias_takes_over,
     error_budget,
     expected_errors,
+    largest_drift,
     reading_errors,
     total,
 )
@@ -199,7 +200,12 @@ def align_session(
     expected = None if sensors is None else expected_errors(sensors)
     residual = residual_velocity = mean_angles = None
     if method == "quiet":
-        determination = determine_session(imu, None if expected is None else expected.instrument_sigmas)
+        if expected is None:
+            determination = determine_session(imu)
+        else:
+            length = float(imu.time[-1] - imu.time[0])
+            drift = largest_drift(expected, length, warmed)
+            determination = determine_session(imu, expected.instrument_sigmas, drift)
     else:
         alignment = align_disturbed(imu, latitude)
         determination, residual = alignment.determination, alignment.residual

@@ -74,12 +74,16 @@ def mean_readings(imu: ImuData) -> tuple[Array, Array]:
     return imu.dtheta.sum(axis=0) / duration, imu.dvel.sum(axis=0) / duration
 
 
-def determine_session(imu: ImuData, sigmas: InstrumentErrors | None = None) -> Determination:
+def determine_session(
+    imu: ImuData, sigmas: InstrumentErrors | None = None, drift: tuple[float, float] = (0.0, 0.0)
+) -> Determination:
     """Determine heading, roll, pitch and latitude from a session of a vehicle that stood still, eq. (1).
 
     Args:
         imu: the session's increments; a few hundred seconds average the noise.
         sigmas: standard deviations of the instruments' errors, if known; see `determine`.
+        drift: by how much a rate [rad/s] and a specific force [m/s²] may change in it though the vehicle stands still;
+            see `sinssim.alignment.largest_drift`.
 
     Returns:
         The determination.
@@ -89,7 +93,7 @@ def determine_session(imu: ImuData, sigmas: InstrumentErrors | None = None) -> D
     """
     readings = mean_readings(imu)
     result = determine(*readings, sigmas)
-    found = stillness(imu, sigmas)
+    found = stillness(imu, sigmas, drift)
     if found.moved:
         turned = found.rotation > found.rotation_limit
         what, size, limit, time = (
@@ -122,13 +126,16 @@ def check_session(imu: ImuData) -> None:
         )
 
 
-def stillness(imu: ImuData, sigmas: InstrumentErrors | None = None) -> Stillness:
+def stillness(
+    imu: ImuData, sigmas: InstrumentErrors | None = None, drift: tuple[float, float] = (0.0, 0.0)
+) -> Stillness:
     """Measure how far a session departs from standing still.
 
     Args:
         imu: the session's increments.
         sigmas: standard deviations of the instruments' errors, if known: a fifth of a bias is then let pass as
             drift.
+        drift: by how much a rate [rad/s] and a specific force [m/s²] of each axis may change besides.
 
     Returns:
         Departures and limits.
@@ -137,12 +144,13 @@ def stillness(imu: ImuData, sigmas: InstrumentErrors | None = None) -> Stillness
     duration, count = float(elapsed[-1]), len(imu)
     gyro, accel = imu.dtheta.sum(axis=0) / duration, imu.dvel.sum(axis=0) / duration
     gravity = float(np.linalg.norm(accel))
-    drift = 0.0 if sigmas is None else 0.2 * float(np.max(np.asarray(sigmas.gyro_bias)))
-    slant = 0.0 if sigmas is None else 0.2 * float(np.max(np.asarray(sigmas.accel_bias)))
+    # a rate that changes by c takes the angle of three axes no farther from its line than √3 c T/4, less than c T/2
+    turn = 0.5 * drift[0] + (0.0 if sigmas is None else 0.2 * float(np.max(np.asarray(sigmas.gyro_bias))))
+    slant = np.sqrt(2.0) * drift[1] + (0.0 if sigmas is None else 0.2 * float(np.max(np.asarray(sigmas.accel_bias))))
 
     departure = np.linalg.norm(np.cumsum(imu.dtheta, axis=0) - np.outer(elapsed[1:], gyro), axis=1)
     noise = _BRIDGE * white_level(imu.dtheta, duration) * np.sqrt(duration) + _pulse(imu.dtheta)
-    rotation_limit = np.hypot(max(_ROTATION_FLOOR, drift * duration), noise)
+    rotation_limit = np.hypot(max(_ROTATION_FLOOR, turn * duration), noise)
 
     level, pulse = white_level(imu.dvel, duration), _pulse(imu.dvel)
     tilts = []

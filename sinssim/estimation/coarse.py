@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sinssim.alignment.budget import Expected
+from sinssim.alignment.budget import Expected, largest_drift
 from sinssim.alignment.initial import STATES, initial_covariance, initial_state
 from sinssim.alignment.session import determine_session
 from sinssim.data import Array, ImuData, Measurements, NavState
@@ -48,10 +48,11 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
         InputError: the vehicle moved.
     """
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
-    found = determine_session(session, Expected(sigma, sigma).instrument_sigmas)
+    expected = Expected(ImuErrors(warm_up=sigma.warm_up), sigma)
+    seconds = float(session.time[-1] - session.time[0])
+    found = determine_session(session, expected.instrument_sigmas, largest_drift(expected, seconds))
     latitude, height = float(initial.latitude), float(initial.height)
     start = initial_state(found, float(initial.longitude), height, latitude)
-    seconds = float(session.time[-1] - session.time[0])
     tied = [state for state in model.states if state in STATES]
     places = [model.states.index(state) for state in tied]
     covariance = np.diag(model.sigma**2)

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.alignment import InstrumentErrors, determine_session, ideal_readings, mean_readings, stillness
+from sinssim.alignment import (
+    InstrumentErrors,
+    determine_session,
+    expected_errors,
+    ideal_readings,
+    largest_drift,
+    mean_readings,
+    stillness,
+)
 from sinssim.alignment.session import white_level
 from sinssim.data import ImuData
 from sinssim.errors import InputError
@@ -89,6 +97,35 @@ def test_a_vehicle_that_moved_is_found_out(change, text):
         determine_session(imu)
     assert text in str(info.value)
     assert "arcsec" in str(info.value)
+
+
+DRIFTING = {
+    "gyro temperature": {"gyro_bias_temperature_sigma_deg_h_per_c": 0.02},
+    "accelerometer temperature": {"accel_bias_temperature_sigma_ug_per_c": 10.0},
+    "accelerometer scale": {"accel_scale_temperature_sigma_ppm_per_c": 20.0},
+    "gyro ramp": {"gyro_ramp_deg_h_per_h": (2.0, -3.0, 1.0)},
+    "accelerometer ramp": {"accel_ramp_ug_per_h": (700.0, -500.0, 0.0)},
+    "gyro walk": {"gyro_rrw_deg_h_sqrt_h": 0.3},
+    "accelerometer walk": {"accel_rrw_ug_sqrt_h": 300.0},
+}
+
+
+@pytest.mark.parametrize("name", DRIFTING)
+def test_a_drift_that_is_known_of_is_not_taken_for_motion(name: str) -> None:
+    section = ImuSection(
+        grade="ideal", temperature_start_c=-20.0, temperature_steady_c=10.0, warm_up_time_s=200.0, **DRIFTING[name]
+    )
+    expected = expected_errors(section)
+    drift = largest_drift(expected, 300.0)
+    alone = []
+    for seed in range(20):
+        imu = emulate(session(), section, seed)
+        alone.append(stillness(imu).moved)
+        assert not stillness(imu, expected.instrument_sigmas, drift).moved
+    assert any(alone)
+    # and motion is found all the same
+    moved = emulate(session(change=step(600 * ARCSEC, 2, 200.0)), section, 1)
+    assert stillness(moved, expected.instrument_sigmas, drift).moved
 
 
 def test_samples_that_are_missing_are_told():
