@@ -677,6 +677,7 @@ def _show_result(result: RunResult, directory: Path) -> None:
     from rich.table import Table
 
     from sinssim.recording.summary import flagged_words
+    from sinssim.scenario.idle import idle
 
     table = Table(
         title=f"{result.scenario.name}: errors against the truth",
@@ -713,6 +714,8 @@ def _show_result(result: RunResult, directory: Path) -> None:
     console.print(table)
     if flags := flagged_words(result.summary["flagged_samples"], len(result.measured)):
         console.print(flags, markup=False)
+    for sentence in idle(result.scenario.imu, result.trajectory.end):
+        console.print(sentence, markup=False)
     for name, failure in failures.items():
         console.print(f"{name} has no result: {failure['text']}", markup=False)
     for solution in result.solutions.values():

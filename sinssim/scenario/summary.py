@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from pydantic import BaseModel
 
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
+from sinssim.scenario.idle import idle
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.never import never
 from sinssim.scenario.schema import Scenario
@@ -65,7 +66,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     if scenario.filter is not None:
         yield f"filter      {', '.join(scenario.filter.states)}; {given(scenario.filter, 'states') or 'all by default'}"
     yield f"seed        {scenario.seed}"
-    for sentence in never(scenario, duration):
+    for sentence in (*never(scenario, duration), *idle(scenario.imu, duration)):
         yield f"note        {sentence}"
 
 

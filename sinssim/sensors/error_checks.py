@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from sinssim.errors import InputError, unknown_name
 from sinssim.scenario.datasheet import QUANTITIES
-from sinssim.sensors.imu_errors import Fault, ImuErrors, TriadErrors
-
-FAULTS = ("dropout", "freeze", "spike", "bias-step", "saturation", "jitter")
-"""Kinds of faults."""
+from sinssim.sensors.imu_errors import Fault, FaultKind, ImuErrors, TriadErrors
 
 _MOST_TILT = 0.2  # rad
 _SHAPES = {quantity.field: quantity.shape for quantity in QUANTITIES}
@@ -25,9 +22,15 @@ def check_errors(errors: ImuErrors) -> None:
         errors: of the block.
 
     Raises:
-        InputError: a number that is not finite, an array of another shape, a negative noise, a time that is not
-            positive, axes that lie far from the block's, a fault that cannot be; with its name and what is allowed.
+        InputError: no errors of a block, a number that is not finite, an array of another shape, a negative noise, a
+            time that is not positive, axes that lie far from the block's, a fault that cannot be; with its name and
+            what is allowed.
     """
+    if not isinstance(errors, ImuErrors):
+        raise InputError(
+            f"{errors!r} describes no sensor block: an ImuSection does, for example ImuSection(grade='tactical'), or "
+            "ImuErrors with the errors themselves."
+        )
     for triad, name in ((errors.gyro, "gyro"), (errors.accel, "accelerometer")):
         _check_triad(triad, name)
     _check("arms", errors.arms, (3, 3))
@@ -42,19 +45,28 @@ def check_errors(errors: ImuErrors) -> None:
 def _check_triad(triad: TriadErrors, name: str) -> None:
     for field, shape in _SHAPES.items():
         value = getattr(triad, field)
-        if field == "correlation_time":
-            if not 0.0 < value < np.inf:
-                raise InputError(f"{name} correlation_time = {value} s must be greater than 0 and finite.")
-        elif shape == ():
-            if not 0.0 <= value < np.inf:
-                raise InputError(f"{name} {field} = {value} (SI) must be finite and at least 0.")
-        else:
-            _check(f"{name} {field}", value, shape)
+        _check(f"{name} {field}", value, shape)
+        if field == "correlation_time" and not value > 0.0:
+            raise InputError(f"{name} correlation_time = {value} s must be greater than 0.")
+        if shape == () and not value >= 0.0:
+            raise InputError(f"{name} {field} = {value} (SI) must be at least 0.")
     far = np.abs(triad.misalignment).max()
     if not far <= _MOST_TILT or np.any(np.diagonal(triad.misalignment)):
         raise InputError(
             f"{name} misalignment = {triad.misalignment.tolist()} rad is not small angles beside a diagonal of zeros; "
             f"at most {_MOST_TILT:g} rad either way can be had."
+        )
+    if not np.all(np.asarray(triad.scale) > -1.0):
+        raise InputError(f"{name} scale = {np.asarray(triad.scale).tolist()} must be greater than −1, no input at all.")
+    if np.any(np.diagonal(triad.cross_axis)):
+        raise InputError(
+            f"{name} cross_axis = {np.asarray(triad.cross_axis).tolist()} (SI) must have a diagonal of zeros; an error "
+            "with the square of a sensor's own input is its quadratic term."
+        )
+    if name == "accelerometer" and np.any(triad.g_sensitivity):
+        raise InputError(
+            f"{name} g_sensitivity = {np.asarray(triad.g_sensitivity).tolist()} (SI) must be zero; what an "
+            "accelerometer reads of forces across its axis is its misalignment."
         )
 
 
@@ -77,8 +89,8 @@ def check_faults(faults: Sequence[Fault]) -> None:
     """
     for number, fault in enumerate(faults, start=1):
         name = f"imu.faults.{number}"
-        if fault.kind not in FAULTS:
-            error = unknown_name("fault", fault.kind, FAULTS)
+        if fault.kind not in get_args(FaultKind):
+            error = unknown_name("fault", fault.kind, get_args(FaultKind))
             raise InputError(f"{name}: {error}") from error
         if fault.kind == "spike":
             _check(f"{name}: the time of the spike", fault.start, ())
@@ -88,5 +100,7 @@ def check_faults(faults: Sequence[Fault]) -> None:
                 "begins."
             )
         _check(f"{name}: amount of the {fault.kind}", fault.amount, (6,))
+        if fault.kind == "saturation" and np.any(np.asarray(fault.amount) < 0.0):
+            raise InputError(f"{name}: ranges of {np.asarray(fault.amount).tolist()} (SI) must be at least 0.")
         if fault.kind == "jitter" and not fault.amount[0] > 0.0:
             raise InputError(f"{name}: a 1σ of the time stamps of {fault.amount[0]:g} s must be positive.")

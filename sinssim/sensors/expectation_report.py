@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sinssim.scenario.grades import find_grade
+from sinssim.scenario.idle import idle
 from sinssim.sensors.expectation import ASSUMPTIONS, Expectation
 from sinssim.units import DEG, NAUTICAL_MILE
 
@@ -67,7 +68,7 @@ def show(expectation: Expectation, console: Console) -> None:
     terms.add_column("is")
     for term in e.terms:
         terms.add_row(
-            term.name, f"{term.value:.4g}", term.unit, f"{term.si:.4g}", term.si_unit.removeprefix("1"), term.meaning
+            term.name, _number(term.value), term.unit, f"{term.si:.4g}", term.si_unit.removeprefix("1"), term.meaning
         )
     console.print(terms)
     hours = e.duration / 3600.0
@@ -96,11 +97,19 @@ def show(expectation: Expectation, console: Console) -> None:
             f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi an hour: what is called "
             "the class of a unit."
         )
+    for sentence in idle(e.section, e.duration):
+        console.print(sentence)
     if e.height:
+        away = f"{_digits(e.height)} m" if e.height < _LINEAR else f"more than {_LINEAR / 1e3:g} km"
         console.print(
-            f"Height is not in it: unaided it runs away, by {_digits(e.height)} m in {hours:g} h for the bias of "
-            "the down accelerometer alone."
+            f"Height is not in it: unaided it runs away, by {away} in {hours:g} h for the bias of the down "
+            "accelerometer alone."
         )
+
+
+def _number(value: float) -> str:
+    """Write four digits, without a power of ten where people write none."""
+    return f"{value:.0f}" if 1e4 <= value < 1e7 else f"{value:.4g}"
 
 
 def _position(error: float) -> tuple[str, str]:

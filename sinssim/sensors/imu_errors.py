@@ -20,6 +20,9 @@ from sinssim.units import ARCSEC, DEG, DEG_H, G0, PPM, UG
 
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 _NONE = np.zeros(())
+FaultKind = Literal["dropout", "freeze", "spike", "bias-step", "saturation", "jitter"]
+"""What can go wrong."""
+
 _OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
 
 
@@ -113,7 +116,7 @@ class Fault:
             rad/s or m/s²; 1 for a channel that drops out or freezes. Of jitter the first holds the 1σ of the stamps, s.
     """
 
-    kind: Literal["dropout", "freeze", "spike", "bias-step", "saturation", "jitter"]
+    kind: FaultKind
     start: float
     end: float
     amount: Array

@@ -504,6 +504,9 @@ def test_faults_from_a_scenario() -> None:
         (fault("dropout", np.nan, 1.0, np.ones(6)), r"faults\.1: a dropout from nan s to 1 s is no time"),
         (fault("spike", 1.0, 1.0, np.ones(3)), r"faults\.1: amount of the spike = .* of shape \(6,\)"),
         (ImuErrors(arms=np.full((3, 3), np.nan)), r"arms = .* finite numbers of shape \(3, 3\)"),
+        (fault("saturation", 0.0, 1.0, -np.ones(6)), r"faults\.1: ranges of .* must be at least 0"),
+        (ImuErrors(accel=TriadErrors(g_sensitivity=np.eye(3))), "accelerometer g_sensitivity = .* must be zero"),
+        ("tactical", "'tactical' describes no sensor block: an ImuSection does"),
         (ImuErrors(delay=np.nan), r"delay = nan \(SI\) must be one finite number"),
         (ImuErrors(warm_up=WarmUp(np.inf, 0.0, 60.0)), "warm_up's start and steady temperature"),
         (ImuErrors(warm_up=WarmUp(1.0, 0.0, 0.0)), "time constant, 0 s, must be positive"),
@@ -520,14 +523,19 @@ def test_faults_that_cannot_be(given: ImuErrors, message: str) -> None:
 @pytest.mark.parametrize(
     ("triad", "message"),
     [
-        (TriadErrors(random_walk=-1e-6), r"gyro random_walk = -1e-06 \(SI\) must be finite and at least 0"),
-        (TriadErrors(instability=np.nan), "gyro instability = nan"),
+        (TriadErrors(random_walk=-1e-6), r"gyro random_walk = -1e-06 \(SI\) must be at least 0"),
+        (TriadErrors(instability=np.nan), r"gyro instability = nan \(SI\) must be one finite number"),
         (TriadErrors(flicker=-1.0), "gyro flicker = -1.0"),
         (TriadErrors(quantum=np.inf), "gyro quantum = inf"),
         (TriadErrors(correlation_time=0.0), r"gyro correlation_time = 0.0 s must be greater than 0"),
         (TriadErrors(misalignment=np.full((3, 3), 0.5) - 0.5 * np.eye(3)), "small angles.*at most 0.2 rad"),
         (TriadErrors(misalignment=np.eye(3)), "small angles beside a diagonal of zeros"),
-        (TriadErrors(correlation_time=np.inf), "greater than 0 and finite"),
+        (TriadErrors(correlation_time=np.inf), r"gyro correlation_time = inf \(SI\) must be one finite number"),
+        (TriadErrors(random_walk="much"), r"gyro random_walk = much \(SI\) must be one finite"),  # type: ignore[arg-type]
+        (TriadErrors(bias="0.1"), r"gyro bias = 0.1 \(SI\) must be finite numbers of shape"),  # type: ignore[arg-type]
+        (TriadErrors(misalignment=np.zeros((2, 2))), r"gyro misalignment = .* of shape \(3, 3\)"),
+        (TriadErrors(scale=np.array([0.0, -1.0, 0.0])), "gyro scale = .* must be greater than −1"),
+        (TriadErrors(cross_axis=np.eye(3)), "gyro cross_axis = .* diagonal of zeros"),
         (
             TriadErrors(bias=np.array([0.0, np.nan, 0.0])),
             r"gyro bias = \[0.0, nan, 0.0\] .* finite numbers",
