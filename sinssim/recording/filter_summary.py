@@ -209,7 +209,8 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         if fault["caught"]:
             yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its begin{far}."
         else:
-            seen = "" if numbers["consistent"] else ", though the innovations are not as they should be"
+            told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
+            seen = ", though the innovations are not as they should be" if told else ", and no innovation shows it"
             yield f"{what} was not caught by the gate: {how}{far}{seen}."
 
 
@@ -230,7 +231,7 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     if "alignment" in numbers:
         yield _alignment_sentence(numbers["alignment"])
     if numbers["consistent"] and not any(s["taken"] for s in numbers["sensors"].values()):
-        yield "The filter took no reading: nothing tells whether it is consistent."
+        yield "The filter took no reading; nothing in its errors speaks against it."
     elif numbers["consistent"]:
         yield "The filter is consistent: nothing in its innovations or its errors speaks against it."
     else:
