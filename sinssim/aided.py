@@ -19,6 +19,7 @@ from sinssim.errors import InputError, SinssimError
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model, nominal_errors, state_errors
 from sinssim.estimation.coarse import Start, at_rest, in_motion
 from sinssim.estimation.estimate import estimate
+from sinssim.estimation.model import crossing_time
 from sinssim.estimation.nominal import rows_of
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
@@ -87,7 +88,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     assert section is not None
     assert aiding is not None
     sensed = tuple(aid(trajectory, aiding, scenario.seed, _better_system(scenario, trajectory)))
-    model, edges = filter_model(scenario), imu.time
+    model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     told = [_told(s.measurements, section.measurement_noise_factor) for s in sensed]
     start = Start(imu, initial, None)
     if section.alignment_s is not None:
@@ -109,11 +110,12 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     return _compared(scenario, trajectory, edges, sensed, found)
 
 
-def filter_model(scenario: Scenario) -> ErrorModel:
+def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
     """Return the error model of a scenario's filter.
 
     Args:
         scenario: with an [aiding] and a [filter] section.
+        duration: of the run, s.
 
     Returns:
         Navigation, the inertial sensors' blocks that the section names, and those of the aiding sensors.
@@ -142,6 +144,7 @@ def filter_model(scenario: Scenario) -> ErrorModel:
         attitude=np.array([tilt, tilt, heading]) * units.ARCMIN,
         imu=f.states,
         extra=_aiding_blocks(scenario.aiding, f.measurement_noise_factor),
+        duration=duration,
     )
 
 
@@ -178,7 +181,13 @@ def inertial_sigma(scenario: Scenario) -> ImuErrors:
             instability=factor * own.instability,
         )
 
-    return ImuErrors(triad("gyro"), triad("accel"), warm_up=noise.sigma.warm_up)
+    some_run = draw(scenario.imu, scenario.seed)
+    return replace(
+        some_run if calibrated is None else replace(some_run, arms=np.zeros((3, 3)), delay=0.0),
+        gyro=triad("gyro"),
+        accel=triad("accel"),
+        warm_up=noise.sigma.warm_up,
+    )
 
 
 def _aiding_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
@@ -323,12 +332,19 @@ def _true_parameters(
                 bias=true.bias - triad.bias,
                 scale=true.scale - triad.scale,
                 misalignment=true.misalignment - triad.misalignment,
+                bias_temperature=true.bias_temperature - triad.bias_temperature,
             )
     found: dict[str, Array] = {}
-    for name, triad in left.items():
-        found[f"{name} bias"], found[f"{name} scale"] = triad.bias, triad.scale
+    left_over = replace(errors, gyro=left["gyro"], accel=left["accelerometer"])
+    drifts = _alone(left_over, ("rate_walk", "ramp", "bias_temperature"), edges, time, scenario.seed, 1.0)
+    for k, (name, triad) in enumerate(left.items()):
+        bias = triad.bias + drifts[k]
+        if triad.flicker:  # what of it is quicker the filter takes for noise
+            bias = bias + _alone(left_over, ("flicker",), edges, time, scenario.seed, crossing_time(triad))[k]
+        found[f"{name} bias"], found[f"{name} scale"] = bias, triad.scale
         found[f"{name} misalignment"] = triad.misalignment[~np.eye(3, dtype=bool)]
-    found.update(_instabilities(errors, edges, time, scenario.seed))
+    instabilities = _alone(left_over, ("instability", "correlation_time"), edges, time, scenario.seed, 0.0)
+    found |= dict(zip(("gyro instability", "accelerometer instability"), instabilities, strict=True))
     for sensor in sensed:
         for name, value in sensor.parameters.items():
             if value.ndim > 1:
@@ -337,20 +353,29 @@ def _true_parameters(
     return {name: value for name, value in found.items() if name in model.slices}
 
 
-def _instabilities(errors: ImuErrors, edges: Array, time: Array, seed: int) -> dict[str, Array]:
-    """Return the biases' instabilities of this run: what the emulator makes of no motion with nothing else wrong.
+def _alone(
+    errors: ImuErrors, fields: tuple[str, ...], edges: Array, time: Array, seed: int, window: float
+) -> tuple[Array, Array]:
+    """Return what some errors add to the rates and specific forces of this run, (K, 3) each, zeros if there are none.
 
-    The emulator's own draws are the same whatever else is switched on.
+    It is what the emulator makes of no motion with nothing else wrong, on the mean over the last seconds, one sample at
+    least: its own draws are the same whatever else is switched on.
     """
-    if not (errors.gyro.instability or errors.accel.instability):
-        return {}
+    if not any(np.any(getattr(t, f)) for t in (errors.gyro, errors.accel) for f in fields if f != "correlation_time"):
+        return np.zeros(3), np.zeros(3)
     from sinssim.sensors import emulate
 
     def alone(triad: TriadErrors) -> TriadErrors:
-        return TriadErrors(instability=triad.instability, correlation_time=triad.correlation_time)
+        return TriadErrors(**{field: getattr(triad, field) for field in fields})
 
     none = np.zeros((len(edges) - 1, 3))
-    drift = emulate(ImuData(edges, none, none), ImuErrors(alone(errors.gyro), alone(errors.accel)), seed)
-    k = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1) - 1  # the interval that ends there
-    interval = np.diff(edges)[k, np.newaxis]
-    return {"gyro instability": drift.dtheta[k] / interval, "accelerometer instability": drift.dvel[k] / interval}
+    of_these = ImuErrors(alone(errors.gyro), alone(errors.accel), warm_up=errors.warm_up)
+    drift = emulate(ImuData(edges, none, none), of_these, seed)
+    last = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1)
+    first = np.searchsorted(edges, edges[last] - window - 1e-9).clip(0, last - 1)
+
+    def mean(increments: Array) -> Array:
+        total = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)])
+        return np.asarray((total[last] - total[first]) / (edges[last] - edges[first])[:, np.newaxis])
+
+    return mean(drift.dtheta), mean(drift.dvel)

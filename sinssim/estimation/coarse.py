@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from sinssim.alignment.session import determine_session
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.estimation.in_motion import align_in_motion
 from sinssim.estimation.model import ErrorModel
-from sinssim.sensors.imu_errors import ImuErrors
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
     covariance = np.diag(model.sigma**2)
     covariance[np.ix_(places, places)] = initial_covariance(
         found,
-        sigma,
+        replace(sigma, gyro=_held(sigma.gyro, "gyro", model), accel=_held(sigma.accel, "accelerometer", model)),
         seconds,
         height=height,
         latitude=latitude,
@@ -68,6 +68,15 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
         states=tied,
     )
     return Start(_from(imu, count), start, covariance)
+
+
+def _held(triad: TriadErrors, name: str, model: ErrorModel) -> TriadErrors:
+    """Return a triad's errors with all that the model's bias stands for as a bias, which the session's mean holds."""
+    where = model.slices.get(f"{name} bias")
+    if where is None:
+        return triad
+    none = np.zeros(3)
+    return replace(triad, bias=model.sigma[where], bias_temperature=none, ramp=none, flicker=0.0)
 
 
 def in_motion(

@@ -127,8 +127,14 @@ def estimate(
         smoothed=smoothed(model, kept, around.ellipsoid, algorithm) if kept is not None and smooth else None,
         history=kept if history else None,
         divergence=divergence or contradiction(innovations),
-        remarks=(*failure, *remarks(innovations)),
+        remarks=(*failure, *_untold(model), *remarks(innovations)),
     )
+
+
+def _untold(model: ErrorModel) -> list[str]:
+    if not model.untold:
+        return []
+    return [f"The inertial sensors have errors that no state of the filter describes: {', '.join(model.untold)}."]
 
 
 def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.sensors import flicker
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp
 
 _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")
@@ -125,6 +126,7 @@ class ErrorModel:
         accel_noise: velocity random walk, m/s/√s.
         gyro_quantum: weight of a pulse of the gyros, rad.
         accel_quantum: weight of a pulse of the accelerometers, m/s.
+        untold: errors that the inertial sensors have, too, and no block knows, for a person.
     """
 
     blocks: tuple[Block, ...]
@@ -132,6 +134,7 @@ class ErrorModel:
     accel_noise: float
     gyro_quantum: float = 0.0
     accel_quantum: float = 0.0
+    untold: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [block.name for block in self.blocks]
@@ -185,6 +188,25 @@ class ErrorModel:
         return np.asarray(self.decay == 0.0)
 
 
+UNTOLD = {
+    "scale": "scale factors",
+    "misalignment": "misalignments",
+    "quadratic": "quadratic terms",
+    "cubic": "cubic terms",
+    "asymmetry": "asymmetry",
+    "cross_axis": "cross-axis coupling",
+    "g_sensitivity": "sensitivity to g",
+    "scale_temperature": "scale factors' dependence on temperature",
+    "limit": "range",
+}
+"""Fields of `TriadErrors` that a filter is not told of, scale factors and misalignments unless they are states."""
+
+_FLOOR = math.sqrt(2.0 * math.log(2.0) / math.pi)
+"""Allan deviation of flicker noise over its B."""
+
+_SAMPLES_PER_SECOND = 100.0
+"""At which flicker noise is taken to be sampled; the start of ten times fewer has 1.2 times the 1σ at most."""
+
 IMU_BLOCKS = ("gyro bias", "accelerometer bias")
 """The blocks of the inertial sensors that a filter has at least."""
 
@@ -197,11 +219,16 @@ def error_model(
     attitude: ArrayLike = (1e-3, 1e-3, 1e-2),
     imu: Sequence[str] = IMU_BLOCKS,
     extra: Iterable[Block] = (),
+    duration: float = 3600.0,
 ) -> ErrorModel:
     """Compose a model from the description of the inertial sensors and of the start.
 
-    Biases are constant, or walk if the sensors have a rate random walk; a bias instability is a block beside them. Of
-    what else `ImuErrors` can describe (flicker, ramps, temperature, non-linearity, sensitivity to g) no block knows.
+    Biases are constant, or walk if the sensors have a rate random walk K or drift otherwise; a bias instability is a
+    block beside them. What drifts is told as the walk that is nowhere smaller in 1σ, over the duration T at least: of a
+    ramp R, K = R√T; of a bias with β per degree and a warm-up by ΔΘ with the time constant τ, K = βΔΘ/√τ. Flicker B is
+    told as the walk whose Allan deviation K√(τ/3) crosses flicker's √(2 ln 2/π) B where the random walk's N/√τ does, as
+    the estimate of a bias takes that long: right for it, and too wide for long times without aiding. Of the errors in
+    `UNTOLD` no block knows.
 
     Args:
         sigma: standard deviations of the sensor block's errors, and its noise; see
@@ -209,9 +236,10 @@ def error_model(
         position, velocity, attitude: 1σ of the initial state, one number or north, east, down; m, m/s, rad.
         imu: which blocks of the inertial sensors; the instabilities come by themselves if `sigma` has any.
         extra: other blocks, of aiding sensors for example.
+        duration: of the run, for ramps, s.
 
     Returns:
-        The model.
+        The model; its `untold` names what `sigma` has and no block knows.
 
     Raises:
         InputError: an unknown block, one that is named twice, a standard deviation that is none.
@@ -224,14 +252,47 @@ def error_model(
         triad_name, _, what = name.partition(" ")
         if name not in BLOCKS or triad_name not in triads:
             raise unknown_name("block of the inertial sensors", name, [n for n in BLOCKS if n.split()[0] in triads])
-        blocks.append(_imu_block(name, what, triads[triad_name]))
+        blocks.append(_imu_block(name, what, triads[triad_name], sigma.warm_up, duration))
     gyro, accel = sigma.gyro, sigma.accel
-    return ErrorModel((*blocks, *extra), gyro.random_walk, accel.random_walk, gyro.quantum, accel.quantum)
+    untold = [
+        f"{said} of the {triad_name}s"
+        for triad_name, triad in triads.items()
+        for field, said in UNTOLD.items()
+        if np.any(getattr(triad, field)) and f"{triad_name} {field}" not in names
+    ]
+    untold += ["the accelerometers' arms"] if np.any(sigma.arms) else []
+    untold += ["the accelerometers' delay"] if sigma.delay else []
+    untold += ["the null shift of the gyros"] if sigma.null_shift is not None else []
+    untold += ["faults of the sensors"] if sigma.faults else []
+    return ErrorModel(
+        (*blocks, *extra), gyro.random_walk, accel.random_walk, gyro.quantum, accel.quantum, tuple(untold)
+    )
 
 
-def _imu_block(name: str, what: str, triad: TriadErrors) -> Block:
+def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, duration: float) -> Block:
     if what == "instability":
         return Block(name, triad.instability, correlation_time=triad.correlation_time)
     if what == "misalignment":
         return Block(name, triad.misalignment[~np.eye(3, dtype=bool)])
-    return Block(name, triad.bias, random_walk=triad.rate_walk) if what == "bias" else Block(name, triad.scale)
+    if what == "scale":
+        return Block(name, triad.scale)
+    warming = triad.bias_temperature * (warm_up.steady - warm_up.start)
+    start = triad.bias**2 + (triad.bias_temperature * warm_up.start) ** 2
+    walk = triad.rate_walk**2 + triad.ramp**2 * duration + warming**2 / warm_up.time_constant
+    if triad.flicker:
+        crossing = crossing_time(triad)
+        start = start + triad.flicker**2 * flicker.variance_of_mean(crossing * _SAMPLES_PER_SECOND)
+        walk = walk + 3.0 * (_FLOOR * triad.flicker) ** 2 / crossing
+    return Block(name, np.sqrt(start), random_walk=np.sqrt(walk))
+
+
+def crossing_time(triad: TriadErrors) -> float:
+    """Return the averaging time at which flicker noise is as large as the random walk.
+
+    Args:
+        triad: with flicker.
+
+    Returns:
+        Where N/√τ = √(2 ln 2/π) B, s; one second at least, which is short for any estimate of a bias.
+    """
+    return max((triad.random_walk / (_FLOOR * triad.flicker)) ** 2, 1.0)

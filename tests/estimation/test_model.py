@@ -45,6 +45,46 @@ def test_a_rate_random_walk_makes_the_bias_walk() -> None:
     assert model.fed_back[where].all()
 
 
+def test_what_drifts_is_told_as_a_walk_of_the_bias() -> None:
+    deg_h = np.pi / 180.0 / 3600.0
+
+    def walk(duration: float = 3600.0, **imu: float) -> tuple[float, float]:
+        model = error_model(
+            expected_errors(ImuSection(grade="ideal", accel_bias_sigma_ug=1.0, **imu)).sigma, duration=duration
+        )
+        first = model.slices["gyro bias"].start
+        return float(model.sigma[first]), float(model.density[first])
+
+    # after the whole run as large as the ramp, before that larger
+    start, density = walk(1600.0, gyro_ramp_sigma_deg_h_per_h=0.9)
+    assert (start, density * 40.0) == pytest.approx((0.0, 0.9 * deg_h * 1600.0 / 3600.0))
+    # five degrees of warm-up by e^(-t/τ): 1 - e^(-x) <= √x
+    start, density = walk(
+        gyro_bias_temperature_sigma_deg_h_per_c=0.1,
+        temperature_start_c=-2.0,
+        temperature_steady_c=3.0,
+        warm_up_time_s=900.0,
+    )
+    assert (start, density * 30.0) == pytest.approx((0.2 * deg_h, 0.5 * deg_h))
+    # Allan deviations 0.2/√τ and 0.664 B meet at (0.2/0.0664)² h = 9.06 h, and there the walk's K √(τ/3)
+    start, density = walk(gyro_arw_deg_sqrt_h=0.2, gyro_flicker_deg_h=0.1)
+    floor = np.sqrt(2.0 * np.log(2.0) / np.pi) * 0.1
+    assert density * 60.0 / deg_h == pytest.approx(floor * np.sqrt(3.0) / (0.2 / floor), rel=1e-6)
+    assert 0.05 * deg_h < start < 0.15 * deg_h
+
+
+def test_what_no_block_knows_is_said() -> None:
+    section = ImuSection(grade="tactical", gyro_g_sensitivity_sigma_deg_h_per_g=1.0, accel_range_g=20.0)
+    model = error_model(expected_errors(section).sigma, imu=("gyro bias", "accelerometer bias", "gyro scale"))
+    assert model.untold == (
+        "misalignments of the gyros",
+        "sensitivity to g of the gyros",
+        "scale factors of the accelerometers",
+        "misalignments of the accelerometers",
+        "range of the accelerometers",
+    )
+
+
 def test_what_a_scenario_fixes_is_known_and_needs_no_spread() -> None:
     sigma = expected_errors(ImuSection(grade="laser-standard", gyro_bias_deg_h=(0.1, 0.0, 0.0))).sigma
     model = error_model(sigma, imu=("gyro bias", "gyro misalignment", "gyro scale"))
