@@ -1,22 +1,28 @@
 """Speed and memory of the emulator over one Schuler period at 100 Hz: `python -m benchmarks.bench_emulate`.
 
 A sample is three gyros and three accelerometers. Samples per second are of processor time on one core, through
-`emulate`: checks, drawing and arrays included.
+`emulate`: checks, drawing and arrays included. The last line is an ensemble whose samples are never stored.
 """
 
 from __future__ import annotations
 
+import resource
 import time
 import tracemalloc
 
 import numpy as np
 
 from sinssim.data import ImuData
+from sinssim.jit import strict_kernel
 from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import emulate
+from sinssim.sensors import draw, emulate
+from sinssim.sensors.error_kernel import STATES, advance, begin, draw_sample, measure
+from sinssim.sensors.pack import pack
+from sinssim.sensors.random_numbers import key
 
 SAMPLES = 504_000  # 84 min at 100 Hz
 REPEATS = 9
+RUNS, OF_RUN = 2000, 60_000  # an ensemble of ten minutes
 
 QUIET = {"gyro_arw_deg_sqrt_h": 0.0, "accel_vrw_ug_sqrt_hz": 0.0}
 WANDER = {"gyro_instability_deg_h": 0.003, "accel_instability_ug": 5.0}
@@ -57,6 +63,48 @@ def main() -> None:
             f"{name:48s} {min(seconds) * 1e3:6.1f} ms  {SAMPLES / min(seconds) / 1e6:5.1f} M samples/s"
             f"{'' if bar is None else f' (bar {bar:g})':11s} peak {peak:.0f} MiB for {size:.0f} MiB of increments"
         )
+    ensemble(ideal)
+
+
+@strict_kernel
+def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts):
+    """Return what every run's sensors gave out in all, (R, 6)."""
+    runs = len(key_0)
+    s, z, sums = np.empty((runs, 6, STATES)), np.empty((4, 6, runs)), np.zeros((runs, 6))
+    u, y, flags = np.empty(6), np.empty(6), np.zeros(6, np.uint8)
+    for run in range(runs):
+        begin(active, s, run, key_0[run], key_1[run])
+    for k in range(len(dtheta)):
+        advance(active, c, time[k], time[k + 1])
+        draw_sample(active, z, k, key_0, key_1)
+        u[:3], u[3:] = dtheta[k], dvel[k]
+        for run in range(runs):
+            measure(active, u, y, flags, c, p, s, run, z, run, kinds, spans, amounts)
+            sums[run] += y
+    return sums
+
+
+def ensemble(ideal: ImuData) -> None:
+    """Print what an ensemble takes beside the ideal increments."""
+    section = ImuSection.model_validate({"grade": "laser-standard", **PULSES})
+    packed = pack([draw(section, seed) for seed in range(RUNS)], 0.0)
+    keys = np.array([key(seed) for seed in range(RUNS)], dtype=np.uint64).T.copy()
+
+    def run(samples: int) -> None:
+        time, dtheta, dvel = ideal.time[: samples + 1], ideal.dtheta[:samples], ideal.dvel[:samples]
+        _sums(packed.active, time, dtheta, dvel, packed.conditions.copy(), packed.parameters, keys[0], keys[1],
+              packed.kinds, packed.spans, packed.amounts)  # fmt: skip
+
+    run(1)
+    before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+    run(OF_RUN)
+    seconds = time.process_time() - start
+    more = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**10
+    print(
+        f"ensemble of {RUNS} runs, laser-standard, quantised {seconds:10.1f} s   "
+        f"{RUNS * OF_RUN / seconds / 1e6:5.1f} M samples/s            "
+        f"{more:.0f} MiB more, not {RUNS * OF_RUN * 48 / 2**20:.0f} MiB of increments"
+    )
 
 
 if __name__ == "__main__":

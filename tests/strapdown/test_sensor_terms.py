@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import dawsn
 
 from sinssim import rotation
 from sinssim.data import ImuData
@@ -18,6 +19,8 @@ from sinssim.earth_models import ELLIPSOIDS
 from sinssim.nav_error import NavError, navigation_error
 from sinssim.sensors import ImuErrors, TriadErrors, emulate
 from sinssim.sensors.imu_errors import Fault, WarmUp
+from sinssim.sensors.laser_gyro import LaserGyro
+from sinssim.sensors.null_shift import NullShift
 from sinssim.strapdown import navigate
 from sinssim.truth.analytic import OnEarth
 from sinssim.truth.great_circle import GreatCircle
@@ -96,6 +99,28 @@ def test_each_term_alone_in_level_flight(flight: GreatCircle, triad: str, term: 
     every = 20 * 60
     expected = reference(flight, error.time[::every], Sources(gyro=of("gyro"), accel=of("accel")))
     assert np.abs(expected[0]).max() > 30.0  # m: there is something to compare
+    compare(error, every, expected, 0.004)
+
+
+def test_the_null_shift_of_laser_gyros_alone_in_level_flight(flight: GreatCircle) -> None:
+    """Gas that flows at 0.3 mm/s in a ring of 42 cm, which warms from −15 to 25 °C and hops to the next mode."""
+    ring = LaserGyro(0.42, 8.487e-3, 632.8e-9, 0.0, 1e-3, 400.0)
+    speed, flow, gain, expansion = 550.0, 3e-4, 0.008, 5e-8
+    warm = WarmUp(-15.0, 25.0, 500.0)
+    errors = ImuErrors(warm_up=warm, null_shift=NullShift(ring, gain, flow, speed, expansion))
+
+    def shift(t: float, true: Nominal) -> np.ndarray:
+        waves = expansion * 0.42 * temperature(errors, np.array([t]))[0] / 632.8e-9
+        off = (waves - round(waves)) * 299792458.0 / 0.42  # Hz, of the mode from the line's centre
+        xi = off * 632.8e-9 / speed
+        at_centre = 299792458.0 * gain * 632.8e-9 * flow / (4.0 * np.pi**1.5 * 8.487e-3 * speed)
+        return np.full(3, -at_centre * 2.0 * xi * dawsn(xi))
+
+    assert 0.5 < expansion * 0.42 * 25.0 / 632.8e-9 < 1.0
+    error = simulate(flight, errors, rate_hz=20.0)
+    every = 20 * 60
+    expected = reference(flight, error.time[::every], Sources(gyro=shift))
+    assert np.abs(expected[0]).max() > 30.0
     compare(error, every, expected, 0.004)
 
 
