@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim import ALGORITHMS, ImuData, NavState, jit, navigate
+from sinssim import ALGORITHMS, ImuData, NavState, jit, load_scenario, navigate
 from sinssim.algorithms import REGISTRY, Algorithm
 from tests.oracles.s_turn import STurn
 
@@ -67,3 +67,21 @@ def test_worked_example_of_the_filter(capsys):
     # five minutes of a laser-navigation unit at 50°: random walk and bias over the Earth's rate
     assert float(sigma) == pytest.approx(np.radians(2.76 / 60.0), rel=0.15)
     assert second.startswith("[")
+
+
+def test_scenario_and_commands_of_the_filter(tmp_path):
+    page = PAGE.with_name("estimation.md").read_text(encoding="utf-8")
+    (keys,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    parked = "[parked]\nlatitude_deg = 50.0\nlongitude_deg = 14.0\naltitude_m = 300.0\nduration_s = 60.0\n"
+    path = tmp_path / "page.toml"
+    path.write_text(f'name = "page"\n{parked}\n{keys}', encoding="utf-8")
+    scenario = load_scenario(path)
+    assert scenario.filter.smooth
+    assert scenario.aiding.gnss.outages_s == ((1200.0, 1500.0),)
+    (commands,) = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
+    run = re.findall(r"^sinssim run (\w+)", commands, re.MULTILINE)
+    assert len(run) == 7
+    for name in run:
+        assert load_scenario(name).filter is not None
+    for link in re.findall(r"\]\(([\w./-]+)\)", page):
+        assert (PAGE.parent / link).exists(), link
