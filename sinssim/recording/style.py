@@ -33,8 +33,8 @@ COLORS: dict[str, Rgb] = {
     "gnss-position": (0, 158, 115),
     "gnss-velocity": (213, 94, 0),
     "baro": (160, 160, 60),
-    "magnetometer": (224, 175, 202),
-    "airspeed": (154, 210, 242),
+    "magnetometer": (220, 150, 185),
+    "airspeed": (110, 180, 190),
     "odometer": (230, 159, 0),
     "zero-velocity": (204, 121, 167),
     "zero-rate": (120, 100, 200),
@@ -46,12 +46,12 @@ COLORS: dict[str, Rgb] = {
     "attitude": (0, 114, 178),
     "gyro bias": (230, 159, 0),
     "gyro scale": (204, 121, 167),
-    "gyro misalignment": (240, 200, 110),
+    "gyro misalignment": (205, 180, 80),
     "gyro instability": (161, 111, 0),
     "accelerometer bias": (120, 100, 200),
     "accelerometer scale": (86, 180, 233),
     "accelerometer misalignment": (102, 197, 171),
-    "accelerometer instability": (70, 55, 140),
+    "accelerometer instability": (95, 80, 165),
     "gnss lever arm": (150, 120, 90),
     # axes: of the body, and of the local level
     "x": (213, 94, 0),
@@ -88,7 +88,7 @@ _SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
 """Towards white (positive) or black, by an algorithm's order or number of samples."""
 
 
-_OF_SENSORS = {"bias": 0.25, "scale": -0.25, "deviation": -0.4, "wind": 0.45}
+_OF_SENSORS = {"bias": 0.15, "scale": -0.25, "deviation": -0.3, "wind": -0.3}
 """The same of what is wrong with an aiding sensor."""
 
 

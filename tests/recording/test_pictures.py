@@ -211,7 +211,9 @@ def test_colours_are_legible_on_dark_and_light_and_differ():
         return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
     drawn = {name: rgb for name, rgb in style.COLORS.items() if name != "aircraft"}
-    for rgb in drawn.values():
+    sensors = ("gnss-position", "baro", "magnetometer", "airspeed", "odometer", "star-tracker", "master-attitude")
+    of_sensors = [f"{sensor} bias" for sensor in sensors] + ["airspeed wind", "magnetometer deviation", "baro scale"]
+    for rgb in (*drawn.values(), *style.colors(of_sensors)):
         assert (luminance(rgb) + 0.05) / 0.05 > 3.0  # WCAG: contrast of graphics, on black
         assert 1.05 / (luminance(rgb) + 0.05) > 1.9  # and visible on white
     for group in (("quaternion", "poisson", "euler", "truth"), ("x", "y", "z"), ("ideal", "measured")):
