@@ -34,6 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.errors import InputError
 from sinssim.scenario.datasheet import QUANTITIES, Quantity
 from sinssim.scenario.imu import ImuSection
 from sinssim.sensors import flicker
@@ -158,6 +159,12 @@ class Expectation:
         return math.hypot(*(c.position for c in self.contributions))
 
     @property
+    def drawn(self) -> bool:
+        """Whether every error is drawn or a noise, none fixed by the scenario."""
+        fixed = (stated(self.section, quantity)[0] for quantity in QUANTITIES if quantity.drawn)
+        return null_shift(self.section) is None and not any(np.any(value) for value in fixed)
+
+    @property
     def height(self) -> float:
         """What the accelerometer's bias alone makes of an unaided height, b (cosh(√2 ωt) − 1)/2ω², m."""
         (bias,) = [term.si for term in self.terms if term.name == "accel_bias"] or [0.0]
@@ -175,7 +182,15 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
 
     Returns:
         Its errors, and the position error that each alone makes.
+
+    Raises:
+        InputError: the section is of a set of sensors without gyros.
     """
+    if section.sensor_set.type != "gyros":
+        raise InputError(
+            "closed forms are at hand for three gyros and three accelerometers; sensor_set.type = "
+            f'"{section.sensor_set.type}" is another set.'
+        )
     terms, sizes = [], {}
     for quantity in QUANTITIES:
         fixed, sigma = stated(section, quantity)

@@ -39,7 +39,7 @@ def to_json(expectation: Expectation) -> dict[str, Any]:
         "contributions": [{"term": c.term, "assumes": c.assumes, "position_m": c.position} for c in e.contributions],
         "root_sum_square_m": e.total,
         "root_sum_square_nmi": e.total / NAUTICAL_MILE,
-        "circular_error_probable_nmi": CIRCULAR * e.total / NAUTICAL_MILE,
+        "circular_error_probable_nmi": CIRCULAR * e.total / NAUTICAL_MILE if e.drawn else None,
         "unaided_height_from_accelerometer_bias_m": e.height,
         "linear": e.total < _LINEAR,
     }
@@ -92,7 +92,7 @@ def show(expectation: Expectation, console: Console) -> None:
     console.print("All together: the root of the sum of squares.")
     if e.total > _LINEAR:
         console.print(f"Beyond {_LINEAR / 1e3:g} km the linear theory has no say: the position is lost.")
-    elif e.total:
+    elif e.total and e.drawn:
         console.print(
             f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi an hour: what is called "
             "the class of a unit."

@@ -10,9 +10,11 @@ from scipy.integrate import solve_ivp
 
 from sinssim import earth
 from sinssim.data import ImuData
+from sinssim.errors import InputError
 from sinssim.nav_error import navigation_error
 from sinssim.scenario.imu import ImuSection
 from sinssim.scenario.laser_gyro import LaserGyroSection
+from sinssim.scenario.sensor_set import SixAccelerometers
 from sinssim.sensors import emulate
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.strapdown import navigate
@@ -248,6 +250,18 @@ def test_grade_of_one_nautical_mile_an_hour() -> None:
     assert expected.total / 1852.0 * 0.8326 == pytest.approx(0.97, abs=0.01)
     assert [c.position for c in expected.contributions] == sorted(found.values(), reverse=True)
     assert expected.total == pytest.approx(np.sqrt(sum(position**2 for position in found.values())), rel=1e-12)
+
+
+def test_half_of_all_runs_is_said_of_what_differs_from_run_to_run() -> None:
+    assert expect(ImuSection(grade="tactical", gyro_flicker_deg_h=0.1), NORTHERN).drawn
+    assert not expect(ImuSection(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 1.0)), NORTHERN).drawn
+    assert expect(ImuSection(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 0.0)), NORTHERN).drawn
+
+
+def test_a_set_without_gyros_has_no_closed_forms() -> None:
+    six = SixAccelerometers(type="accelerometers", arm_m=0.3)
+    with pytest.raises(InputError, match=r'sensor_set\.type = "accelerometers" is another set'):
+        expect(ImuSection(grade="tactical", sensor_set=six), NORTHERN)
 
 
 def test_terms_in_both_units() -> None:
