@@ -94,6 +94,10 @@ def take_in(
     """
     if not (np.isfinite(rate_hz) and rate_hz > 0.0):
         raise InputError(f"rate_hz = {rate_hz} Hz of the covariance's prediction must be positive.")
+    if isinstance(measurements, Measurements):
+        raise InputError(
+            "measurements must be a sequence with an entry for each sensor: [measurements] of a single one."
+        )
     _check_blocks(measurements, model)
     count = len(time) - 1
     stride = max(round(count / float(time[-1] - time[0]) / rate_hz), 1)
@@ -158,9 +162,14 @@ def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> Readings:
     if m.kind not in KINDS:
         raise unknown_name("kind of measurement", m.kind, KINDS)
     kind, label = KINDS[m.kind], m.label
-    time, arrival, value, sigma, arm = (
-        np.ascontiguousarray(a, dtype=np.float64) for a in (m.time, m.arrival, m.value, m.sigma, m.lever_arm)
-    )
+    try:
+        time, arrival, value, sigma, arm = (
+            np.ascontiguousarray(a, dtype=np.float64) for a in (m.time, m.arrival, m.value, m.sigma, m.lever_arm)
+        )
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"measurements of {label!r}: time, arrival, value, sigma and lever_arm must be arrays of numbers: {error}."
+        ) from error
     count = len(time)
     shapes = ((count,), (count,), (count, kind.components), (count, kind.errors), (3,))
     found = (time.shape, arrival.shape, value.shape, sigma.shape, arm.shape)

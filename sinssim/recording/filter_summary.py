@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +33,9 @@ _UNITS = (
 )
 """Endings of columns, and the units that people use for them."""
 
+
+_IN_A_ROW = 30
+"""Readings that must be refused, or taken, one after the other for it to be more than chance."""
 
 _INCONSISTENT = {
     "optimistic": "more noise than it was told",
@@ -170,7 +174,7 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
         end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
         affected = ("gnss-position", "gnss-velocity") if isinstance(fault, Ramp) else ("gnss-position",)
         readings = refused = 0
-        first = None
+        first = again = None
         for i in aided.estimate.innovations:
             if i.sensor not in affected:
                 continue
@@ -179,6 +183,8 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
             refused += int(np.count_nonzero(during & ~i.accepted))
             at = _first(i.time, during & ~i.accepted)
             first = at if first is None or (at is not None and at < first) else first
+            back = _believed_again(i.time[during], i.accepted[during])
+            again = back if again is None or (back is not None and back < again) else again
         at = (aided.error.time >= fault.from_s) & (aided.error.time <= end)
         yield {
             "kind": type(fault).__name__.lower(),
@@ -187,9 +193,23 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
             "readings": readings,
             "refused": refused,
             "first_refused_s": first,
+            "believed_again_s": again,
             "caught": refused > 0.5 * readings,
             "max_horizontal_error_m": float(aided.error.horizontal[at].max()) if at.any() else None,
         }
+
+
+def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) -> float | None:
+    """Return when, after so many readings refused in a row, as many in a row were taken; None for never."""
+    edges = np.flatnonzero(np.diff(accepted.astype(int), prepend=-1, append=-1))
+    lost = False
+    for begin, end in pairwise(edges.tolist()):
+        if end - begin < _IN_A_ROW:
+            continue
+        if accepted[begin] and lost:
+            return float(time[begin])
+        lost = lost or not accepted[begin]
+    return None
 
 
 def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
@@ -208,6 +228,11 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         far = "" if error is None else f", and the solution was off by up to {number(error)} m meanwhile"
         if fault["caught"]:
             yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its begin{far}."
+            if (again := fault["believed_again_s"]) is not None:
+                yield (
+                    f"From {again:.0f} s on the filter believed it again: without satellites it had become so unsure "
+                    "of itself that the gate could no longer tell."
+                )
         else:
             told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
             seen = ", though the innovations are not as they should be" if told else ", and no innovation shows it"

@@ -17,6 +17,7 @@ from sinssim.nav_error import navigation_error
 from sinssim.recording import style
 from sinssim.recording.blueprints import all_views, load_view
 from sinssim.recording.filter_streams import state_columns
+from sinssim.recording import filter_summary
 from sinssim.recording.filter_summary import for_people, sentences
 from sinssim.recording.viewer import read_run_info
 from sinssim.scenario import Scenario
@@ -321,3 +322,20 @@ def test_run_without_a_filter_has_nothing_of_it(tmp_path):
     assert not list((result.directory / "streams").glob("*aid*"))
     assert "The aided solution" not in (result.directory / "report.html").read_text(encoding="utf-8")
     assert not Path(result.directory / "streams" / "filter.parquet").exists()
+
+
+def test_a_ramp_that_is_believed_again_is_said_to_be():
+    taken = np.ones(200, dtype=bool)
+    taken[50:120] = False
+    taken[90] = True  # one by chance
+    time = np.arange(200.0)
+    assert filter_summary._believed_again(time, taken) == 120.0
+    assert filter_summary._believed_again(time[:140], taken[:140]) is None  # twenty are too few
+    assert filter_summary._believed_again(time, np.ones(200, dtype=bool)) is None
+    ramp = {
+        "kind": "ramp", "from_s": 50.0, "to_s": 199.0, "readings": 150, "refused": 109, "first_refused_s": 50.0,
+        "believed_again_s": 160.0, "caught": True, "max_horizontal_error_m": 70.0,
+    }  # fmt: skip
+    caught, again = filter_summary.fault_sentences({"faults": [ramp]})
+    assert "was caught by the gate" in caught
+    assert again.startswith("From 160 s on the filter believed it again")
