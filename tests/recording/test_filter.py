@@ -14,10 +14,9 @@ from rerun.chunk import RrdReader
 
 from sinssim.estimation import BLOCKS
 from sinssim.nav_error import navigation_error
-from sinssim.recording import style
+from sinssim.recording import filter_summary, style
 from sinssim.recording.blueprints import all_views, load_view
 from sinssim.recording.filter_streams import state_columns
-from sinssim.recording import filter_summary
 from sinssim.recording.filter_summary import for_people, sentences
 from sinssim.recording.viewer import read_run_info
 from sinssim.scenario import Scenario
