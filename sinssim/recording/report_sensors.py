@@ -20,7 +20,7 @@ from sinssim.scenario.sensor_set import AttitudeSensor, Gyros, SixAccelerometers
 from sinssim.sensors.accelerometers import draw_accelerometers
 from sinssim.sensors.attitude_sensor import draw_attitude_sensor
 from sinssim.sensors.compensation import draw_calibration, imperfect_calibration
-from sinssim.sensors.imu_errors import TriadErrors, draw
+from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, draw
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -79,6 +79,7 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
         ("rate random walk", errors.gyro.rate_walk, units.DEG_H / 60.0, "deg/h/√h"),
         ("pulse weight", errors.gyro.quantum, units.ARCSEC, "arcsec"),
         ("range ±", errors.gyro.limit, units.DEG, "deg/s"),
+        ("null shift by gas flow, at most", _null_shift(errors), units.DEG_H, "deg/h"),
     )
     noise = _noises(
         ("velocity random walk", errors.accel.random_walk, units.UG, "µg/√Hz"),
@@ -114,6 +115,14 @@ def sensor_errors(scenario: Scenario, kinds: Sequence[Sensed]) -> Iterator[str]:
         yield from _plots(kinds)
     elif kinds:
         yield "<p>Every reading is the ideal one.</p>"
+
+
+def _null_shift(errors: ImuErrors) -> float:
+    """Return the largest null shift of laser gyros between the temperatures of the warm-up, rad/s."""
+    if errors.null_shift is None:
+        return 0.0
+    between = np.linspace(errors.warm_up.start, errors.warm_up.steady, 1000)
+    return float(np.abs(errors.null_shift.bias(between)).max())
 
 
 def _fault(fault: Fault) -> str:

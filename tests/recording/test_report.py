@@ -239,6 +239,17 @@ def test_errors_that_no_grade_has_are_told_too(tmp_path):
         "gyro_g_sensitivity_deg_h_per_g": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
         "gyro_flicker_deg_h": 0.5,
         "gyro_range_deg_s": 400.0,
+        "temperature_start_c": -40.0,
+        "laser_gyro": {
+            "perimeter_mm": 420.0,
+            "area_mm2": 8487.0,
+            "lock_in_deg_h": 0.0,
+            "dither_amplitude_arcsec": 140.0,
+            "dither_frequency_hz": 400.0,
+            "gas_flow_mps": 0.05,
+            "gain_percent": 0.8,
+            "path_control": 0.5,
+        },
         "accel_cross_axis_ug_per_g2": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
         "accel_rrw_ug_sqrt_h": 7.0,
         "faults": [
@@ -257,7 +268,9 @@ def test_errors_that_no_grade_has_are_told_too(tmp_path):
     assert gyro["g-sensitivity to y"] == ["deg/h/g", "2.000", "5.000", "8.000", "given"]  # of the gyros x, y and z
     assert accel["coupling with z"] == ["µg/g²", "2.000", "4.000", "", "given"]
     assert "K₂" not in accel
-    assert "Flicker B 0.5 deg/h, range ± 400 deg/s." in page
+    # 40 °C of Zerodur are 0.336 µm, half of which is 0.26549 λ: ξ = 0.21803 and 150.53 deg/h · 2ξD(ξ)
+    told = "Flicker B 0.5 deg/h, pulse weight 1.61483 arcsec, range ± 400 deg/s, null shift by gas flow, at most "
+    assert float(page.partition(told)[2].partition(" deg/h")[0]) == pytest.approx(13.87, rel=2e-3)
     assert "Rate random walk 7 µg/√h." in page
     assert "Faults: dropout from 1 s to 2 s; bias step from 3 s to the end; a spike at 4 s." in page
 
