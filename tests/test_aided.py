@@ -321,7 +321,7 @@ def test_without_a_single_fix_the_result_is_inertial():
     assert "gnss-position: no reading came, so that it corrects nothing." in result.estimate.remarks
     said = list(sentences(filter_numbers(result, s)))
     assert said[0] == "The filter took no reading; nothing in its errors speaks against it."
-    assert said[-1] == "No reading was taken in at all: the result is the inertial solution."
+    assert "No reading was taken in at all: the result is the inertial solution." in said
 
 
 def test_readings_that_come_too_late_leave_the_inertial_solution_and_it_is_said():

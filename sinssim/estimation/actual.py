@@ -37,6 +37,9 @@ from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.result import History
 from sinssim.estimation.smoother import scaled_solve
 
+ALL = "all states"
+"""What NEES calls them."""
+
 _ROWS = 600
 """About so many rows, evenly spread, are looked at for NEES."""
 
@@ -66,8 +69,9 @@ class ActualConsistency:
     """What the truth says of a filter.
 
     Attributes:
-        nees: by block, and of all states: NEES of the run per state; never "pessimistic", as a start without an error
-            is no fault of the filter.
+        nees: by block, and of all states: NEES of the run per state. A block is never "pessimistic", as a start without
+            an error is no fault of the filter; of all states together there is no verdict: where a filter has no state
+            for a scale factor, that the sum of a tilt and a bias is wrong shows there, and hurts nobody.
         noise: of each noise of the inertial sensors, its variance over the one that the filter was told.
         sentences: what speaks against the filter, for a person.
     """
@@ -93,7 +97,7 @@ def actual_consistency(model: ErrorModel, history: History, errors: Array) -> Ac
     nees, noise, sentences = {}, {}, []
     for name, test in squares.items():
         # of a two-sided probability, the half that is above
-        larger = test.value > 1.0 and 0.5 * test.probability < level
+        larger = name != ALL and test.value > 1.0 and 0.5 * test.probability < level
         nees[name] = Judged(test, "optimistic" if larger else "consistent")
         if larger:
             sentences.append(
@@ -121,7 +125,7 @@ def _nees(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[
     step = max(len(e) // _ROWS, 1)
     rows = np.arange(len(e) - 1, -1, -step)[::-1]
     decay = _thinned(_decays(history), rows)
-    for name, part in (("all states", slice(0, model.size)), *model.slices.items()):
+    for name, part in ((ALL, slice(0, model.size)), *model.slices.items()):
         states = np.arange(model.size)[part][~known[part]]
         if not len(states):
             continue

@@ -28,11 +28,11 @@ from sinssim.earth import ellipsoid_by_name
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.dynamics import CORE, PHI, driving_noise
 from sinssim.estimation.health import Diverged, check_covariance, contradiction, remarks
-from sinssim.estimation.intake import take_in
+from sinssim.estimation.intake import Readings, take_in
 from sinssim.estimation.kalman import ErrorFilter
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
 from sinssim.estimation.model import NAVIGATION, ErrorModel
-from sinssim.estimation.nominal import Gyros, rows_of
+from sinssim.estimation.nominal import Gyros, at, rows_of, solution_of
 from sinssim.estimation.record import Gate, Record, Row
 from sinssim.estimation.result import Divergence, Estimate, corrected
 from sinssim.estimation.smoother import smooth as smoothed
@@ -114,10 +114,17 @@ def estimate(
     innovations = tuple(g.innovations() for g in loops.gates)
     rows, covariances = record.rows(count)
     kept = record.history() if count and (smooth or history) else None
+    time, solution = epochs.time[:count], record.solution(count, algorithm)
+    if inertial is not None and not any(i.accepted.any() for i in innovations):
+        # to the last bit, which navigation from stretch to stretch is not
+        edge = epochs.edge[:count]
+        fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(imu) - 1)]
+        fraction[epochs.on_edge[:count]] = 0.0
+        solution = solution_of(time, at(inertial, edge, fraction, around.ellipsoid), algorithm)
     return Estimate(
         model=model,
-        time=epochs.time[:count],
-        solution=record.solution(count, algorithm),
+        time=time,
+        solution=solution,
         parameters=record.parameters(count),
         sigma=record.sigma(count),
         rows=rows,
@@ -127,7 +134,7 @@ def estimate(
         smoothed=smoothed(model, kept, around.ellipsoid, algorithm) if kept is not None and smooth else None,
         history=kept if history else None,
         divergence=divergence or contradiction(innovations),
-        remarks=(*failure, *_untold(model), *remarks(innovations)),
+        remarks=(*failure, *_untold(model), *remarks(innovations, [_too_late(r, imu) for r in readings])),
     )
 
 
@@ -135,6 +142,11 @@ def _untold(model: ErrorModel) -> list[str]:
     if not model.untold:
         return []
     return [f"The inertial sensors have errors that no state of the filter describes: {', '.join(model.untold)}."]
+
+
+def _too_late(readings: Readings, imu: ImuData) -> int:
+    """Return how many usable readings of a sensor arrive after the data's end."""
+    return int(np.count_nonzero(readings.data.arrival[readings.usable] > imu.time[-1] + 1e-6))
 
 
 def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:

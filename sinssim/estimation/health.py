@@ -89,18 +89,24 @@ def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
     return None
 
 
-def remarks(innovations: Sequence[Innovations]) -> list[str]:
+def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str]:
     """Say what became of readings that were not taken in.
 
     Args:
         innovations: of all sensors.
+        late: how many readings of each arrive after the end.
 
     Returns:
         Whole sentences, none for a sensor all of whose readings were taken in.
     """
     found = [] if innovations else ["There are no measurements: the result is the inertial solution."]
-    for i in innovations:
+    for i, later in zip(innovations, late, strict=True):
         count = len(i.time)
+        if later > max(1, count // 10) or later == count > 0:  # the last ones may well be under way
+            found.append(
+                f"{i.sensor}: {later} of {count} readings arrive after the end of the run; the solution, known at each "
+                "instant, is without them, and only smoothing has them."
+            )
         rejected = int(np.count_nonzero(~i.accepted & ~np.isnan(i.nis)))
         unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if np.isnan(nis) and reason)
         if not count:
