@@ -22,7 +22,8 @@ turn and the speed, t′ the time since the middle of the manoeuvre:
     velocity random walk            N times the root of ∫h²
     quantum Q, sampled every T      every sample an independent error of variance Q²/12: of the tilt, which moves the
                                     velocity like a random walk g Q √(T/12); of the velocity, Q √(T/12) √(∫cos² ωu du)
-    temperature                     as a bias and a scale factor that follow the warm-up; null shift as such a bias
+    temperature                     as a bias and a scale factor that follow the warm-up, in a manoeuvre with its mean;
+                                    null shift as such a bias
 """
 
 from __future__ import annotations
@@ -261,6 +262,11 @@ class _Block:
         tilt, azimuth = (float(self.earth.step(kind, np.asarray(self.duration))) for kind in ("tilt", "azimuth"))
         return math.hypot(tilt * rates[0], tilt * rates[1], azimuth * rates[2])
 
+    def _warmth(self, length: float) -> float:
+        """Return the size of the mean temperature over a manoeuvre at the start, K."""
+        instants = np.asarray(length * (np.arange(100) + 0.5) / 100.0, dtype=np.float64)
+        return abs(float(warm_up(self.section).temperature(instants).mean()))
+
     def _wandering(self, kind: Response, size: dict[str, Array]) -> Iterator[tuple[str, float]]:
         """Yield what an error that changes at random makes along one axis, m."""
         t = self.duration
@@ -291,6 +297,8 @@ class _Block:
         ):
             yield Contribution(f"gyro {name}, of the Earth's rate", AT_REST, self._rest(at_rest * spin))
             yield Contribution(f"gyro {name}, of a turn", TURNING, float(in_the_turn[2]) * turned)
+        warmed_scale = float(size["scale_temperature"][2]) * self._warmth(TURN / TURN_RATE)
+        yield Contribution("gyro scale factor by temperature, of a turn", TURNING, warmed_scale * turned)
         m = size["misalignment"]
         yield Contribution("gyro misalignment, to the Earth's rate", AT_REST, self._rest(np.sqrt(m**2 @ spin**2)))
         tilt = math.hypot(m[0, 2], m[1, 2]) * 2.0 * math.sin(0.5 * TURN)
@@ -327,6 +335,7 @@ class _Block:
         yield Contribution("accelerometer misalignment, to gravity", AT_REST, leaning * step)
         for name, part in (
             ("scale factor", size["scale"][0]),
+            ("scale factor by temperature", size["scale_temperature"][0] * self._warmth(SPEED / GATHERING)),
             ("asymmetry", 0.5 * size["asymmetry"][0]),
             ("quadratic non-linearity", size["quadratic"][0] * GATHERING),
             ("cubic non-linearity", size["cubic"][0] * GATHERING**2),
