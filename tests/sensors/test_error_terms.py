@@ -450,6 +450,29 @@ def test_jitter_of_the_stamps_alone() -> None:
     assert emulate(ideal, fault("jitter", 0.0, np.inf, [1e-4, 0, 0, 0, 0, 0]), seed=4).time[0] == 0.0
 
 
+def test_faults_that_overlap() -> None:
+    """Steps and spikes add up, the smallest range holds, the later of dropout and freeze says what is delivered."""
+
+    def both_of(*kinds: tuple[str, float, float, list[float]]) -> ImuData:
+        return emulate(STEADY, ImuErrors(faults=tuple(Fault(k, a, b, np.array(c)) for k, a, b, c in kinds)))  # type: ignore[arg-type]
+
+    rest = [0.0] * 5
+    steps = both_of(("bias-step", 1.0, 3.0, [0.5, *rest]), ("bias-step", 2.0, 4.0, [0.25, *rest]))
+    assert (steps.dtheta[[5, 15, 25, 35], 0] - 0.1) / 0.1 == pytest.approx([0.0, 0.5, 0.75, 0.25], abs=1e-12)
+    spikes = both_of(("spike", 1.05, 1.05, [0.5, *rest]), ("spike", 1.05, 1.05, [0.25, *rest]))
+    assert spikes.dtheta[10, 0] == pytest.approx(0.85, rel=1e-14)
+    ranges = both_of(("saturation", 1.0, 3.0, [0.5, *rest]), ("saturation", 2.0, 4.0, [0.8, *rest]))
+    assert ranges.dtheta[[5, 15, 25, 35], 0] == pytest.approx([0.1, 0.05, 0.05, 0.08], rel=1e-14)
+    dropout, freeze = ("dropout", 1.0, 3.0, [1.0, *rest]), ("freeze", 2.0, 4.0, [1.0, *rest])
+    frozen = both_of(dropout, freeze)
+    assert not frozen.dtheta[10:40, 0].any()  # the last that was delivered was a zero
+    assert np.array_equal(frozen.flags[[15, 25, 35], 0], [DROPPED, DROPPED | FROZEN, FROZEN])
+    early = both_of(("freeze", 1.0, 3.0, [1.0, *rest]), ("dropout", 2.0, 4.0, [1.0, *rest]))
+    assert early.dtheta[[15, 25, 35], 0] == pytest.approx([0.1, 0.0, 0.0])
+    late = both_of(("dropout", 2.0, 4.0, [1.0, *rest]), ("freeze", 1.0, 3.0, [1.0, *rest]))
+    assert late.dtheta[[15, 25, 35], 0] == pytest.approx([0.1, 0.1, 0.0])
+
+
 def test_quanta_go_on_being_counted_through_a_dropout() -> None:
     """The counter runs on; what the lost samples held is lost, and nothing else."""
     quantum = 0.07
