@@ -193,6 +193,7 @@ class _Loop:
         self.gates = [Gate(readings, gate) for readings in around.readings]
         self.record = Record(around.model, around.epochs, around.ellipsoid)
         self.done = 0  # epochs that are
+        self._taken = ""  # the last reading that was taken in
         self._compensated = np.zeros(around.model.size)
         self._pending: deque[_Pending] = deque()
         self._history = history
@@ -234,7 +235,7 @@ class _Loop:
         except Diverged as diverged:
             return diverged.divergence
         except RunError as error:
-            return Divergence(float(now), "", f"inertial navigation failed: {error}")
+            return Divergence(float(now), self._taken, f"inertial navigation failed: {str(error).rstrip('.')}")
         return None
 
     def _stretch(self, last: int, edge: int, state: NavState, *, closed: bool) -> tuple[NavState, bool]:
@@ -248,7 +249,12 @@ class _Loop:
         calibration, parameters = self._calibration(), self._parameters()
         final = int(around.epochs.edge[last])
         _, samples = self.engine.samples(edge, final)
-        nominal = self.engine.navigate(edge, final, state, compensate(samples, calibration))
+        try:
+            nominal = self.engine.navigate(edge, final, state, compensate(samples, calibration))
+        except InputError as error:  # the data are sound: what was fed back is not
+            now = float(around.epochs.time[max(first - 1, 0)])
+            why = f"nothing can be navigated with what was fed back: {str(error).rstrip('.')}"
+            raise Diverged(now, self._taken, why) from error
         line = linearise(around, first, last, nominal, calibration, parameters)
         try:
             self._through(line, last, closed)
@@ -342,6 +348,7 @@ class _Loop:
         if not self.gates[one.sensor].passes(one.row, innovation):
             return
         self.filter.update(one.residual, one.h, r, cross)
+        self._taken = name
         if self._history:
             self._information += one.h.T @ (one.h / variance[:, None])
         for sensor in self._cross:

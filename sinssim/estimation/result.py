@@ -50,7 +50,8 @@ class Divergence:
 
     Attributes:
         time: when it was found, s.
-        measurement: which one it was found at, for example "gnss-position 17 (valid at 17.000 s)"; "" for none.
+        measurement: which one it was found at, for example "gnss-position 17 (valid at 17.000 s)", or the last that was
+            taken in before; "" for none.
         reason: one sentence.
     """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from sinssim import units
 from sinssim.recording.filter_streams import state_columns
 from sinssim.recording.page import number, signed
 from sinssim.recording.summary import error_numbers
-from sinssim.scenario.aiding import Ramp
+from sinssim.scenario.aiding import Jump, Ramp
 from sinssim.scenario.never import never
 
 if TYPE_CHECKING:
@@ -168,7 +169,8 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
     gnss = None if scenario.aiding is None else scenario.aiding.gnss
     if gnss is None or not len(aided.error.time):
         return
-    for fault in (*gnss.jumps, *gnss.ramps):
+    faults: list[Jump | Ramp] = [*gnss.jumps, *gnss.ramps]
+    for fault in faults:
         if fault.from_s >= aided.end:
             continue  # among the remarks
         end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
@@ -194,9 +196,17 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
             "refused": refused,
             "first_refused_s": first,
             "believed_again_s": again,
+            "forged_then_m": None if again is None else _forged(fault, again),
             "caught": refused > 0.5 * readings,
             "max_horizontal_error_m": float(aided.error.horizontal[at].max()) if at.any() else None,
         }
+
+
+def _forged(fault: Jump | Ramp, time: float) -> float:
+    """Return how far off a fault has put the satellites' position, m."""
+    if isinstance(fault, Ramp):
+        return math.hypot(fault.north_mps, fault.east_mps, fault.up_mps) * (time - fault.from_s)
+    return math.hypot(fault.north_m, fault.east_m, fault.up_m)
 
 
 def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) -> float | None:
@@ -230,8 +240,8 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
             yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its begin{far}."
             if (again := fault["believed_again_s"]) is not None:
                 yield (
-                    f"From {again:.0f} s on the filter believed it again: without satellites it had become so unsure "
-                    "of itself that the gate could no longer tell."
+                    f"From {again:.0f} s on, {number(fault['forged_then_m'])} m off, the filter believed it again: "
+                    "without satellites it had become so unsure of itself that the gate could no longer tell."
                 )
         else:
             told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())

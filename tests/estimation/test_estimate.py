@@ -218,6 +218,24 @@ def test_an_engine_that_fails_under_the_filter() -> None:
     assert "The pure inertial solution failed" in result.remarks[0]
 
 
+def test_what_cannot_be_compensated_ends_the_filter() -> None:
+    """Without a gate, fixes that are certain to a millimetre and jump by 100 km make scale factors below −1."""
+    _, run, (place, *_) = world(0)
+    own = ImuErrors(*(replace(t, scale=np.full(3, 1e-3)) for t in (SIGMA.gyro, SIGMA.accel)))
+    blocks = ("gyro bias", "accelerometer bias", "gyro scale", "accelerometer scale")
+    model = error_model(own, position=1e-3, velocity=1e-3, attitude=1e-6, imu=blocks)
+    value = place.value.copy()
+    value[100:, 0] += 1e5 / 6.4e6
+    jumping = replace(place, value=value, sigma=np.full_like(place.sigma, 1e-3))
+    result = estimate(run.imu, run.initial, [jumping], model, rate_hz=5.0, gate=None)
+    assert result.divergence is not None
+    assert result.divergence.time == pytest.approx(result.time[-1])
+    assert result.divergence.measurement.startswith("gnss-position 10")
+    assert "cannot be undone" in result.divergence.reason
+    assert result.inertial is not None
+    assert len(result.inertial.time) == len(run.imu.time)
+
+
 def test_the_alignments_covariance_may_start_it() -> None:
     _, run, given = world(1)
     p = np.diag(MODEL.sigma**2)

@@ -20,6 +20,7 @@ from sinssim.recording.filter_streams import state_columns
 from sinssim.recording.filter_summary import for_people, sentences
 from sinssim.recording.viewer import read_run_info
 from sinssim.scenario import Scenario
+from sinssim.scenario.aiding import Jump, Ramp
 from sinssim.simulation import run
 from tests.recording.test_run_directory import read_recording, verify
 from tests.recording.test_views import views
@@ -331,10 +332,12 @@ def test_a_ramp_that_is_believed_again_is_said_to_be():
     assert filter_summary._believed_again(time, taken) == 120.0
     assert filter_summary._believed_again(time[:140], taken[:140]) is None  # twenty are too few
     assert filter_summary._believed_again(time, np.ones(200, dtype=bool)) is None
+    assert filter_summary._forged(Ramp(from_s=50.0, north_mps=0.3, east_mps=0.4), 160.0) == pytest.approx(55.0)
+    assert filter_summary._forged(Jump(from_s=50.0, east_m=7.0), 160.0) == pytest.approx(7.0)
     ramp = {
         "kind": "ramp", "from_s": 50.0, "to_s": 199.0, "readings": 150, "refused": 109, "first_refused_s": 50.0,
-        "believed_again_s": 160.0, "caught": True, "max_horizontal_error_m": 70.0,
+        "believed_again_s": 160.0, "forged_then_m": 60.0, "caught": True, "max_horizontal_error_m": 70.0,
     }  # fmt: skip
     caught, again = filter_summary.fault_sentences({"faults": [ramp]})
     assert "was caught by the gate" in caught
-    assert again.startswith("From 160 s on the filter believed it again")
+    assert again.startswith("From 160 s on, 60.0 m off, the filter believed it again")
