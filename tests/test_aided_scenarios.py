@@ -160,3 +160,22 @@ def test_spoofed(rate, caught, shows):
     assert kept["nees"]["position"]["verdict"] == ("consistent" if caught else "optimistic")
     if not caught:  # it is followed all the way
         assert ramp["max_horizontal_error_m"] == pytest.approx(1200.0 * rate, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mems_uav", "aided_airliner", "gyrocompassing"])
+def test_wrong_noise_is_reported(name):
+    """Told 0.3 or 3 times the noise of the inertial sensors, or of the readings, the run calls its filter inconsistent.
+
+    Of laser gyros under fixes to the metre, told three times their noise, no innovation shows it; the truth does.
+    """
+    for what in ("inertial", "measurement"):
+        for factor, verdict in ((0.3, "optimistic"), (3.0, "pessimistic")):
+            kept = run(load_scenario(name, [f"filter.{what}_noise_factor={factor}"])).summary["filter"]
+            assert kept["consistent"] is False, (what, factor)
+            noise = [test["verdict"] for test in kept["noise"].values()]
+            if what == "inertial":
+                assert set(noise) == {verdict}
+            else:
+                assert {s["verdict"] for s in kept["sensors"].values()} == {verdict}
+                assert verdict not in noise
