@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -9,7 +11,7 @@ from scipy.stats import chi2
 from sinssim.aided import aid_run, filter_model, inertial_sigma
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.consistency import nees
-from sinssim.recording.filter_summary import angle, filter_numbers, sentences
+from sinssim.recording.filter_summary import filter_numbers, sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors import emulate
 from sinssim.sensors.imu_errors import draw
@@ -260,13 +262,13 @@ def test_alignment_in_motion_from_a_heading_that_is_all_wrong():
     assert sentence.startswith(
         "Aligned in motion, by the first 60 s: the filter began at 0.5 s with the heading off by"
     )
-
-
-@pytest.mark.parametrize(
-    ("arcmin", "words"), [(7200.0, "120°"), (60.0, "1°"), (59.9, "59.9 arcmin"), (1.0, "1 arcmin"), (0.5, "30 arcsec")]
-)
-def test_angle_is_written_in_the_unit_that_suits_it(arcmin, words):
-    assert angle(arcmin) == words
+    size = {"deg": 60.0, "arcmin": 1.0, "arcsec": 1.0 / 60.0}
+    written = re.findall(r"off by (\S+) (\w+) \(1σ (\S+) (\w+)\)", sentence)
+    for at, (error, unit, sigma, same) in zip((told["begin"], told["end"]), written, strict=True):
+        assert unit == same
+        assert 1.0 <= float(sigma) < 60.0
+        assert size[unit] * float(error) == pytest.approx(abs(at["heading_error_arcmin"]), rel=6e-3)
+        assert size[unit] * float(sigma) == pytest.approx(at["heading_sigma_arcmin"], rel=6e-3)
 
 
 def test_vehicle_that_moves_is_not_aligned_coarsely():

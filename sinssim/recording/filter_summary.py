@@ -133,7 +133,9 @@ def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
     begin, end = alignment["begin"], alignment["end"]
 
     def known(at: Mapping[str, float]) -> str:
-        return f"off by {angle(abs(at['heading_error_arcmin']))} (1σ {angle(at['heading_sigma_arcmin'])})"
+        size, unit = _angle_unit(at["heading_sigma_arcmin"])  # one unit for both: they are compared
+        error, sigma = abs(at["heading_error_arcmin"]) / size, at["heading_sigma_arcmin"] / size
+        return f"off by {error:.3g} {unit} (1σ {sigma:.3g} {unit})"
 
     later = f"at {end['time_s']:g} s {known(end)}"
     match alignment["method"]:
@@ -146,18 +148,9 @@ def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
     return f"Aligned {how}: the filter began at {begin['time_s']:g} s with the heading {known(begin)}; {later}."
 
 
-def angle(arcmin: float) -> str:
-    """Write an angle as people do.
-
-    Args:
-        arcmin: the angle, not negative, arcmin.
-
-    Returns:
-        In degrees from one on, in arcsec below an arcmin.
-    """
-    if arcmin >= 60.0:
-        return f"{arcmin / 60.0:.3g}°"
-    return f"{arcmin:.3g} arcmin" if arcmin >= 1.0 else f"{60.0 * arcmin:.3g} arcsec"
+def _angle_unit(arcmin: float) -> tuple[float, str]:
+    """Return the unit in which people write an angle, in arcmin, and its name."""
+    return (60.0, "deg") if arcmin >= 60.0 else (1.0, "arcmin") if arcmin >= 1.0 else (1.0 / 60.0, "arcsec")
 
 
 def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | None:
