@@ -1,5 +1,6 @@
 # make demo   set up, fly the demonstration scenario, say what to open
-# make test   set up, run every test
+# make test   set up, run every test but the slow ones
+# make test-slow  set up, run the slow tests: long studies and statistics
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure every bar of docs/performance.md
 # make docs   set up, write the reference of the scenario file from the schema
@@ -63,5 +64,5 @@ $(READY): requirements.lock pyproject.toml
 # The kernels are compiled here once, so that no run has to wait for it.
 $(KERNELS): $(READY) $(CODE)
 	@echo "Compiling the kernels (once) ..."
-	@$(BIN)/python -m sinssim.precompile
+	@$(BIN)/python -m sinssim.cli.precompile
 	@touch $@

@@ -16,11 +16,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sinssim.data import ImuData
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import emulate
-from sinssim.sensors.allan import allan_deviation
-from sinssim.sensors.noise_fit import fit_noise
-from sinssim.sensors.noise_report import noise_report
+from sinssim.noise_identification.allan import allan_deviation
+from sinssim.noise_identification.fit import fit_noise
+from sinssim.noise_identification.report import noise_report
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.emulate import emulate
 
 SAMPLES, RATE = 3_600_000, 100.0
 REPEATS = 3

@@ -2,8 +2,9 @@
 
     python -m benchmarks.bench_demo [--repeat 3]
 
-Every run is a process of its own with nothing in its flight cache at first and its kernels compiled. Seconds are wall
-clock and processor time of the whole process, the least of the repetitions; run it on a quiet machine.
+Every run is a process of its own with nothing in its flight cache at first and its kernels compiled. Its denominators
+are whole processes too, `bare_jsbsim`: JSBSim stepping the model as sinssim loads it, and as the jsbsim package ships
+it. All of them alternate, and the ratios are medians of the pairs. Seconds are wall clock and processor time.
 """
 
 from __future__ import annotations
@@ -17,27 +18,36 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from statistics import median
 from typing import Any
 
-from benchmarks.bench_flight import alone
 from sinssim import load_scenario
 from sinssim.jit import cache_root
-from sinssim.recording.report import Material, run_report
+from sinssim.recording.report.run_report import run_report
+from sinssim.scenario.aircraft import load_aircraft
+from sinssim.scenario.sections.flight import FlightSection
 from sinssim.simulation import run
+from sinssim.truth.flight import jsbsim_flight
+from sinssim.units import FOOT
 
 
-def process(arguments: list[str], cache: Path) -> tuple[float, float, str]:
-    """Run the program and return wall-clock time, processor time (s) and what it printed."""
+def timed(command: list[str], cache: Path) -> tuple[float, float, str]:
+    """Run a process and return its wall-clock time, its processor time (s) and what it printed."""
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     ended = subprocess.run(
-        [sys.executable, "-m", "sinssim", *arguments],
-        env={**os.environ, "SINSSIM_CACHE": str(cache)},
-        capture_output=True,
-        text=True,
-        check=True,
+        command, env={**os.environ, "SINSSIM_CACHE": str(cache)}, capture_output=True, text=True, check=True
     )
     wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, ended.stdout
+
+
+def bare(flight: FlightSection, seconds: float, loaded: Path | None) -> list[str]:
+    """Return the command that lets JSBSim alone fly as long, with the model in a folder or as it is shipped."""
+    aircraft = load_aircraft(flight.aircraft)
+    script = Path(__file__).with_name("bare_jsbsim.py")
+    numbers = (seconds, jsbsim_flight.STEP, flight.start.altitude_m / FOOT, aircraft.performance.cruise_kt)
+    command = [sys.executable, str(script), aircraft.jsbsim_model, *map(str, numbers)]
+    return command if loaded is None else [*command, str(loaded)]
 
 
 def demo(folder: Path, fresh: bool) -> tuple[float, float, dict[str, Any]]:
@@ -46,17 +56,21 @@ def demo(folder: Path, fresh: bool) -> tuple[float, float, dict[str, Any]]:
         for flight in (folder / "flights").glob("*"):
             flight.unlink()
     out = ["run", "first_flight", "-o", str(folder / "run"), "--overwrite", "--json"]
-    wall, processor, said = process(out, folder)
+    wall, processor, said = timed([sys.executable, "-m", "sinssim", *out], folder)
     return wall, processor, json.loads(said)
 
 
-def show(what: str, runs: list[tuple[float, float, dict[str, Any]]], bare: float, stock: float) -> None:
-    """Print one line, and the stages of the best run."""
-    wall, _, summary = min(runs, key=lambda r: r[0])
-    processor = min(r[1] for r in runs)
-    ratios = f"x{wall / bare:.2f} of JSBSim alone, x{wall / stock:.2f} with the model as shipped"
-    print(f"{what:30s} {wall:7.2f} s wall, {processor:6.2f} s processor: {ratios}")
-    print(" " * 31 + ", ".join(f"{stage.removesuffix('_s')} {s:.2f}" for stage, s in summary["timing"].items() if s))
+def show(what: str, runs: list[tuple[float, float, Any]], against: dict[str, list[tuple[float, float, Any]]]) -> None:
+    """Print one line, with the medians of the ratios to each denominator, and the stages of the quickest run."""
+    wall, processor, summary = min(runs, key=lambda r: r[0])
+    print(f"{what:30s} {wall:7.2f} s wall, {processor:6.2f} s processor")
+    for name, others in against.items():
+        ratios = [[a[i] / b[i] for a, b in zip(runs, others, strict=True)] for i in (0, 1)]
+        print(" " * 31 + f"x{median(ratios[0]):.2f} wall, x{median(ratios[1]):.2f} processor of {name}")
+    if isinstance(summary, dict):
+        print(
+            " " * 31 + ", ".join(f"{stage.removesuffix('_s')} {s:.2f}" for stage, s in summary["timing"].items() if s)
+        )
 
 
 def main() -> None:
@@ -73,21 +87,32 @@ def main() -> None:
         (folder / "kernels").symlink_to(kernels)
         _, _, summary = demo(folder, fresh=True)  # compiles what is not compiled yet
         seconds = summary["end_s"] - summary["start_s"]
-        bare, stock = (min(alone(scenario.flight, seconds, shipped=s) for _ in repeat) for s in (False, True))
-        print(f"{'JSBSim alone, the same flight':30s} {bare:7.2f} s processor, model as shipped {stock:.2f} s")
-        show("demo, flight to fly", [demo(folder, fresh=True) for _ in repeat], bare, stock)
-        show("demo, flight cached", [demo(folder, fresh=False) for _ in repeat], bare, stock)
-        helped = [process(["--help"], folder) for _ in range(5)]
+        aircraft = load_aircraft(scenario.flight.aircraft)
+        loaded = folder / "model"
+        loaded.mkdir()
+        with jsbsim_flight._quiet():
+            model = jsbsim_flight.model_folder(scenario.flight.aircraft, aircraft.jsbsim_model)
+            jsbsim_flight._load(model, str(loaded), aircraft.model_changes)
+        same, stock = (bare(scenario.flight, seconds, where) for where in (loaded, None))
+        rounds = [
+            (timed(same, folder), demo(folder, fresh=True), timed(stock, folder), demo(folder, fresh=False))
+            for _ in repeat
+        ]
+        as_loaded, flown, as_shipped, cached = ([r[i] for r in rounds] for i in range(4))
+        denominators = {"JSBSim, model as loaded": as_loaded, "JSBSim, model as shipped": as_shipped}
+        for name, runs in denominators.items():
+            show(name, runs, {})
+        show("demo, flight to fly", flown, denominators)
+        show("demo, flight cached", cached, denominators)
+        helped = [timed([sys.executable, "-m", "sinssim", "--help"], folder) for _ in range(5)]
         wall, processor = (min(h[i] for h in helped) for i in (0, 1))
         print(f"{'sinssim --help':30s} {wall:7.2f} s wall, {processor:6.2f} s processor")
 
     result = run(scenario)
-    error = next(iter(result.errors.values()))
-    material = Material(scenario, result.trajectory, error.time, result.truth, result.solutions, result.errors)
     times = []
     for _ in range(5):
         begin = time.process_time()
-        page = run_report(material, result.summary)
+        page = run_report(result, result.summary)
         times.append(time.process_time() - begin)
     print(f"{'report.html':30s} {min(times):7.2f} s processor, {len(page.encode()) / 1e3:.0f} kB")
 

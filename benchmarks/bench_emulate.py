@@ -14,11 +14,12 @@ import numpy as np
 
 from sinssim.data import ImuData
 from sinssim.jit import strict_kernel
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import draw, emulate
-from sinssim.sensors.error_kernel import STATES, advance, begin, draw_sample, measure
-from sinssim.sensors.pack import pack
-from sinssim.sensors.random_numbers import key
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors import draw
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.error_kernel import STATES, advance, begin, draw_sample, measure
+from sinssim.sensors.imu.pack import pack
+from sinssim.sensors.noise.random_numbers import key
 
 SAMPLES = 504_000  # 84 min at 100 Hz
 REPEATS = 9

@@ -10,11 +10,12 @@ import numpy as np
 from sinssim.alignment.budget import expected_errors
 from sinssim.data import Measurements
 from sinssim.estimation import error_model
-from sinssim.estimation.consistency import consistency
+from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.estimate import estimate
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import draw, emulate
-from sinssim.truth.great_circle import GreatCircle
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors import draw
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.truth.motions.great_circle import GreatCircle
 
 
 def main() -> None:

@@ -6,9 +6,11 @@ import argparse
 import tempfile
 import time
 
-from sinssim.scenario.aircraft import load_aircraft
-from sinssim.scenario.legs import FlightSection
-from sinssim.truth import jsbsim_flight
+from sinssim.scenario.sections.flight import FlightSection
+from sinssim.truth.flight import jsbsim_flight
+from sinssim.truth.flight.aircraft import load_aircraft
+from sinssim.truth.flight.flight_log import flight_log
+from sinssim.truth.flight.flight_start import bring_to_start
 from sinssim.units import FOOT
 
 
@@ -49,7 +51,7 @@ def alone(flight: FlightSection, seconds: float, shipped: bool) -> float:
         else:
             model = jsbsim_flight.model_folder(flight.aircraft, aircraft.jsbsim_model)
             executive = jsbsim_flight._load(model, folder, aircraft.model_changes)
-            jsbsim_flight._set_out(executive, flight, aircraft, 0)
+            bring_to_start(executive, flight, aircraft, 0)
         run = executive.run
         begin = time.process_time()
         for _ in range(round(seconds / jsbsim_flight.STEP)):
@@ -65,11 +67,11 @@ def main() -> None:
     arguments = parser.parse_args()
     for aircraft in ("737", "f16", "c172x"):
         flight = plan(aircraft, arguments.seconds)
-        jsbsim_flight.flight_log(jsbsim_flight.fly_plan(flight))  # compiles the kernels that make the log's attitudes
+        flight_log(jsbsim_flight.fly_plan(flight))  # compiles the kernels that make the log's attitudes
         ours, bare, shipped = [], [], []
         for _ in range(arguments.repeat):
             begin = time.process_time()
-            jsbsim_flight.flight_log(jsbsim_flight.fly_plan(flight))
+            flight_log(jsbsim_flight.fly_plan(flight))
             ours.append(time.process_time() - begin)
             bare.append(alone(flight, arguments.seconds, shipped=False))
             shipped.append(alone(flight, arguments.seconds, shipped=True))

@@ -1,10 +1,13 @@
 """How many samples a second the navigation takes, kernel alone and through the API, for every algorithm.
 
     python -m benchmarks.bench_navigate [ALGORITHM ...] [--hours 1] [--rate 100] [--repeat 15] [--gravity normal]
+                                        [--increments pyins]
 
 The increments are those of an hour of S-turns, and the largest horizontal error is printed beside each speed. Where
 `pyins` can be imported, its kernel and its `Integrator.integrate` run on the same increments and the ratios to them
-are printed. Seconds are processor time of one core, the best of the repetitions.
+are printed. Seconds are processor time of one core, the best of the repetitions. `--increments pyins` takes the
+increments that pyins' generator makes of the same motion: what algorithms of different order then have in common is
+the generator's own error.
 """
 
 from __future__ import annotations
@@ -20,8 +23,8 @@ import numpy as np
 
 import sinssim
 from sinssim import rotation
-from sinssim.strapdown import level
 from sinssim.strapdown import navigate as api
+from sinssim.strapdown.frames import level
 from tests.oracles.s_turn import Flight, STurn
 
 
@@ -111,6 +114,17 @@ def measure_pyins(flight: Flight, repeat: int) -> tuple[float, float, float]:
     return kernel_seconds, api_seconds, error
 
 
+def by_pyins(flight: Flight) -> Flight:
+    """Return the motion with the increments that pyins' generator makes of its positions, velocities and angles."""
+    from pyins import sim
+
+    place = np.column_stack([np.rad2deg(flight.latitude), np.rad2deg(flight.longitude), flight.height])
+    angles = np.rad2deg(np.column_stack(rotation.euler_from_quaternion(flight.q_nb)))
+    _, imu = sim.generate_imu(flight.time, place, angles, flight.velocity_ned, sensor_type="increment")
+    readings = imu.to_numpy()[1:]  # its first sample stands for the time before the start
+    return replace(flight, dtheta=readings[:, :3], dvel=readings[:, 3:])
+
+
 def main() -> None:
     """Print one line per algorithm."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -124,8 +138,13 @@ def main() -> None:
         choices=sinssim.GRAVITY_MODELS,
         help="model navigated with; the S-turns are flown under somigliana, as pyins has it, so others err by theirs",
     )
+    parser.add_argument(
+        "--increments", default="exact", choices=("exact", "pyins"), help="who makes them; pyins must be installed"
+    )
     options = parser.parse_args()
     flight = STurn(duration=3600 * options.hours).fly(options.rate)
+    if options.increments == "pyins":
+        flight = by_pyins(flight)
     count = len(flight.dtheta)
     print(f"{count} samples; M samples/s, kernel | API; largest horizontal error")
     reference = None

@@ -10,6 +10,7 @@ from typing import Any
 import tomli_w
 
 from sinssim.scenario.schema import Scenario
+from sinssim.truth.flight.legs import LEGS
 
 FILE = Path(__file__).with_name("scenario.md")
 
@@ -26,15 +27,11 @@ EXAMPLES: dict[str, Any] = {
     "airspeed_kt": 250.0,
     "altitude_m": 3000.0,
     "angle_deg": 180.0,
-    "control": "elevator",
-    "amplitude": 0.2,
     "shape": "doublet",
     "direction": "right",
     "bank_deg": 25.0,
     "duration_s": 600.0,
     "until_s": 1200.0,
-    "turns": 4,
-    "leg_duration_s": 120.0,
     "leg_length_m": 30000.0,
     "vertical_speed_mps": 10.0,
     "velocity_ned_mps": [0.0, 5.0, 0.0],
@@ -51,6 +48,10 @@ EXAMPLES: dict[str, Any] = {
     "motion.steps.angle_deg": 90.0,
     "motion.steps.rate_deg_s": 10.0,
     "imu.sensor_set.arm_m": 0.5,
+    "imu.gyro_correlation_time_s": 3600.0,
+    "imu.accel_correlation_time_s": 3600.0,
+    "imu.gyro_range_deg_s": 400.0,
+    "imu.accel_range_g": 60.0,
     "navigation.rates_hz": [100.0, 50.0, 10.0],
     "navigation.route_deg": [51.47, -0.45, 40.64, -73.78],
     "perimeter_mm": 420.0,
@@ -88,31 +89,30 @@ EXAMPLES: dict[str, Any] = {
 }
 # Keys without a default value that are nevertheless set in the example: one of each "exactly one of" group.
 CHOSEN = {
-    "HoldLeg": {"duration_s"},
-    "TurnLeg": {"heading_deg"},
-    "RacetrackLeg": {"leg_duration_s"},
-    "STurnsLeg": {"turns"},
     "VibrationSection": {"rms_arcsec", "high_hz"},
     "Spike": {"gyro_arcsec"},
     "BiasStep": {"gyro_deg_h"},
     "Saturation": {"gyro_deg_s"},
 }
 
+LEG_EXAMPLES = {leg.__name__: leg.example for leg in LEGS}
+"""Keys of a valid leg by the name of its class: what its file gives as an example."""
+
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
 
 INTRODUCTION = """\
 # The scenario file
 
-A scenario is a TOML file that says what moves (`[flight]`, `[parked]`, `[great_circle]` or `[motion]`: exactly one of
-them), what senses it (`[imu]`) and what navigates on what was sensed (`[navigation]`). Every key with a unit carries it
-in its name. Keys that are left out take the defaults shown here; keys that are commented out below have no value
-unless one is given.
+A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]` and
+`[motion]`), the inertial sensors (`[imu]`) and the navigation on their readings (`[navigation]`). Every key of a
+quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are commented out here
+have no value by default.
 
-`sinssim check FILE` names every mistake in a file, with its line and what would be right.
-`--set key.path=value` replaces a value from the command line; the legs of a flight count from 1, so that
-`--set flight.legs.2.altitude_m=9000` changes the second one.
+`sinssim check FILE` lists every mistake in a file with its line and the right value. `--set key.path=value` replaces a
+value from the command line. The legs of a flight count from 1: `--set flight.legs.2.altitude_m=9000` changes the second
+leg.
 
-This page is made from the schema by `python docs/scenario_reference.py`.
+This page is generated from the schema by `python docs/scenario_reference.py`.
 """
 
 
@@ -157,7 +157,8 @@ def _table(
 ) -> Iterator[str]:
     """Yield one table, its keys first, then the tables in it."""
     about, attributes = _about(model.get("description", ""))
-    chosen = CHOSEN.get(model.get("model", ""), set())
+    example = LEG_EXAMPLES.get(model.get("model", ""), {})
+    chosen = CHOSEN.get(model.get("model", ""), set()) | set(example)
     keys: list[tuple[str, str]] = []
     inner: list[tuple[str, dict[str, Any]]] = []
     for name, raw in model["properties"].items():
@@ -173,6 +174,7 @@ def _table(
         value = raw.get("default")
         if name == "description" or value is None or f"{path}.{name}" in EXAMPLES:
             value = EXAMPLES.get(f"{path}.{name}", EXAMPLES.get(name))
+        value = example.get(name, value)
         if name in _TAGS:
             value = tag
         live = required or raw.get("default") is not None or name in chosen
@@ -237,16 +239,16 @@ def reference() -> str:
     definitions = schema["$defs"]
     properties = schema["properties"]
     motions = {"flight", "parked", "great_circle", "motion"}
-    plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed")}
-    blocks = [("The file's head", {**schema, "properties": plain, "description": ""}, "")]
+    plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed", "views")}
+    blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
         "flight": "A flight",
         "parked": "Or a parked vehicle",
         "great_circle": "Or a flight along a great circle",
         "motion": "Or a motion in closed form, for testing algorithms",
         "vibration": "Vibration on top of any motion",
-        "isolator": "Shock mounts against it",
-        "truth": "The Earth of the truth",
+        "isolator": "Shock mounts",
+        "truth": "Gravity model and ellipsoid of the truth",
         "imu": "The sensor block",
         "compensation": "Compensation of the sensors' errors",
         "aiding": "Aiding sensors",

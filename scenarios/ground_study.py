@@ -20,6 +20,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from support import ground_figures as figures
+from support.ground_recording import record_ground_study
+from support.second_order import second_order
 
 from sinssim import rotation
 from sinssim.alignment import (
@@ -37,18 +40,17 @@ from sinssim.alignment import (
     error_statistics,
     errors,
     expected_errors,
-    figures,
     ideal_readings,
     mean_readings,
     total,
 )
 from sinssim.alignment.determination import solve
-from sinssim.alignment.validity import second_order
 from sinssim.data import ImuData
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import emulate
-from sinssim.truth.parked import Parked
-from sinssim.truth.swaying import Sway, Swaying
+from sinssim.recording.figures.canvas import save
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCMIN, DEG, DEG_H, UG
 
 Array = NDArray[np.float64]
@@ -130,8 +132,14 @@ def validity(draws: int, rng: np.random.Generator, folder: Path) -> dict[str, An
     gyro_bias, accel_bias = np.geomspace(1e-3, 10.0, 33), np.geomspace(10.0, 1e5, 33)  # deg/h, µg
     result: dict[str, Any] = {"threshold": 0.02, "draws": draws}
     for name, biases, columns, label, axis in (
-        ("latitude", gyro_bias, ("heading", "latitude"), "gyro bias σ, °/h", "distance from the pole, °"),
-        ("pitch", accel_bias, ("roll", "pitch"), "accelerometer bias σ, µg", "distance from the vertical attitude, °"),
+        ("latitude", gyro_bias, ("heading", "latitude"), "gyro bias σ [°/h]", "distance from the pole [°]"),
+        (
+            "pitch",
+            accel_bias,
+            ("roll", "pitch"),
+            "accelerometer bias σ [µg]",
+            "distance from the vertical attitude [°]",
+        ),
     ):
         near = (90.0 - away) * DEG
 
@@ -276,7 +284,7 @@ def orientations() -> list[dict[str, Any]]:
 def write(figure: Any, stem: Path) -> None:
     """Write a figure as SVG and PNG."""
     for suffix in (".svg", ".png"):
-        figures.save(figure, stem.with_suffix(suffix))
+        save(figure, stem.with_suffix(suffix))
 
 
 def general_figures(folder: Path) -> dict[str, Any]:
@@ -386,11 +394,9 @@ def main() -> None:
         draft = folder / f".{name}.part"
         draft.write_text(content, encoding="utf-8")
         os.replace(draft, folder / name)
-    from sinssim.recording.ground import record_ground_study
-
     record_ground_study(folder / "recording.rrd", **streams, **swaying, summary=text)
     print(text)
-    print(f"Figures, summary and recording are in {folder}. Look at it: sinssim view {folder}")
+    print(f"Figures, summary and recording are in {folder}. View: sinssim view {folder}")
 
 
 if __name__ == "__main__":

@@ -19,19 +19,22 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from support.lock_in_recording import record_lock_in_study
 
-from sinssim.alignment.figures import save
-from sinssim.sensors.laser_gyro import LaserGyro
-from sinssim.sensors.lock_in import Randomised, angle_error, turnarounds
+from sinssim.recording import style
+from sinssim.recording.figures.canvas import new_figure, save, styled
+from sinssim.sensors.laser_gyro.lock_in import Randomised, angle_error, turnarounds
+from sinssim.sensors.laser_gyro.ring import LaserGyro
 from sinssim.units import ARCSEC, DEG, DEG_SQRT_H
 
 Array = NDArray[np.float64]
 
 KINDS: tuple[Randomised, ...] = get_args(Randomised)
 LABELS = {"both": "every turnaround at random", "one": "every other one", "none": "none: a regular dither"}
-COLORS = {"both": "#009E73", "one": "#0072B2", "none": "#D55E00", "undithered": "#CC79A7"}
-GREY = "#666666"
+LINES = ("both", "none", "one", "undithered")
+COLORS = dict(zip(LINES, map(style.css, style.colors(LINES)), strict=True))
 BLOCK = 4  # swings between the errors whose growth tells the random walk
 
 
@@ -115,15 +118,14 @@ def random_walk(dithers: Array, frequency: float, swings: int, rng: np.random.Ge
     return rows
 
 
-def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Any:
+@styled
+def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Figure:
     """Draw both responses: over the dead zone, and over what the dithers leave of it."""
-    from matplotlib.figure import Figure
-
     g = gyro()
-    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    figure = new_figure(10.5, 4.6)
     whole, near = figure.subplots(1, 2)
     fine = np.linspace(-2.5, 2.5, 2001) * g.lock_in
-    whole.plot(fine / DEG, g.undithered_rate(fine) / DEG, color=GREY, lw=1.0, label="sign(Ω)√(Ω² − Ω_L²)")
+    whole.plot(fine / DEG, g.undithered_rate(fine) / DEG, color=style.SOFT, lw=style.THIN, label="sign(Ω)√(Ω² − Ω_L²)")
     whole.plot(
         swept["rate"] / DEG,
         swept["undithered"] / DEG,
@@ -138,49 +140,46 @@ def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Any:
     fine = np.linspace(-0.1, 0.1, 2001) * g.lock_in
     for kind, zone in widths(g).items():
         theory = np.sign(fine) * np.sqrt(np.maximum(fine**2 - zone**2, 0.0))
-        near.plot(fine / ARCSEC, theory / ARCSEC, color=COLORS[kind], lw=0.8)
+        near.plot(fine / ARCSEC, theory / ARCSEC, color=COLORS[kind], lw=style.THIN)
         near.plot(left["rate"] / ARCSEC, left[kind] / ARCSEC, ".", color=COLORS[kind], label=LABELS[kind])
     near.set_title("What dithers leave of it (lines: closed forms)")
     for axes, unit in ((whole, "deg/s"), (near, "arcsec/s")):
-        axes.set_xlabel(f"true rate, {unit}")
-        axes.set_ylabel(f"rate given, {unit}")
-        axes.grid(alpha=0.3)
-        axes.legend(fontsize=8)
+        axes.set_xlabel(f"true rate [{unit}]")
+        axes.set_ylabel(f"rate given [{unit}]")
+        axes.legend()
     return figure
 
 
-def draw_growth(grown: dict[str, Array]) -> Any:
+@styled
+def draw_growth(grown: dict[str, Array]) -> Figure:
     """Draw the error's growth in each case."""
-    from matplotlib.figure import Figure
-
     g = gyro()
-    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
+    figure = new_figure(7.0, 4.6)
     axes = figure.subplots()
     time = grown["time"]
     for kind in KINDS:
-        axes.loglog(time, grown[kind] / ARCSEC, color=COLORS[kind], lw=1.4, label=LABELS[kind])
-    axes.loglog(time, g.random_walk * np.sqrt(time) / ARCSEC, "--", color=GREY, lw=1.0, label="N√t")
-    axes.loglog(time, grown["rate"] * time / ARCSEC, ":", color=GREY, lw=1.0, label="Ωt: no rotation is seen")
-    axes.set_xlabel("time, s")
-    axes.set_ylabel("error of the angle, rms over seeds, arcsec")
+        axes.loglog(time, grown[kind] / ARCSEC, color=COLORS[kind], label=LABELS[kind])
+    axes.loglog(time, g.random_walk * np.sqrt(time) / ARCSEC, "--", color=style.SOFT, lw=style.THIN, label="N√t")
+    turned = grown["rate"] * time / ARCSEC
+    axes.loglog(time, turned, ":", color=style.SOFT, lw=style.THIN, label="Ωt: no rotation is seen")
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("error of the angle, rms over seeds [arcsec]")
     axes.set_title(f"A rotation of {float(grown['rate']) / ARCSEC:.2f} arcsec/s under three dithers")
-    axes.grid(alpha=0.3, which="both")
-    axes.legend(fontsize=8)
+    axes.legend()
     return figure
 
 
-def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, float]]) -> Any:
+@styled
+def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, float]]) -> Figure:
     """Draw the random walk over the dither rate, simulated over formula."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
+    figure = new_figure(7.0, 5.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     dither = np.array([row["dither_deg_s"] for row in decade])
     upper.loglog(
         dither,
         [row["formula_deg_sqrt_h"] for row in decade],
-        color=GREY,
-        lw=1.0,
+        color=style.SOFT,
+        lw=style.THIN,
         label="N = Ω_L/√(K Ω_D), K in rad/rad",
     )
     for rows, marker, color, label in (
@@ -190,14 +189,13 @@ def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, floa
         x = [row["dither_deg_s"] for row in rows]
         upper.loglog(x, [row["measured_deg_sqrt_h"] for row in rows], marker, color=color, ms=5, label=label)
         band = [200.0 * row["standard_error"] for row in rows]
-        lower.errorbar(
-            x, [100.0 * (row["ratio"] - 1.0) for row in rows], band, fmt=marker, color=color, ms=4, capsize=3, lw=1.0
-        )
-    lower.axhline(0.0, color=GREY, lw=1.0)
+        off = [100.0 * (row["ratio"] - 1.0) for row in rows]
+        lower.errorbar(x, off, band, fmt=marker, color=color, ms=4, capsize=3, lw=style.THIN)
+    lower.axhline(0.0, color=style.SOFT, lw=style.THIN)
     lower.set_ylim(-12.0, 12.0)
-    lower.set_xlabel("largest rate of the dither Ω_D, deg/s")
-    lower.set_ylabel("over the formula, %\n(bars: 2σ)")
-    upper.set_ylabel("angle random walk, deg/√h")
+    lower.set_xlabel("largest rate of the dither Ω_D [deg/s]")
+    lower.set_ylabel("over the formula [%]\n(bars: 2σ)")
+    upper.set_ylabel("angle random walk [deg/√h]")
     upper.set_title("Random walk of a dithered gyro with a lock-in of 0.1 deg/s")
     ticks = [20, 30, 50, 70, 100, 140, 200]
     lower.set_xticks(ticks, [str(tick) for tick in ticks])
@@ -205,9 +203,7 @@ def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, floa
     upper.set_yticks(walks, [str(walk) for walk in walks])
     upper.minorticks_off()
     lower.minorticks_off()
-    for axes in (upper, lower):
-        axes.grid(alpha=0.3, which="both")
-    upper.legend(fontsize=8)
+    upper.legend()
     return figure
 
 
@@ -326,11 +322,9 @@ def main() -> None:
         draft = folder / f".{name}.part"
         draft.write_text(content, encoding="utf-8")
         os.replace(draft, folder / name)
-    from sinssim.recording.lock_in import record_lock_in_study
-
     record_lock_in_study(folder / "recording.rrd", swept=swept, left=left, grown=grown, summary=text)
     print(text)
-    print(f"Figures, summary and recording are in {folder}. Look at it: sinssim view {folder}")
+    print(f"Figures, summary and recording are in {folder}. View: sinssim view {folder}")
 
 
 if __name__ == "__main__":

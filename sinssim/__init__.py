@@ -2,65 +2,81 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from sinssim import moved
+from sinssim.lazy import on_first_use
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from sinssim.algorithms import ALGORITHMS
     from sinssim.data import ImuData, Measurements, NavSolution, NavState, SingularityEvent
-    from sinssim.earth import ELLIPSOIDS, GRAVITY_MODELS
+    from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS
     from sinssim.errors import InputError, RunError, SinssimError
     from sinssim.estimation.estimate import estimate
-    from sinssim.scenario import Scenario, load_scenario
-    from sinssim.sensors import GRADES, emulate
-    from sinssim.simulation import RunResult, run
-    from sinssim.strapdown import ALGORITHMS, FRAMES
+    from sinssim.frames import FRAMES
+    from sinssim.scenario.load import load_scenario
+    from sinssim.scenario.schema import Scenario
+    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.imu.grades import GRADES
+    from sinssim.simulation.execute import run
+    from sinssim.simulation.result import RunResult
     from sinssim.strapdown.navigate import navigate
-    from sinssim.truth import Trajectory
-    from sinssim.truth.fly import fly
-
-# Loaded on first use, so that `import sinssim` (and `sinssim --help`) stays light.
-_HOME = {
-    "ImuData": "data",
-    "NavSolution": "data",
-    "NavState": "data",
-    "SingularityEvent": "data",
-    "ELLIPSOIDS": "earth",
-    "GRAVITY_MODELS": "earth",
-    "InputError": "errors",
-    "RunError": "errors",
-    "SinssimError": "errors",
-    "RunResult": "simulation",
-    "run": "simulation",
-    "Scenario": "scenario",
-    "load_scenario": "scenario",
-    "GRADES": "sensors",
-    "emulate": "sensors",
-    "Measurements": "data",
-    "estimate": "estimation.estimate",
-    "ALGORITHMS": "strapdown",
-    "FRAMES": "strapdown",
-    "navigate": "strapdown",
-    "Trajectory": "truth",
-    "fly": "truth",
-}
+    from sinssim.truth.source import fly
+    from sinssim.truth.trajectory import Trajectory
 
 __all__ = [
-    "ALGORITHMS", "ELLIPSOIDS", "FRAMES", "GRADES", "GRAVITY_MODELS",
-    "ImuData", "InputError", "Measurements", "NavSolution", "NavState", "RunError", "RunResult", "Scenario",
-    "SingularityEvent", "SinssimError", "Trajectory",
-    "emulate", "estimate", "fly", "load_scenario", "navigate", "run",
-]  # fmt: skip
+    "ALGORITHMS",
+    "ELLIPSOIDS",
+    "FRAMES",
+    "GRADES",
+    "GRAVITY_MODELS",
+    "ImuData",
+    "InputError",
+    "Measurements",
+    "NavSolution",
+    "NavState",
+    "RunError",
+    "RunResult",
+    "Scenario",
+    "SingularityEvent",
+    "SinssimError",
+    "Trajectory",
+    "emulate",
+    "estimate",
+    "fly",
+    "load_scenario",
+    "navigate",
+    "run",
+]
 
+__getattr__, __dir__ = on_first_use(
+    __name__,
+    {
+        "ALGORITHMS": "sinssim.algorithms",
+        "ELLIPSOIDS": "sinssim.earth.models",
+        "FRAMES": "sinssim.frames",
+        "GRADES": "sinssim.sensors.imu.grades",
+        "GRAVITY_MODELS": "sinssim.earth.models",
+        "ImuData": "sinssim.data",
+        "InputError": "sinssim.errors",
+        "Measurements": "sinssim.data",
+        "NavSolution": "sinssim.data",
+        "NavState": "sinssim.data",
+        "RunError": "sinssim.errors",
+        "RunResult": "sinssim.simulation.result",
+        "Scenario": "sinssim.scenario.schema",
+        "SingularityEvent": "sinssim.data",
+        "SinssimError": "sinssim.errors",
+        "Trajectory": "sinssim.truth.trajectory",
+        "emulate": "sinssim.sensors.imu.emulate",
+        "estimate": "sinssim.estimation.estimate",
+        "fly": "sinssim.truth.source",
+        "load_scenario": "sinssim.scenario.load",
+        "navigate": "sinssim.strapdown.navigate",
+        "run": "sinssim.simulation.execute",
+    },
+)
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'sinssim' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"sinssim.{_HOME[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+moved.install()

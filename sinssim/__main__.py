@@ -1,6 +1,67 @@
-"""`python -m sinssim` is the command line."""
+"""The command `sinssim` and `python -m sinssim`: the command line as a process of its own.
 
-from sinssim.cli import program
+Nothing but what Python has loaded anyway is imported before Ctrl-C is heard.
+"""
+
+import os
+import signal
+import sys
+from typing import NoReturn
+
+
+def program() -> NoReturn:
+    """Run the command line, and end the process at once.
+
+    Python's own end takes apart compilers and a gigabyte of arrays for a third of a second, and can fall over a thread
+    that is still loading one of them. Everything that is to be closed has been closed by then.
+    """
+    code = 1
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:  # a shell's `&` makes a program ignore SIGINT
+            signal.signal(number, _stop)
+    _open_standard_streams()
+    from sinssim.cli.process import READER_GONE, main
+
+    try:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        main()
+    except SystemExit as end:
+        code = int(end.code or 0)
+    except KeyboardInterrupt:  # as it was ending, when all was done
+        code = 130
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except BrokenPipeError:
+        code = code or READER_GONE
+    except OSError as error:
+        if not code:
+            os.write(2, f"sinssim: the operating system refused: {error}.\n".encode())
+        code = code or 1
+    os._exit(code)
+
+
+def _stop(number: int, frame: object) -> NoReturn:
+    """End before anything has begun: there is nothing to tidy up."""
+    os.write(2, b"Interrupted.\n")
+    os._exit(130)
+
+
+def _open_standard_streams() -> None:
+    """Put the null device in place of closed standard streams, so that no file of a run gets their numbers."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
+            os.set_inheritable(number, True)
+    sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8")
+    sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8")
+
 
 if __name__ == "__main__":
     program()

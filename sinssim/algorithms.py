@@ -1,13 +1,17 @@
-"""The registry of attitude algorithms: adding one takes a file under `sinssim/strapdown/` and a line here.
+"""The registry of attitude algorithms: adding one takes a file under `sinssim/strapdown/attitude/` and a line here.
 
 It stands apart from the algorithms, so that listing them needs no compiler. What a file holds: see
-`docs/adding-an-algorithm.md`.
+`docs/extending/algorithm.md`.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+from sinssim.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -15,16 +19,20 @@ class Algorithm:
     """An attitude algorithm as a person chooses it.
 
     Attributes:
+        name: by which it is chosen.
         sentence: what it is, for a person.
-        module: file under `sinssim/strapdown/` that holds it.
+        module: file under `sinssim/strapdown/` that holds it, "attitude.quaternion" for example.
         variant: values for the file's constants; those not named keep the value written in the file.
         windowed: whether the file brings a whole engine, which works on windows of samples.
+        problem: why the entry cannot be used, a sentence; "" if it can.
     """
 
+    name: str
     sentence: str
     module: str
     variant: Mapping[str, int | bool] = field(default_factory=dict)
     windowed: bool = False
+    problem: str = ""
 
     @property
     def samples(self) -> int:
@@ -42,77 +50,200 @@ class Algorithm:
         return self.samples > 1 or bool(self.variant.get("PREVIOUS", False))
 
 
+def by_name(*entries: Algorithm) -> dict[str, Algorithm]:
+    """Return algorithms by name; a name that stands there twice is marked, and refused when it is chosen.
+
+    Args:
+        *entries: the algorithms.
+
+    Returns:
+        The algorithms by name.
+    """
+    registry: dict[str, Algorithm] = {}
+    for entry in entries:
+        before = registry.get(entry.name)
+        if before is not None:
+            entry = replace(
+                before,
+                problem=f"{__file__} has the name twice, for the file {before.module} and for {entry.module}; one of "
+                "them needs another name.",
+            )
+        registry[entry.name] = entry
+    return registry
+
+
 _ORDINAL = ("", "first", "second", "third", "fourth")
 
 
-def _poisson(order: int, orthonormal: bool) -> Algorithm:
+def _poisson(name: str, order: int, orthonormal: bool) -> Algorithm:
     end = ", re-orthonormalised after each step" if orthonormal else ""
     return Algorithm(
+        name,
         f"direction cosine matrix, {_ORDINAL[order]}-order Taylor step in the plain increment{end}",
-        "poisson",
+        "attitude.poisson",
         {"ORDER": order, "COMPENSATED": False, "ORTHONORMAL": orthonormal},
     )
 
 
-def _quaternion(order: int, normalized: bool) -> Algorithm:
+def _quaternion(name: str, order: int, normalized: bool) -> Algorithm:
     end = ", normalised after each step" if normalized else ""
     return Algorithm(
+        name,
         f"quaternion (8.18), {_ORDINAL[order]}-order Picard step in the plain increment{end}",
-        "quaternion_picard",
+        "attitude.quaternion_picard",
         {"ORDER": order, "NORMALIZED": normalized},
     )
 
 
-REGISTRY: dict[str, Algorithm] = {
-    "quaternion": Algorithm(
-        "quaternion relative to the navigation frame (8.18), advanced by the exact rotation of each interval",
+REGISTRY: dict[str, Algorithm] = by_name(
+    Algorithm(
         "quaternion",
+        "quaternion relative to the navigation frame (8.18), advanced by the exact rotation of each interval",
+        "attitude.quaternion",
     ),
-    "poisson": Algorithm(
-        "direction cosine matrix from Poisson's equation, fourth-order steps, never re-orthonormalised", "poisson"
+    Algorithm(
+        "poisson",
+        "direction cosine matrix from Poisson's equation, fourth-order steps, never re-orthonormalised",
+        "attitude.poisson",
     ),
-    "euler": Algorithm("roll, pitch and heading integrated as such (Runge-Kutta 4), singular at pitch ±90°", "euler"),
-    "poisson-1": _poisson(1, False),
-    "poisson-2": _poisson(2, False),
-    "poisson-3": _poisson(3, False),
-    "poisson-4": _poisson(4, False),
-    "poisson-1-ortho": _poisson(1, True),
-    "poisson-2-ortho": _poisson(2, True),
-    "poisson-3-ortho": _poisson(3, True),
-    "poisson-4-ortho": _poisson(4, True),
-    "quaternion-1": _quaternion(1, False),
-    "quaternion-2": _quaternion(2, False),
-    "quaternion-3": _quaternion(3, False),
-    "quaternion-4": _quaternion(4, False),
-    "quaternion-1-norm": _quaternion(1, True),
-    "quaternion-2-norm": _quaternion(2, True),
-    "quaternion-3-norm": _quaternion(3, True),
-    "quaternion-4-norm": _quaternion(4, True),
-    "two-quaternions": Algorithm(
+    Algorithm(
+        "euler", "roll, pitch and heading integrated as such (Runge-Kutta 4), singular at pitch ±90°", "attitude.euler"
+    ),
+    _poisson("poisson-1", 1, False),
+    _poisson("poisson-2", 2, False),
+    _poisson("poisson-3", 3, False),
+    _poisson("poisson-4", 4, False),
+    _poisson("poisson-1-ortho", 1, True),
+    _poisson("poisson-2-ortho", 2, True),
+    _poisson("poisson-3-ortho", 3, True),
+    _poisson("poisson-4-ortho", 4, True),
+    _quaternion("quaternion-1", 1, False),
+    _quaternion("quaternion-2", 2, False),
+    _quaternion("quaternion-3", 3, False),
+    _quaternion("quaternion-4", 4, False),
+    _quaternion("quaternion-1-norm", 1, True),
+    _quaternion("quaternion-2-norm", 2, True),
+    _quaternion("quaternion-3-norm", 3, True),
+    _quaternion("quaternion-4-norm", 4, True),
+    Algorithm(
+        "two-quaternions",
         "two quaternions (8.19), body to inertial and navigation to inertial, second-order Picard steps",
-        "two_quaternions",
+        "attitude.two_quaternions",
     ),
-    "rotation-vector-1": Algorithm(
-        "rotation vector from one sample: no coning or sculling compensation", "rotation_vector", {"SAMPLES": 1}
+    Algorithm(
+        "rotation-vector-1",
+        "rotation vector from one sample: no coning or sculling compensation",
+        "attitude.rotation_vector",
+        {"SAMPLES": 1},
     ),
-    "rotation-vector-1p": Algorithm(
+    Algorithm(
+        "rotation-vector-1p",
         "rotation vector with coning and sculling from one sample and the previous one",
-        "rotation_vector",
+        "attitude.rotation_vector",
         {"SAMPLES": 1, "PREVIOUS": True},
     ),
-    "rotation-vector-2": Algorithm(
-        "rotation vector with two-sample coning and sculling", "rotation_vector", {"SAMPLES": 2}
+    Algorithm(
+        "rotation-vector-2",
+        "rotation vector with two-sample coning and sculling",
+        "attitude.rotation_vector",
+        {"SAMPLES": 2},
     ),
-    "rotation-vector-3": Algorithm(
-        "rotation vector with three-sample coning and sculling", "rotation_vector", {"SAMPLES": 3}
+    Algorithm(
+        "rotation-vector-3",
+        "rotation vector with three-sample coning and sculling",
+        "attitude.rotation_vector",
+        {"SAMPLES": 3},
     ),
-    "rotation-vector-4": Algorithm(
-        "rotation vector with four-sample coning and sculling", "rotation_vector", {"SAMPLES": 4}
+    Algorithm(
+        "rotation-vector-4",
+        "rotation vector with four-sample coning and sculling",
+        "attitude.rotation_vector",
+        {"SAMPLES": 4},
     ),
-    "functional-iteration": Algorithm(
+    Algorithm(
+        "functional-iteration",
         "quaternion, velocity and position iterated to rounding on windows of eight samples (iNavFIter)",
-        "functional_iteration",
+        "iteration.functional_iteration",
         windowed=True,
     ),
-}
+)
 """Every algorithm by name. The first three share high-order compensated increments."""
+
+ALGORITHMS: dict[str, str] = {name: algorithm.sentence for name, algorithm in REGISTRY.items()}
+
+MEASURED_ATTITUDE = "measured-attitude"
+"""What a scenario names as its algorithm where the attitude is measured and not computed."""
+
+SCENARIO_ALGORITHMS: dict[str, str] = {
+    **ALGORITHMS,
+    MEASURED_ATTITUDE: "none: velocity and position by the attitude that imu.sensor_set measures, in inertial axes",
+}
+"""What a scenario may name as its algorithms."""
+
+
+_WHOLE = 2e-6  # a ratio of rates this near to a whole number, relatively, is one: 33.3333 Hz divides 100 Hz
+_NEAR = 0.01  # but no ratio that is farther from one
+
+
+def whole_ratio(fast: float, slow: float) -> int | None:
+    """Return how many times one rate goes into another.
+
+    Args:
+        fast: Hz.
+        slow: Hz.
+
+    Returns:
+        A whole number, at least 1; None if it does not go a whole number of times, as nearly as rates are written.
+    """
+    ratio = fast / slow
+    whole = round(ratio)
+    return whole if whole >= 1 and abs(ratio - whole) <= min(_WHOLE * whole, _NEAR) else None
+
+
+def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
+    """Return the whole ratios of the data's rate to the fast, the fast to the medium, the medium to the slow one.
+
+    Args:
+        rates_hz: fast, medium and slow rate.
+        data_hz: rate of the data.
+
+    Returns:
+        Three whole numbers, at least 1.
+
+    Raises:
+        InputError: rates that do not divide, with the nearest that would.
+    """
+    if len(rates_hz) != 3:
+        raise InputError(f"rates_hz = {rates_hz} must be three rates: fast, medium and slow, Hz.")
+    ratios = []
+    above, above_name = data_hz, "the data's rate"
+    for name, rate in zip(("fast", "medium", "slow"), rates_hz, strict=True):
+        if not (math.isfinite(rate) and rate > 0.0):
+            raise InputError(f"rates_hz: the {name} rate, {rate} Hz, must be positive.")
+        ratio, whole = above / rate, whole_ratio(above, rate)
+        if whole is None:
+            low = max(math.floor(ratio), 1)
+            near = " or ".join(f"{above / n:.9g}" for n in dict.fromkeys((low, low + 1 if ratio > 1.0 else 1)))
+            raise InputError(
+                f"rates_hz: the {name} rate, {rate:g} Hz, does not divide {above_name}, {above:.6g} Hz, a whole number "
+                f"of times; {near} Hz would."
+            )
+        ratios.append(whole)
+        above, above_name = above / whole, f"the {name} rate"
+    return ratios[0], ratios[1], ratios[2]
+
+
+ORDER = re.compile(r"-(\d+p?)(-\w+)?$")
+"""End of an algorithm's name: its order or number of samples, and its variant."""
+
+
+def family(algorithm: str) -> str:
+    """Return the family of an algorithm: its name without order and variant.
+
+    Args:
+        algorithm: for example "poisson-3-ortho".
+
+    Returns:
+        For example "poisson".
+    """
+    return ORDER.sub("", algorithm)

@@ -1,14 +1,14 @@
-"""Checks of what is to be computed with, and of what came out: shapes, finite numbers, the order of time."""
+"""Checks of input and output arrays: shapes, finite numbers, increasing times."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from sinssim.arguments import doubles, number, vector
 from sinssim.data import Array, ImuData, NavState
-from sinssim.errors import InputError
+from sinssim.errors import InputError, shortened
 
 GAP = 5.0
 """Typical intervals beyond which an interval is a gap, in which samples are missing."""
@@ -48,6 +48,8 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
         InputError: arrays that do not belong together, a sample that is not a finite number, times that do not
             increase or between which samples are missing; the message names the sample and its time.
     """
+    if not isinstance(imu, ImuData):
+        raise InputError(f"imu must be ImuData(time, dtheta, dvel), not {shortened(repr(imu))}.")
     time, dtheta, dvel = (doubles(f"imu.{name}", getattr(imu, name)) for name in ("time", "dtheta", "dvel"))
     n = len(dtheta)
     if n < 1 or dtheta.shape != (n, 3) or dvel.shape != (n, 3) or time.shape != (n + 1,):
@@ -70,6 +72,24 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
     return time, dtheta, dvel
 
 
+def checked_imu(imu: ImuData) -> ImuData:
+    """Check increments, and return them with contiguous arrays of doubles.
+
+    Args:
+        imu: the increments.
+
+    Returns:
+        The increments; the same object if its arrays are so already.
+
+    Raises:
+        InputError: as `checked_increments`.
+    """
+    time, dtheta, dvel = checked_increments(imu)
+    if time is imu.time and dtheta is imu.dtheta and dvel is imu.dvel:
+        return imu
+    return ImuData(time, dtheta, dvel, imu.flags)
+
+
 def longest_gap(time: Array) -> tuple[int, float] | None:
     """Find where samples are missing.
 
@@ -86,25 +106,6 @@ def longest_gap(time: Array) -> tuple[int, float] | None:
         return None
     typical = float(np.median(steps))
     return (longest, typical) if steps[longest] > GAP * typical else None
-
-
-def doubles(name: str, values: ArrayLike) -> Array:
-    """Return what was given as a contiguous array of doubles.
-
-    Args:
-        name: what it is, for the message.
-        values: numbers.
-
-    Returns:
-        The array, of one axis at least.
-
-    Raises:
-        InputError: it is no array of numbers.
-    """
-    try:
-        return np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is no array of numbers: {error}.") from error
 
 
 def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) -> None:
@@ -160,16 +161,17 @@ def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Arra
     Raises:
         InputError: a value of a wrong shape or out of range, with its name.
     """
-    values = {}
-    for name in ("latitude", "longitude", "height"):
-        value = np.asarray(getattr(initial, name), dtype=np.float64)
-        if value.shape != () or not np.isfinite(value):
-            raise InputError(f"initial.{name} = {value} must be one finite number (rad for angles, m for height).")
-        values[name] = float(value)
-    velocity = np.asarray(initial.velocity_ned, dtype=np.float64)
-    q = np.asarray(initial.q_nb, dtype=np.float64)
-    if velocity.shape != (3,) or not np.all(np.isfinite(velocity)):
-        raise InputError(f"initial.velocity_ned = {velocity} must be three finite numbers, m/s.")
+    if not isinstance(initial, NavState):
+        raise InputError(
+            "initial must be NavState(latitude, longitude, height, velocity_ned, q_nb), not "
+            f"{shortened(repr(initial))}."
+        )
+    values = {
+        name: number(f"initial.{name}", getattr(initial, name), "rad for angles, m for height")
+        for name in ("latitude", "longitude", "height")
+    }
+    velocity = vector("initial.velocity_ned", initial.velocity_ned, 3, "m/s")
+    q = doubles("initial.q_nb", initial.q_nb)
     if q.shape != (4,) or not np.all(np.isfinite(q)) or abs(np.linalg.norm(q) - 1.0) > 1e-6:
         raise InputError(f"initial.q_nb = {q} must be a unit quaternion of four finite numbers, scalar first.")
     if abs(values["latitude"]) > math.pi / 2:

@@ -1,4 +1,4 @@
-"""What flows between the stages: IMU increments, navigation states, navigation solutions."""
+"""The data that pass between the stages: IMU increments, navigation states and solutions, measurements."""
 
 from __future__ import annotations
 
@@ -130,6 +130,7 @@ class Measurements:
     | "attitude" | q_nb, scalar first | about the body's axes [rad], three |
     | "earth-attitude" | q_eb, relative to Earth-fixed axes, scalar first | about the body's axes [rad], three |
     | "speed" | velocity along the forward axis, of the point at the lever arm [m/s] | [m/s] |
+    | "airspeed" | magnitude of the velocity through the air, of the point at the lever arm [m/s] | [m/s] |
 
     Attributes:
         kind: what is measured.

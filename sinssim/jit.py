@@ -1,4 +1,4 @@
-"""Compiled scalar kernels: one decorator, and a disk cache that a changed source file can never serve stale.
+"""Compiles scalar kernels and caches them on disk under a digest of the package's sources.
 
 numba's own cache looks only at the file that holds a kernel, not at the files of the functions it calls, so an
 edited formula in another file would go unnoticed. Here the cache folder carries a digest of every source file
@@ -11,29 +11,29 @@ import contextlib
 import hashlib
 import logging
 import os
-import shutil
-import tempfile
-import threading
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core import event
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IPythonCacheLocator, UserProvidedCacheLocator
+
+from sinssim.system.locks import hold, remove_unused
+from sinssim.system.signals import aside
 
 logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 NO_KERNELS = (
-    "_content", "aided.py", "cli.py", "estimation", "precompile.py", "recording", "scenario", "simulation.py",
-    "studies",
+    "_content", "cli", "estimation", "recording", "scenario", "simulation", "studies",
 )  # fmt: skip
 """Parts of the package that hold no kernel and nothing that a kernel uses: an edit there compiles nothing anew."""
-
-# numba reads the folder from its global settings while it decorates, and modules are imported by several threads.
-_CACHE_DIR_LOCK = threading.Lock()
+_VERSIONS = 6
+"""How many versions of the kernels are kept, those in use aside."""
 
 
 def cache_root() -> Path:
@@ -47,6 +47,7 @@ def cache_root() -> Path:
 
 @cache
 def _kernel_folder() -> str:
+    """Return the folder of this version's kernels, marked as in use until the process ends."""
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(package.rglob("*.py")):
@@ -56,18 +57,12 @@ def _kernel_folder() -> str:
             digest.update(source.read_bytes())
     root = cache_root() / "kernels"
     folder = root / digest.hexdigest()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with contextlib.suppress(OSError):  # read-only: what is there is used, and nobody can remove it
+        hold(folder, shared=True)
         os.utime(folder)
         # Keep a few older versions (several checkouts may be in use), drop the rest.
-        for old in sorted(root.iterdir(), key=lambda path: path.stat().st_mtime)[:-6]:
-            shutil.rmtree(old, ignore_errors=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        # numba's own places would do, but there it looks only at the kernel's own file, and serves it stale.
-        _warn_once()
-        return ""
+        for old in sorted(root.iterdir(), key=lambda path: path.stat().st_mtime)[:-_VERSIONS]:
+            remove_unused(old)
     return str(folder)
 
 
@@ -80,39 +75,80 @@ def _warn_once() -> None:
     )
 
 
-def _jit(function: F, **options: Any) -> F:
-    folder = _kernel_folder()
-    with _CACHE_DIR_LOCK:
-        previous = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = folder
+class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
+    """Where the kernels of a source file are kept: always in our folder, and it may be read-only.
+
+    numba takes a folder only if it can write there. Else it turns to places of its own, where it looks only at the file
+    that holds a kernel, and serves it stale.
+    """
+
+    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
+        super().__init__(py_func, py_file)
+        self._cache_path = os.path.join(_kernel_folder(), self.get_suitable_cache_subpath(py_file))
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator | None:
+        return cls(py_func, py_file) if os.path.exists(py_file) else None
+
+
+class _Located(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator, IPythonCacheLocator)
+
+
+class _KernelCache(FunctionCache):  # type: ignore[misc]
+    """A cache whose damaged files count as none, and which costs a compilation and no error where it cannot be kept."""
+
+    _impl_class = _Located
+
+    def load_overload(self, *arguments: Any) -> Any:
         try:
-            compiled = numba.njit(cache=bool(folder), nogil=True, error_model="numpy", **options)(function)
-        finally:
-            numba.config.CACHE_DIR = previous
-    if folder:
-        _forgive(compiled._cache)
-    return compiled  # type: ignore[no-any-return]
-
-
-def _forgive(kept: Any) -> None:
-    """Let a damaged file of numba's cache count as none, and a full disk cost no more than the next compilation."""
-    load, save = kept.load_overload, kept.save_overload
-
-    def load_or_none(*arguments: Any) -> Any:
-        try:
-            return load(*arguments)
+            return super().load_overload(*arguments)
         except Exception:  # whatever unpickling makes of damaged bytes
             with contextlib.suppress(OSError):
-                kept.flush()
+                self.flush()
             return None
 
-    def save_if_possible(*arguments: Any) -> None:
+    def save_overload(self, *arguments: Any) -> None:
         try:
-            save(*arguments)
+            super().save_overload(*arguments)
         except OSError:
             _warn_once()
 
-    kept.load_overload, kept.save_overload = load_or_none, save_if_possible
+
+def _jit(function: F, **options: Any) -> F:
+    compiled = numba.njit(nogil=True, error_model="numpy", **options)(function)
+    compiled._cache = _KernelCache(function)
+    compile_now = compiled.compile
+    compiled.compile = lambda signature: aside(lambda: compile_now(signature))
+    return compiled  # type: ignore[no-any-return]
+
+
+class _Listener(event.Listener):  # type: ignore[misc]
+    """Hears of kernels that are compiled, and of those that are compiled within them; one thread at a time compiles."""
+
+    def __init__(self, tell: Callable[[bool], None]) -> None:
+        self._tell, self._depth = tell, 0
+
+    def on_start(self, event: Any) -> None:
+        self._depth += 1
+        if self._depth == 1:
+            self._tell(True)
+
+    def on_end(self, event: Any) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self._tell(False)
+
+
+@contextlib.contextmanager
+def compilation(tell: Callable[[bool], None]) -> Iterator[None]:
+    """Tell, inside the block, when kernels are compiled because the cache lacks them.
+
+    Args:
+        tell: called with True when a compilation begins, with False when it ends; in any thread.
+    """
+    with event.install_listener("numba:compile", _Listener(tell)):
+        yield
 
 
 def kernel(function: F) -> F:

@@ -1,4 +1,4 @@
-"""The units that people write, in SI: multiply to come in, divide to go out."""
+"""Units of scenarios, datasheets and reports in SI: multiply on input, divide on output."""
 
 from __future__ import annotations
 

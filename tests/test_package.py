@@ -19,10 +19,12 @@ def test_public_name(name: str) -> None:
     assert name in dir(sinssim)
 
 
-def test_no_module_hides_a_public_name() -> None:
+@pytest.mark.parametrize("below", ["", ".alignment", ".earth", ".estimation", ".rotation", ".sensors", ".truth"])
+def test_no_module_hides_a_public_name(below: str) -> None:
     """Importing a submodule sets an attribute of its name on the package: it must not be that of a function."""
-    modules = {module.name for module in pkgutil.iter_modules(sinssim.__path__)}
-    assert not modules & set(sinssim.__all__)
+    package = importlib.import_module(f"sinssim{below}")
+    modules = {module.name for module in pkgutil.iter_modules(package.__path__)}
+    assert not modules & set(package.__all__)
 
 
 def test_unknown_name() -> None:

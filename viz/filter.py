@@ -6,11 +6,12 @@ import math
 
 import rerun.blueprint as rrb
 
-from sinssim.recording.blueprints import RunInfo
+from sinssim.recording.rerun.views import RunInfo
 
 NEEDS = "filter"
 
 
+# Long: a layout is one nested expression, read from the outside in.
 def blueprint(run: RunInfo) -> rrb.Blueprint:
     """Return the view.
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import rerun.blueprint as rrb
 
-from sinssim.recording.blueprints import RunInfo
+from sinssim.recording.rerun.views import RunInfo
 
 
+# Long: a layout is one nested expression, read from the outside in.
 def blueprint(run: RunInfo) -> rrb.Blueprint:
     """Return the view.
 

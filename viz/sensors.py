@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import rerun.blueprint as rrb
 
-from sinssim.recording.blueprints import RunInfo
+from sinssim.recording.rerun.views import RunInfo
 
 READINGS = {
     "single": "Specific force along each axis [m/s²]",

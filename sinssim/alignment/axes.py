@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.errors import InputError
+from sinssim.arguments import numbers
+from sinssim.errors import InputError, shortened
 
 Array = NDArray[np.float64]
 
@@ -101,8 +103,13 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
     Raises:
         InputError: an angle is not finite, or a pitch or latitude is beyond +-90 deg.
     """
+    given: object = attitude
+    sized = isinstance(given, tuple | list) or (isinstance(given, np.ndarray) and given.ndim > 0)
+    if not sized or len(attitude) != 3:
+        raise InputError(f"attitude = {shortened(repr(given), 40)} must be Attitude(heading, roll, pitch), rad.")
     named = dict(zip(("heading", "roll", "pitch"), attitude, strict=True), latitude=latitude)
-    arrays = {name: np.asarray(value, dtype=np.float64) for name, value in named.items()}
+    arrays = {name: numbers(name, value) for name, value in named.items()}
+    check_broadcast(arrays)
     for name, value in arrays.items():
         if not np.all(np.isfinite(value)):
             raise InputError(f"the {name} is not a finite number{where(~np.isfinite(value))}; give radians.")
@@ -116,8 +123,24 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
     return Attitude(arrays["heading"], arrays["roll"], arrays["pitch"]), arrays["latitude"]
 
 
+def check_broadcast(arrays: Mapping[str, Array]) -> None:
+    """Raise if arrays do not broadcast together.
+
+    Args:
+        arrays: by name.
+
+    Raises:
+        InputError: with their shapes.
+    """
+    try:
+        np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError as error:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.shape)
+        raise InputError(f"arrays of shapes {shapes} do not broadcast together.") from error
+
+
 def where(bad: NDArray[Any]) -> str:
-    """Say for a message which element of an array is the first bad one.
+    """Describe the first invalid element of an array for a message.
 
     Args:
         bad: boolean array, true where the value is bad.

@@ -1,4 +1,4 @@
-"""What error to expect of a determination and from what: instruments, session length, method.
+"""Error budget of an attitude determination: by instruments, session length and method.
 
 The paper's twelve errors are those that no session averages. Around them stand those that at rest act as a bias of
 every axis whose ideal reading is x: misalignment, non-linearity ½κ|x| + K₂x² + K₃x³ + Σ C_ij x_i x_j, g-sensitivity.
@@ -16,41 +16,54 @@ weight Q at either end leaves Q²/6T²).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.axes import Angles, Array, Attitude
-from sinssim.alignment.determination import ideal_readings, local_gravity
-from sinssim.alignment.disturbed import EQUATOR, RANDOM_WALK_FACTOR
-from sinssim.alignment.theory import Coefficients, InstrumentErrors, coefficients, linear
-from sinssim.earth_models import OMEGA_IE
-from sinssim.errors import InputError
-from sinssim.scenario.datasheet import QUANTITIES
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import flicker
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp, null_shift, stated, warm_up
-from sinssim.units import G0
+from sinssim.alignment.axes import Angles, Array, Attitude, check_broadcast
+from sinssim.alignment.readings_at_rest import ideal_readings, local_gravity
+from sinssim.alignment.theory import EQUATOR, RANDOM_WALK_FACTOR, Coefficients, InstrumentErrors, coefficients, linear
+from sinssim.arguments import POSITIVE, check_kind, number, numbers
+from sinssim.earth.models import OMEGA_IE
+from sinssim.errors import InputError, check_name
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.error_validation import check_sigmas
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift, stated, warm_up
+from sinssim.sensors.imu.terms import TERMS, non_linearity, of_triad
+from sinssim.sensors.noise import flicker
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
 
 
-def _sources(triad: str, integral: str) -> tuple[str, ...]:
-    of_triad = (
-        "bias", "scale factor", "misalignment", "non-linearity", "temperature", "ramp", "rate random walk",
-        "bias instability", "flicker",
-    )  # fmt: skip
-    return (*(f"{triad} {name}" for name in of_triad), f"{integral} random walk", f"{integral} quantisation")
+_DRIFTS = (
+    "bias", "scale factor", "misalignment", "non-linearity", "temperature", "ramp", "rate random walk",
+    "bias instability", "flicker",
+)  # fmt: skip
+_AVERAGED = ("random walk", "quantisation")
 
 
-OF_GYROS = (*_sources("gyro", "angle"), "gyro g-sensitivity")
+def _further(triad: str) -> tuple[str, ...]:
+    """Return the sources of one triad's terms whose rows say what they multiply."""
+    return tuple(dict.fromkeys(term.source for term in of_triad(triad) if term.multiplies is not None))
+
+
+def _sources(triad: str, name: str, integral: str) -> tuple[str, ...]:
+    drifts, averaged = (f"{name} {source}" for source in _DRIFTS), (f"{integral} {source}" for source in _AVERAGED)
+    return (*drifts, *averaged, *(f"{name} {source}" for source in _further(triad)))
+
+
+OF_GYROS = _sources("gyro", "gyro", "angle")
 """The sources that act through the rates; the others act through the specific forces."""
 
-SOURCES = (*OF_GYROS, *_sources("accelerometer", "velocity"))
-"""The sources of error, in the order of tables and bars. Of faults, and of a range, no budget here knows."""
+SOURCES = (*OF_GYROS, *_sources("accel", "accelerometer", "velocity"))
+"""The sources of error, in the order of tables and bars. Faults and ranges are in no budget."""
+
+MOTION = "motion of the base"
+"""The source that only a session itself can tell of: what motion too small to be refused may have done."""
 
 SLOW = tuple(source for source in SOURCES if source.endswith(("instability", "flicker")))
 """Noises that hardly change within a session of usual length."""
@@ -58,7 +71,7 @@ SLOW = tuple(source for source in SOURCES if source.endswith(("instability", "fl
 AVERAGED = (*SLOW, *(source for source in SOURCES if source.startswith(("angle", "velocity"))))
 """The sources that a longer session makes smaller."""
 
-_INSTANTS = 10_000  # of a session, over which the null shift is averaged
+INSTANTS = 10_000  # of a session, over which the null shift is averaged
 _SHORTEST, _LONGEST = 1e-6, 1e12  # session lengths beyond which a crossing counts as none, s
 
 
@@ -92,16 +105,20 @@ def expected_errors(section: ImuSection) -> Expected:
 
     Returns:
         Means and standard deviations, SI.
+
+    Raises:
+        InputError: no such section.
     """
+    check_kind("section", section, ImuSection, "ImuSection, for example ImuSection(grade='tactical')")
     mean: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
     sigma: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
-    for quantity in QUANTITIES:
-        fixed, spread = stated(section, quantity)
-        if quantity.drawn:
-            mean[quantity.triad][quantity.field] = np.zeros(quantity.shape) + fixed
-            sigma[quantity.triad][quantity.field] = np.zeros(quantity.shape) + spread
+    for term in TERMS:
+        fixed, spread = stated(section, term)
+        if term.drawn:
+            mean[term.triad][term.field] = np.zeros(term.shape) + fixed
+            sigma[term.triad][term.field] = np.zeros(term.shape) + spread
         else:  # a noise has no mean
-            sigma[quantity.triad][quantity.field] = float(fixed)
+            sigma[term.triad][term.field] = float(fixed)
 
     def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
         return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
@@ -112,7 +129,7 @@ def expected_errors(section: ImuSection) -> Expected:
 def reading_errors(
     errors: ImuErrors, gyro: Array, accel: Array, duration: float, start: float = 0.0
 ) -> tuple[Array, Array]:
-    """Return what known errors of the sensors make of mean readings at rest, to first order in the errors.
+    """Return the errors of mean readings at rest by known sensor errors, to first order.
 
     Args:
         errors: of the sensor block; its noise is left out.
@@ -126,17 +143,22 @@ def reading_errors(
     """
     warmth = float(mean_warmth(errors.warm_up, duration, start))
 
-    def of_triad(triad: TriadErrors, x: Array) -> Array:
+    def reading(name: str, triad: TriadErrors, x: Array) -> Array:
         linear = (np.diag(triad.scale + triad.scale_temperature * warmth) + triad.misalignment) @ x
-        bent = 0.5 * triad.asymmetry * np.abs(x) + triad.quadratic * x**2 + triad.cubic * x**3
+        bent = non_linearity(x, x, triad.asymmetry, triad.quadratic, triad.cubic)
         drift = triad.bias_temperature * warmth + triad.ramp * (start + 0.5 * duration)
-        return np.asarray(triad.bias + linear + bent + x * (triad.cross_axis @ x) + drift)
+        error = triad.bias + linear + bent + x * (triad.cross_axis @ x) + drift
+        for term in of_triad(name):
+            if term.multiplies is not None:
+                value, multiplied = getattr(triad, term.field), term.multiplies(x, accel)
+                error = error + (value @ multiplied if term.size > 3 else value * multiplied)
+        return np.asarray(error)
 
-    rates = of_triad(errors.gyro, gyro) + errors.gyro.g_sensitivity @ accel
+    rates = reading("gyro", errors.gyro, gyro)
     if errors.null_shift is not None:
-        instants = start + duration * (np.arange(_INSTANTS) + 0.5) / _INSTANTS
+        instants = start + duration * (np.arange(INSTANTS) + 0.5) / INSTANTS
         rates = rates + errors.null_shift.bias(errors.warm_up.temperature(instants)).mean()
-    return rates, of_triad(errors.accel, accel)
+    return rates, reading("accel", errors.accel, accel)
 
 
 def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) -> Array:
@@ -153,36 +175,6 @@ def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) ->
     x = np.asarray(duration, dtype=np.float64) / warm_up.time_constant
     begun = np.exp(-np.asarray(start, dtype=np.float64) / warm_up.time_constant)
     return np.asarray(warm_up.steady - (warm_up.start - warm_up.steady) * begun * np.expm1(-x) / x)
-
-
-def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> tuple[float, float]:
-    """Return by how much the drifts of the sensors may change a reading at rest within a session.
-
-    Args:
-        expected: of the sensor block's errors.
-        duration: length of the session, s.
-        start: time from when the sensors were switched on to its first sample, s.
-
-    Returns:
-        Of a rate, rad/s, and of a specific force, m/s²: what is known of it, and three standard deviations of the rest.
-    """
-    ends = np.array([start, start + duration])
-    change = abs(float(np.diff(expected.mean.warm_up.temperature(ends))[0]))
-
-    def of_triad(mean: TriadErrors, sigma: TriadErrors, reading: float) -> float:
-        def driven(of: TriadErrors) -> Array:  # per degree, and by the ramp
-            warmed = np.hypot(of.bias_temperature, of.scale_temperature * reading) * change
-            return np.hypot(warmed, of.ramp * duration)
-
-        remembered = np.exp(-duration / sigma.correlation_time)
-        wandered = sigma.rate_walk**2 * duration + 2.0 * sigma.instability**2 * (1.0 - remembered)
-        return float(np.max(driven(mean) + 3.0 * np.sqrt(driven(sigma) ** 2 + wandered)))
-
-    rate = of_triad(expected.mean.gyro, expected.sigma.gyro, OMEGA_IE)
-    if (shift := expected.mean.null_shift) is not None:
-        instants = start + duration * np.linspace(0.0, 1.0, _INSTANTS)
-        rate += float(np.ptp(shift.bias(expected.mean.warm_up.temperature(instants))))
-    return rate, of_triad(expected.mean.accel, expected.sigma.accel, G0)
 
 
 def error_budget(
@@ -217,8 +209,9 @@ def error_budget(
         By source, standard deviations, rad.
 
     Raises:
-        InputError: as `coefficients`, or a duration that is not positive.
+        InputError: as `coefficients` and `reading_variances`.
     """
+    check_name("method", method, get_args(Method))
     c = coefficients(attitude, latitude, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, gravity=gravity)
     if method != "quiet":
@@ -226,6 +219,7 @@ def error_budget(
     squares = Coefficients(*(value**2 for value in c))
     zero = np.zeros(3)
     budget = {}
+    check_broadcast({"attitude, latitude and gravity": accel[..., 0], "duration": numbers("duration", duration)})
     variances = reading_variances(sigma, gyro, accel, duration, method, start=start, rate_hz=rate_hz)
     for source, variance in variances.items():
         pair = (variance, zero) if source in OF_GYROS else (zero, variance)
@@ -258,23 +252,26 @@ def reading_variances(
         By source, (..., 3) (rad/s)² or (m/s²)².
 
     Raises:
-        InputError: a duration that is not positive.
+        InputError: no standard deviations of a sensor block, a duration that is not positive, an unknown method.
     """
-    time = np.asarray(duration, dtype=np.float64)
-    if not np.all(time > 0.0):
-        raise InputError(f"a session of {np.min(time):g} s: its length must be positive.")
+    check_sigmas(sigma)
+    check_name("method", method, get_args(Method))
+    start, rate_hz = number("start", start, "s", low=0.0), number("rate_hz", rate_hz, "Hz", low=POSITIVE)
+    time = numbers("duration", duration)
+    if not (np.all(time > 0.0) and np.all(time < np.inf)):
+        raise InputError(f"a session of {np.min(time):g} s: its length must be positive and finite.")
     time = time[..., None]
     warmth = mean_warmth(sigma.warm_up, time, start)
     flickering = flicker.variance_of_mean(np.maximum(time * rate_hz, 1.0))
     variances: dict[str, Array] = {}
-    for triad, ideal, names in (
-        (sigma.gyro, gyro, OF_GYROS),
-        (sigma.accel, accel, SOURCES[len(OF_GYROS) :]),
+    for name, triad, ideal, names in (
+        ("gyro", sigma.gyro, gyro, OF_GYROS),
+        ("accel", sigma.accel, accel, SOURCES[len(OF_GYROS) :]),
     ):
         squares = ideal**2
         bent = (0.5 * triad.asymmetry * ideal) ** 2 + (triad.quadratic * squares) ** 2 + (triad.cubic * ideal**3) ** 2
         fit = RANDOM_WALK_FACTOR if method != "quiet" and triad is sigma.gyro else 1.0
-        found = (
+        known = (
             triad.bias**2,
             (triad.scale * ideal) ** 2,
             squares @ (triad.misalignment**2).T,
@@ -287,9 +284,20 @@ def reading_variances(
             fit * triad.random_walk**2 / time,
             triad.quantum**2 / (6.0 * time**2),
         )
-        variances |= dict(zip(names, found, strict=False))
-    variances["gyro g-sensitivity"] = accel**2 @ (sigma.gyro.g_sensitivity**2).T
+        variances |= dict(zip(names, (*known, *_further_variances(name, triad, ideal, accel)), strict=True))
     return {source: variances[source] for source in SOURCES}
+
+
+def _further_variances(name: str, triad: TriadErrors, ideal: Array, force: Array) -> Iterator[Array]:
+    """Yield the variances of the mean readings by the sources of `_further`."""
+    for source in _further(name):
+        variance = np.zeros_like(ideal)
+        for term in of_triad(name):
+            if term.source == source and term.multiplies is not None:
+                squares = term.multiplies(ideal, force) ** 2
+                sigma = getattr(triad, term.field)
+                variance = variance + (squares @ (sigma**2).T if term.size > 3 else sigma**2 * squares)
+        yield variance
 
 
 def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None, known: bool) -> Coefficients:
@@ -328,19 +336,19 @@ def _averaged_instability(triad: TriadErrors, time: Array) -> Array:
     return np.asarray(triad.instability**2 * shape)
 
 
-def total(budget: dict[str, Angles], sources: tuple[str, ...] = SOURCES) -> Angles:
+def total(budget: dict[str, Angles], sources: tuple[str, ...] | None = None) -> Angles:
     """Return the root of the sum of squares over sources.
 
     Args:
         budget: by source, standard deviations.
-        sources: which sources to sum.
+        sources: which sources to sum; all of them by default.
 
     Returns:
         Standard deviations.
     """
     return Angles(
         *(
-            np.sqrt(sum((budget[source][k] ** 2 for source in sources), np.zeros(())))
+            np.sqrt(sum((budget[source][k] ** 2 for source in sources or budget), np.zeros(())))
             for k in range(len(Angles._fields))
         )
     )
@@ -356,7 +364,7 @@ def bias_takes_over(
     start: float = 0.0,
     rate_hz: float = 100.0,
 ) -> Angles:
-    """Return the session length at which what a session averages has fallen to what it does not average.
+    """Return the session length at which the averaged errors equal the errors that do not average.
 
     A longer session gains at most a factor √2 in the standard deviation.
 

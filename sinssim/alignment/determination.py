@@ -1,6 +1,6 @@
 """Heading, roll, pitch and latitude of a parked vehicle from the mean readings of its gyros and accelerometers.
 
-Eqs. (1)-(4). "Up" is the direction that accelerometers feel: the plumb line. Where gravity has a component along
+Eq. (1). "Up" is the direction that accelerometers feel: the plumb line. Where gravity has a component along
 the ellipsoid's horizon (at height: 8e-6 m/s² per km at mid-latitudes, and the deflection of the vertical on the
 real Earth), the angles and the latitude are the astronomic ones, against the plumb line.
 """
@@ -8,18 +8,17 @@ real Earth), the angles and the latitude are the astronomic ones, against the pl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array, Attitude, body_axes, checked_angles, paper_axes, where
-from sinssim.earth_models import OMEGA_IE
+from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array, Attitude, where
+from sinssim.alignment.theory import InstrumentErrors, error_statistics
+from sinssim.arguments import numbers
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.units import DEG_H
-
-if TYPE_CHECKING:
-    from sinssim.alignment.theory import InstrumentErrors
 
 GRAVITY_RANGE = (9.3, 10.3)
 """Specific forces that a parked vehicle on the Earth can measure with instruments worth the name, m/s²."""
@@ -42,7 +41,7 @@ class Flags(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Determination:
-    """What a parked vehicle determines; an angle that the readings do not determine is NaN and explained.
+    """Angles and latitude of a parked vehicle; an angle that the readings do not determine is NaN, with a reason.
 
     Attributes:
         heading: clockwise from north, in [0, 2π), (...) rad.
@@ -70,65 +69,8 @@ class Determination:
         return Attitude(self.heading, self.roll, self.pitch)
 
 
-def ideal_readings(
-    heading: ArrayLike,
-    roll: ArrayLike,
-    pitch: ArrayLike,
-    latitude: ArrayLike,
-    *,
-    earth_rate: float = OMEGA_IE,
-    gravity: ArrayLike | None = None,
-) -> tuple[Array, Array]:
-    """Return what perfect instruments on a parked vehicle read, eqs. (3) and (4).
-
-    Args:
-        heading, roll, pitch: attitude, rad, broadcasting.
-        latitude: rad, broadcasting.
-        earth_rate: U, rad/s.
-        gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
-
-    Returns:
-        Angular rate, rad/s, and specific force, m/s², each (..., 3) forward-right-down.
-
-    Raises:
-        InputError: an angle is not finite or out of its range.
-    """
-    attitude, phi = checked_angles(Attitude(heading, roll, pitch), latitude)
-    axes = body_axes(attitude)
-    g = local_gravity(phi, gravity)
-    # (3): the Earth's rotation is U cosφ along north and U sinφ along up, seen on N and H of each body axis.
-    rate = earth_rate * (np.cos(phi)[..., None] * axes.north + np.sin(phi)[..., None] * axes.up)
-    # (4): the support pushes up with g.
-    shape = np.broadcast_shapes(g.shape, rate.shape[:-1])
-    force = np.broadcast_to(g[..., None] * axes.up, (*shape, 3))
-    return paper_axes(np.broadcast_to(rate, (*shape, 3))), paper_axes(force)
-
-
-def local_gravity(latitude: Array, gravity: ArrayLike | None) -> Array:
-    """Return g: the one that is given, or normal gravity on the ellipsoid.
-
-    Args:
-        latitude: (...) rad.
-        gravity: (...) m/s², or None.
-
-    Returns:
-        (...) m/s².
-
-    Raises:
-        InputError: a given value is not a positive number.
-    """
-    if gravity is None:
-        from sinssim.earth import surface_gravity
-
-        return np.asarray(surface_gravity(latitude), dtype=np.float64)
-    g = np.asarray(gravity, dtype=np.float64)
-    if not np.all(g > 0.0):
-        raise InputError(f"gravity must be a positive number of m/s²{where(~(g > 0.0))}.")
-    return g
-
-
 def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
-    """Solve eq. (1) as it stands, without any check: for studies that mean to go where it breaks down.
+    """Solve eq. (1) without any check, for studies beyond its range of validity.
 
     Args:
         gyro: mean angular rates, (..., 3) rad/s, forward-right-down.
@@ -211,8 +153,8 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
         found = u_m[wrong_rate].flat[0] / DEG_H
         warnings.append(
             f"heading and latitude are not determined{where(wrong_rate)}: the gyros read {found:.4g} deg/h where the "
-            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or the unit "
-            "is not rad/s."
+            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or their "
+            "unit is not the one that was stated (for an array rad/s)."
         )
     undetermined = Flags(no_heading, no_roll, no_pitch, no_latitude)
     if warnings:
@@ -220,8 +162,6 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
     result = Determination(*angles, u_m, g_m, undetermined, tuple(warnings))
     if sigmas is None:
         return result
-    from sinssim.alignment.theory import error_statistics
-
     # where there is no angle there is no theory either: any regular one holds its place
     usable = Angles(*(np.where(vertical | polar | wrong_rate, 0.5, np.nan_to_num(angle)) for angle in angles))
     return doubt(result, error_statistics(Attitude(*usable[:3]), usable.latitude, None, sigmas, gravity=g_m).sigma)
@@ -256,10 +196,7 @@ def doubt(determination: Determination, sigma: Angles) -> Determination:
 
 
 def _checked_vectors(values: ArrayLike, name: str, unit: str) -> Array:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers; give mean readings (..., 3) in {unit}.") from error
+    array = numbers(name, values)
     if array.shape[-1:] != (3,):
         raise InputError(f"{name} has shape {array.shape}; give mean readings (..., 3) in {unit}, forward-right-down.")
     bad = ~np.isfinite(array).all(axis=-1) if not np.isfinite(array.sum()) else np.False_
@@ -290,5 +227,6 @@ def check_lengths(u_m: Array, g_m: Array) -> None:
         found = u_m[bad].flat[0]
         raise InputError(
             f"the measured rate is {found / DEG_H:.6g} deg/h ({found:.4g} rad/s){where(bad)}, the Earth turns at "
-            f"{OMEGA_IE / DEG_H:.3f} deg/h: the vehicle turned, or the unit is not rad/s."
+            f"{OMEGA_IE / DEG_H:.3f} deg/h: the vehicle turned, or the gyros' unit is not the one that was stated (for "
+            "an array rad/s)."
         )

@@ -22,27 +22,20 @@ import numpy as np
 from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array
 from sinssim.alignment.determination import EARTH_RATE_TOLERANCE, Determination, Flags, check_lengths
 from sinssim.alignment.session import check_session, mean_readings
+from sinssim.alignment.theory import EQUATOR
+from sinssim.arguments import number
 from sinssim.data import ImuData
-from sinssim.earth_models import OMEGA_IE
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
-from sinssim.rotation import multiply_k
+from sinssim.rotation.kernels import multiply_k
 from sinssim.units import DEG_H
 
 SHORTEST = 60.0
 """Shortest session that shows enough of the cone, s."""
 
-RANDOM_WALK_FACTOR = 10.0 / 7.0
-"""Variance of the heading from angle random walk, relative to eq. (1) on a quiet base.
-
-The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)², x = t/T, and ∫W² dx = 10/7.
-"""
-
 LARGEST_SPEED = 2.0
 """Largest velocity of a base that only sways, m/s."""
-
-EQUATOR = np.radians(5.0)
-"""A cone tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes, rad."""
 
 _BLOCKS = 300  # of the session, over which velocities are averaged before the fit
 _ITERATIONS = 300  # a few at mid-latitudes, many near the poles, where the residual bends the fit
@@ -54,7 +47,7 @@ _OWN_TURN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class DisturbedAlignment:
-    """What the fit of the cone found.
+    """Result of the fit of the cone.
 
     Attributes:
         determination: the angles at the session's last instant, and the latitude.
@@ -70,7 +63,7 @@ class DisturbedAlignment:
 
 
 def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAlignment:
-    """Align a vehicle that sways about its place, and find its latitude if that is not given.
+    """Align a vehicle that sways about its place, and determine its latitude if that is not given.
 
     Args:
         imu: the session's increments, fast enough to follow the sway; 300 s or more.
@@ -84,7 +77,8 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
             latitude beyond a pole.
         RunError: the fit does not converge.
     """
-    check_session(imu)
+    imu = check_session(imu)
+    latitude = None if latitude is None else number("latitude", latitude, "rad")
     duration = float(imu.time[-1] - imu.time[0])
     if duration < SHORTEST:
         raise InputError(
@@ -113,7 +107,7 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
 
 
 def _check_stayed(fit: _Fit, imu: ImuData, velocity: Array) -> None:
-    """Raise for velocities that no base sways at: the vehicle travelled.
+    """Raise for velocities too large for a swaying base.
 
     One steady acceleration all through the session is not found out: it cannot be told from a tilt.
     """

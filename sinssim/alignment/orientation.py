@@ -1,4 +1,4 @@
-"""The best way to stand: the heading, or the set of two or four headings, that makes an angle's error smallest.
+"""Headings, or sets of two or four headings, that minimise the error of an angle.
 
 A vehicle (or its sensor block on a turntable) that is turned between sessions carries its instruments' errors with
 it. The mean of the determined headings, each less its known turn, then keeps of every instrument error only the mean
@@ -14,14 +14,15 @@ from numpy.typing import ArrayLike
 
 from sinssim.alignment.axes import Angles, Array, Attitude
 from sinssim.alignment.budget import AVERAGED, OF_GYROS, SLOW, mean_warmth, reading_variances
-from sinssim.alignment.determination import ideal_readings
+from sinssim.alignment.readings_at_rest import ideal_readings
 from sinssim.alignment.theory import coefficients
 from sinssim.errors import InputError
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.terms import of_triad
 
 
 class BestHeadings(NamedTuple):
-    """A set of headings and what it brings.
+    """A set of headings and its standard deviations.
 
     Attributes:
         headings: in [0, 2π), (count,) rad.
@@ -77,7 +78,8 @@ def set_sigma(
     variances = []
     for by_rate, by_force in ((c.m, c.n), (zero, c.q), (zero, c.l), (c.p, c.r)):
         variance = _carried(by_rate, gyro, sigma.gyro, turn) + _carried(by_force, accel, sigma.accel, turn)
-        variance = variance + (_products(by_rate, accel) ** 2 * sigma.gyro.g_sensitivity**2).sum(axis=(-2, -1))
+        variance = variance + _further(by_rate, gyro, accel, sigma.gyro, "gyro")
+        variance = variance + _further(by_force, accel, accel, sigma.accel, "accel")
         for source in AVERAGED:
             weight = by_rate if source in OF_GYROS else by_force
             if source in SLOW:  # hardly changes from one position to the next
@@ -89,7 +91,7 @@ def set_sigma(
 
 
 class _Turn:
-    """What drifts from position to position of a set, one taken after the other.
+    """Drifts between the positions of a set, taken one after the other.
 
     Attributes:
         middle: time to the middle of each position, (..., count, 1) s.
@@ -103,6 +105,19 @@ class _Turn:
         self.warmth = mean_warmth(warm_up, each, each * number)[..., None]
         earlier = np.minimum.outer(number, number) + 0.5 - np.eye(count) / 6.0  # within one position T/3
         self.walk = each[..., None] * earlier
+
+
+def _further(weight: Array, ideal: Array, force: Array, triad: TriadErrors, name: str) -> Array:
+    """Return the variance from the constant errors whose rows of the table say what they multiply."""
+    variance = np.zeros(weight.shape[:-2])
+    for term in of_triad(name):
+        if term.multiplies is not None:
+            multiplied, sigma = term.multiplies(ideal, force), getattr(triad, term.field)
+            if term.size > 3:
+                variance = variance + (_products(weight, multiplied) ** 2 * sigma**2).sum(axis=(-2, -1))
+            else:
+                variance = variance + (weight * multiplied).mean(axis=-2) ** 2 @ sigma**2
+    return variance
 
 
 def _carried(weight: Array, ideal: Array, triad: TriadErrors, turn: _Turn) -> Array:
@@ -146,7 +161,7 @@ def best_headings(
     pitch: float = 0.0,
     angle: str = "heading",
 ) -> BestHeadings:
-    """Find the headings, evenly spread round the circle, at which an angle's error is smallest.
+    """Find the evenly spaced headings that minimise the error of an angle.
 
     Args:
         count: how many headings: 1, 2, 4 ...

@@ -1,4 +1,4 @@
-"""The alignment of one session with what to expect of it: from a scenario or a log, for a person or as JSON."""
+"""Alignment of one session with its expected errors, from a scenario or a log, as text or JSON."""
 
 from __future__ import annotations
 
@@ -10,29 +10,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim.alignment.axes import Angles, Array
+from sinssim.alignment.base_motion import motion_errors, stillness
 from sinssim.alignment.budget import (
-    SOURCES,
+    MOTION,
     Method,
     bias_takes_over,
     error_budget,
     expected_errors,
-    largest_drift,
     reading_errors,
     total,
 )
-from sinssim.alignment.determination import Determination, doubt, solve
+from sinssim.alignment.determination import Determination, determine, doubt, solve
 from sinssim.alignment.disturbed import align_disturbed
-from sinssim.alignment.session import determine_session, mean_readings
+from sinssim.alignment.session import mean_readings
 from sinssim.alignment.theory import coefficients, linear
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.units import ARCMIN, DEG, DEG_H
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from sinssim.scenario.imu import ImuSection
-    from sinssim.sensors.imu_errors import ImuErrors
+    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.sensors.imu.errors import ImuErrors
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,66 +108,13 @@ class AlignmentReport:
                 result[f"{name}_arcmin"] = _by_name(angles, ARCMIN)
         if self.budget is not None:
             result["sigma_arcmin"] = _by_name(total(self.budget), ARCMIN)
-            result["sigma_by_source_arcmin"] = {source: _by_name(self.budget[source], ARCMIN) for source in SOURCES}
+            result["sigma_by_source_arcmin"] = {source: _by_name(self.budget[source], ARCMIN) for source in self.budget}
         if self.crossing is not None:
             result["bias_takes_over_s"] = _by_name(self.crossing, 1.0)
         return result
 
-    def show(self, console: Console) -> None:
-        """Print the report as tables.
 
-        Args:
-            console: where.
-        """
-        from rich.table import Table
-
-        d = self.determination
-        how = "eq. (1) on a quiet base" if self.method == "quiet" else "gravity's cone in inertial space"
-        console.print(f"{self.source}: {self.duration:g} s, {self.samples} samples, {how}", markup=False)
-        table = Table()
-        table.add_column("")
-        table.add_column("determined, °", justify="right")
-        if self.budget is not None:
-            table.add_column("σ, ′", justify="right")
-            table.add_column("bias takes\nover at, s", justify="right")
-        if self.truth is not None:
-            table.add_column("true, °", justify="right")
-            table.add_column("error, ′", justify="right")
-        if self.mean_angles is not None:
-            table.add_column("eq. (1) on the\nsame data, °", justify="right")
-        sigma, error = None if self.budget is None else total(self.budget), self.error
-        for name in Angles._fields:
-            row = [name, _angle(getattr(d, name))]
-            if sigma is not None and self.crossing is not None:
-                row += [_minutes(float(getattr(sigma, name))), f"{float(getattr(self.crossing, name)):.3g}"]
-            if self.truth is not None and error is not None:
-                off = float(getattr(error, name)) / ARCMIN
-                row += [_angle(getattr(self.truth, name)), "–" if math.isnan(off) else f"{off:.3f}"]
-            if self.mean_angles is not None:
-                row.append(_angle(getattr(self.mean_angles, name)))
-            table.add_row(*row)
-        console.print(table)
-        console.print(f"Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s².")
-        if self.residual is not None:
-            console.print(f"Velocity that the cone does not explain (heave, sway, noise): {self.residual:.3g} m/s rms.")
-        for warning in d.warnings:
-            console.print(warning[0].upper() + warning[1:], markup=False)
-        if self.budget is None:
-            return
-        sources = Table(title="Expected error by source, σ in ′", title_justify="left")
-        sources.add_column("source")
-        for name in Angles._fields:
-            sources.add_column(name, justify="right")
-        for source in SOURCES:
-            if any(float(value) > 0.0 for value in self.budget[source]):
-                sources.add_row(source, *(_minutes(float(value)) for value in self.budget[source]))
-        sources.add_section()
-        sources.add_row("all together", *(_minutes(float(value)) for value in total(self.budget)))
-        if self.mean is not None and any(float(value) != 0.0 for value in self.mean):
-            sources.add_row("known mean error", *(_minutes(float(value)) for value in self.mean))
-        console.print(sources)
-
-
+# Long: one session goes through checks, determination, budget and report in a row.
 def align_session(
     imu: ImuData,
     source: str,
@@ -180,7 +125,7 @@ def align_session(
     truth: Angles | None = None,
     warmed: float = 0.0,
 ) -> AlignmentReport:
-    """Align one session and say what error to expect.
+    """Align one session and state the expected errors.
 
     Args:
         imu: the session.
@@ -198,14 +143,11 @@ def align_session(
         InputError: unusable increments, or a vehicle that moved and a method that cannot bear it.
     """
     expected = None if sensors is None else expected_errors(sensors)
-    residual = residual_velocity = mean_angles = None
+    residual = residual_velocity = mean_angles = still = None
     if method == "quiet":
-        if expected is None:
-            determination = determine_session(imu)
-        else:
-            length = float(imu.time[-1] - imu.time[0])
-            drift = largest_drift(expected, length, warmed)
-            determination = determine_session(imu, expected.instrument_sigmas, drift)
+        determination = determine(*mean_readings(imu), None if expected is None else expected.instrument_sigmas)
+        still = stillness(imu, expected, warmed)
+        still.require()
     else:
         alignment = align_disturbed(imu, latitude)
         determination, residual = alignment.determination, alignment.residual
@@ -237,8 +179,11 @@ def align_session(
         crossing = bias_takes_over(determination.attitude, where, expected.sigma, **known)
     except InputError:  # too near a singularity for a first-order theory; the determination has said what it can
         return report
+    by_reading = coefficients(determination.attitude, where, gravity=determination.gravity)
+    if still is not None:
+        budget[MOTION] = motion_errors(by_reading, still)
     mean = linear(
-        coefficients(determination.attitude, where, gravity=determination.gravity),
+        by_reading,
         *reading_errors(expected.mean, *mean_readings(imu), report.duration, warmed),
     )
     return replace(
@@ -291,6 +236,7 @@ def align_source(
         if settings:
             raise InputError(f"{source} is a log, --set {settings[0]} is for scenarios; its sensors: --grade NAME.")
         return _align_log(Path(source), columns, grade, (start, end), method, latitude)
+    _check_is_scenario(source)
     if columns is not None or grade is not None:
         raise InputError(
             f"{source} is a scenario, which describes its own sensors; columns and grade are for logs "
@@ -298,9 +244,10 @@ def align_source(
         )
     from sinssim import rotation
     from sinssim.scenario import load_scenario
-    from sinssim.sensors import draw, emulate
-    from sinssim.sensors.rectification import rectified
-    from sinssim.truth.fly import fly
+    from sinssim.sensors import draw
+    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.imu.rectification import rectified
+    from sinssim.truth.source import fly
 
     scenario = load_scenario(source, settings)
     trajectory = fly(scenario)
@@ -314,6 +261,24 @@ def align_source(
     return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed)
 
 
+def _check_is_scenario(source: str) -> None:
+    """Raise for a file that is neither a log nor a scenario."""
+    from sinssim.sensors.log import SUFFIXES
+
+    path = Path(source)
+    if path.is_dir():
+        got = f"a directory; of a run, give its log {path / 'streams' / 'imu_measured.parquet'}"
+    elif path.suffix and path.suffix.lower() != ".toml":
+        got = f"a file that ends in {path.suffix}"
+    else:
+        return
+    raise InputError(
+        f"{source} is neither a log nor a scenario, but {got}. A log ends in {', '.join(SUFFIXES)}; text in columns "
+        "under another name has to be renamed, and described with --columns. A scenario is a .toml file, or one of "
+        "`sinssim list scenarios`."
+    )
+
+
 def _align_log(
     path: Path,
     columns: Path | None,
@@ -322,9 +287,9 @@ def _align_log(
     method: Method,
     latitude: float | None,
 ) -> AlignmentReport:
-    from sinssim.scenario.grades import find_grade
-    from sinssim.scenario.imu import ImuSection
-    from sinssim.sensors.log import read_log
+    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.sensors.imu.grades import find_grade
+    from sinssim.sensors.log import read_log, slow
 
     sensors = None
     if grade is not None:
@@ -333,14 +298,14 @@ def _align_log(
     imu = _part(read_log(path, columns), *span, str(path))
     report = align_session(imu, path.name, sensors, method=method, latitude=latitude)
     d = report.determination
-    if not np.abs(d.roll) > 0.5 * np.pi:
-        return report
-    doubtful = (
-        f"the sensor block lies on its back (roll {float(d.roll) / DEG:.1f} deg): right if it is mounted so; otherwise "
-        "the log's axes are not what they are said to be, or its accelerometers have the opposite sign (at rest a "
-        "specific force points up)."
-    )
-    return replace(report, determination=replace(d, warnings=(*d.warnings, doubtful)))
+    doubts = [] if (rare := slow(imu.time)) is None else [rare]
+    if np.abs(d.roll) > 0.5 * np.pi:
+        doubts.append(
+            f"the sensor block lies on its back (roll {float(d.roll) / DEG:.1f} deg): right if it is mounted so; "
+            "otherwise the log's axes are not what they are said to be, or its accelerometers have the opposite sign "
+            "(at rest a specific force points up)."
+        )
+    return replace(report, determination=replace(d, warnings=(*d.warnings, *doubts)))
 
 
 def _part(imu: ImuData, start: float | None, end: float | None, source: str) -> ImuData:
@@ -362,11 +327,3 @@ def _plain(value: Array) -> float | None:
 
 def _by_name(angles: Angles, unit: float) -> dict[str, float | None]:
     return {name: _plain(np.asarray(value) / unit) for name, value in zip(Angles._fields, angles, strict=True)}
-
-
-def _angle(value: Array) -> str:
-    return "not determined" if np.isnan(value) else f"{round(float(value) / DEG, 5) + 0.0:.5f}"  # no negative zero
-
-
-def _minutes(value: float) -> str:
-    return "–" if value == 0.0 else f"{value / ARCMIN:.3f}" if abs(value) >= 5e-4 * ARCMIN else "<0.001"

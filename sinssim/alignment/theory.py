@@ -9,9 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array, Attitude, body_axes, checked_angles, paper_axes, where
-from sinssim.alignment.determination import ideal_readings, local_gravity
-from sinssim.earth_models import OMEGA_IE
+from sinssim.alignment.readings_at_rest import ideal_readings, local_gravity
+from sinssim.arguments import numbers
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
+
+RANDOM_WALK_FACTOR = 10.0 / 7.0
+"""Variance of the heading from angle random walk on a disturbed base, relative to eq. (1) on a quiet one.
+
+The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)², x = t/T, and ∫W² dx = 10/7.
+"""
+
+EQUATOR = np.radians(5.0)
+"""The cone of gravity tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes,
+rad."""
 
 _FIELDS = ("gyro_bias", "gyro_scale", "accel_bias", "accel_scale")
 
@@ -38,7 +49,7 @@ class InstrumentErrors:
     def __post_init__(self) -> None:
         """Turn every field into a float array (..., 3) and check it."""
         for name in _FIELDS:
-            array = np.asarray(getattr(self, name), dtype=np.float64)
+            array = numbers(name, getattr(self, name))
             if array.ndim == 0:
                 array = np.full(3, array)
             if array.shape[-1] != 3:
@@ -63,7 +74,7 @@ class InstrumentErrors:
         )
 
     def apply(self, gyro: ArrayLike, accel: ArrayLike) -> tuple[Array, Array]:
-        """Return what instruments with these errors read, eq. (2).
+        """Return the readings of instruments with these errors, eq. (2).
 
         Args:
             gyro: true rates, (..., 3) rad/s.

@@ -1,18 +1,25 @@
-"""The optional filter: the errors of inertial navigation estimated from aiding measurements, and proof of consistency.
+"""The optional filter: estimates the errors of inertial navigation from aiding measurements and tests itself.
 
 `sinssim.estimation.estimate.estimate` does it; that module loads filterpy, which takes a while.
 """
 
-from sinssim.estimation.model import BLOCKS, Block, ErrorModel, error_model
-from sinssim.estimation.result import (
-    Divergence,
-    Estimate,
-    History,
-    Innovations,
-    Smoothed,
-    nominal_errors,
-    state_errors,
-)
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sinssim.lazy import on_first_use
+
+if TYPE_CHECKING:
+    from sinssim.estimation.model import BLOCKS, Block, ErrorModel, error_model
+    from sinssim.estimation.result import (
+        Divergence,
+        Estimate,
+        History,
+        Innovations,
+        Smoothed,
+        nominal_errors,
+        state_errors,
+    )
 
 __all__ = [
     "BLOCKS",
@@ -27,3 +34,20 @@ __all__ = [
     "nominal_errors",
     "state_errors",
 ]
+
+__getattr__, __dir__ = on_first_use(
+    __name__,
+    {
+        "BLOCKS": "sinssim.estimation.model",
+        "Block": "sinssim.estimation.model",
+        "Divergence": "sinssim.estimation.result",
+        "ErrorModel": "sinssim.estimation.model",
+        "Estimate": "sinssim.estimation.result",
+        "History": "sinssim.estimation.result",
+        "Innovations": "sinssim.estimation.result",
+        "Smoothed": "sinssim.estimation.result",
+        "error_model": "sinssim.estimation.model",
+        "nominal_errors": "sinssim.estimation.result",
+        "state_errors": "sinssim.estimation.result",
+    },
+)

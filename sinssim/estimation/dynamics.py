@@ -1,4 +1,4 @@
-"""How the errors grow: F and the driving noise of ẋ = F x + w along a motion, and Φ, Q over intervals of it.
+"""Error dynamics: F and the driving noise of ẋ = F x + w along a motion, and Φ, Q over intervals of it.
 
 The north-east-down error equations in full (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed.
 2004, 12.21 and 12.28; Savage, Strapdown Analytics, 2000, chapter 12), φ with C_solution = (I − [φ×]) C_true and
@@ -20,7 +20,7 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.data import Array
-from sinssim.earth import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.model import ErrorModel
 
 R, V, PHI = slice(0, 3), slice(3, 6), slice(6, 9)

@@ -1,4 +1,4 @@
-"""`estimate`: increments and aiding measurements in, an aided solution out, with the filter's account of itself.
+"""`estimate`: computes an aided solution from increments and aiding measurements, with the filter's diagnostics.
 
 Inertial navigation runs ahead over a stretch of time; F, Φ, Q, the residuals and H are linear about it and computed for
 the whole stretch at once; the filter then goes through it epoch by epoch. In the closed loop the estimated errors are
@@ -8,8 +8,7 @@ away and navigated again. Whether a small error is fed back or carried beside ma
 stretches of one update are the closed loop of the textbooks, an endless one is the open loop.
 
 Every reading is taken in at its instant of validity, in that order, however late it arrived. The solution that is
-returned is the one that was known at each instant: until a reading arrives, it is predicted from the state before that
-reading. Readings of other sensors in between wait with it, as in a filter that runs behind and predicts its output.
+returned is the one that was known at each instant: it holds every reading that had arrived by then and no other.
 
 A zero-rate reading is compared with the mean rate of the gyros since the one before. Their noise is both in that mean
 and in the attitude, and the update takes the covariance of the two into account.
@@ -17,29 +16,30 @@ and in the attitude, and the update takes the covariance of the two into account
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from sinssim.arguments import doubles, number
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth import ellipsoid_by_name
-from sinssim.errors import InputError, RunError
+from sinssim.earth.models import ellipsoid_by_name
+from sinssim.errors import InputError, RunError, check_name, shortened
+from sinssim.estimation.branch import Branches
+from sinssim.estimation.checks.divergence_checks import Diverged, check_covariance, contradiction, remarks
 from sinssim.estimation.dynamics import CORE, PHI, driving_noise
-from sinssim.estimation.health import Diverged, check_covariance, contradiction, remarks
-from sinssim.estimation.intake import Readings, take_in
-from sinssim.estimation.kalman import ErrorFilter
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
+from sinssim.estimation.measurements.intake import CheckedMeasurements, take_in
+from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.estimation.nominal import Gyros, at, rows_of, solution_of
-from sinssim.estimation.record import Gate, Record, Row
+from sinssim.estimation.record import InnovationGate, Record, Row
 from sinssim.estimation.result import Divergence, Estimate, corrected
 from sinssim.estimation.smoother import smooth as smoothed
-from sinssim.sensors.compensation import compensate
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.strapdown import navigate
-from sinssim.strapdown.stretches import Stretches
+from sinssim.strapdown.segments import Stretches
 
 _SHORTEST, _OPEN = 1.0, 64.0
 """First stretch of the closed loop, and next one after an update that was not small; stretches of the open one, s."""
@@ -49,6 +49,7 @@ _SMALL = np.repeat((100.0, 5.0, 1e-3), 3)
 in them is below 2 mm, 5 µm/s² and 0.1″."""
 
 
+# Long: the public function checks and prepares its many options before the loop.
 def estimate(
     imu: ImuData,
     initial: NavState,
@@ -62,6 +63,7 @@ def estimate(
     feedback_s: float = 64.0,
     smooth: bool = False,
     history: bool = False,
+    row_s: float = 0.0,
     algorithm: str = "quaternion",
     gravity: str = "normal",
     ellipsoid: str = "wgs84",
@@ -81,6 +83,8 @@ def estimate(
         feedback_s: longest time for which errors are carried beside the engine in the closed loop, s.
         smooth: whether to smooth as well.
         history: whether to keep what observability is computed from.
+        row_s: least time between the rows of the history and the covariances that are kept, s; by default there is one
+            at every reading and every second. Each takes six matrices of the states' number squared.
         algorithm: attitude algorithm, one that advances sample by sample.
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid.
@@ -91,23 +95,27 @@ def estimate(
     Raises:
         InputError: data, measurements or a model that cannot be used, an unknown name.
     """
-    if loop not in ("closed", "open"):
-        raise InputError(f"loop = {loop!r} must be 'closed' or 'open'.")
+    check_name("loop", loop, ("closed", "open"))
+    if not isinstance(model, ErrorModel):
+        raise InputError(f"model must be an ErrorModel, as error_model() makes one, not {shortened(repr(model))}.")
+    gate = None if gate is None else number("gate", gate, "a probability")
+    feedback_s = number("feedback_s", feedback_s, "s") if feedback_s != np.inf else np.inf
     if gate is not None and not 0.0 < gate < 1.0:
         raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
     if not feedback_s > 0.0:
         raise InputError(f"feedback_s = {feedback_s} s must be positive.")
     engine = Stretches(imu, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
-    inertial, failure = None, []
+    unaided = partial(navigate, imu, initial, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
+    failure = []
     try:
-        inertial = navigate(imu, initial, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
+        unaided()
     except RunError as error:
         failure = [f"The pure inertial solution failed: {error}"]
     readings, epochs = take_in(measurements, model, imu.time, rate_hz)
     around = Surroundings(
         model, driving_noise(model), epochs, readings, Gyros(imu), gravity, ellipsoid_by_name(ellipsoid)
     )
-    loops = _Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history)
+    loops = _Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history, row_s)
     divergence = loops.run(initial, feedback_s if loop == "closed" else None)
 
     record, count = loops.record, loops.done
@@ -115,8 +123,9 @@ def estimate(
     rows, covariances = record.rows(count)
     kept = record.history() if count and (smooth or history) else None
     time, solution = epochs.time[:count], record.solution(count, algorithm)
-    if inertial is not None and not any(i.accepted.any() for i in innovations):
+    if not failure and not any(i.accepted.any() for i in innovations):
         # to the last bit, which navigation from stretch to stretch is not
+        inertial = unaided()
         edge = epochs.edge[:count]
         fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(imu) - 1)]
         fraction[epochs.on_edge[:count]] = 0.0
@@ -130,11 +139,11 @@ def estimate(
         rows=rows,
         covariance=covariances,
         innovations=innovations,
-        inertial=inertial,
         smoothed=smoothed(model, kept, around.ellipsoid, algorithm) if kept is not None and smooth else None,
         history=kept if history else None,
         divergence=divergence or contradiction(innovations),
         remarks=(*failure, *_untold(model), *remarks(innovations, [_too_late(r, imu) for r in readings])),
+        unaided=unaided,
     )
 
 
@@ -144,7 +153,7 @@ def _untold(model: ErrorModel) -> list[str]:
     return [f"The inertial sensors have errors that no state of the filter describes: {', '.join(model.untold)}."]
 
 
-def _too_late(readings: Readings, imu: ImuData) -> int:
+def _too_late(readings: CheckedMeasurements, imu: ImuData) -> int:
     """Return how many usable readings of a sensor arrive after the data's end."""
     return int(np.count_nonzero(readings.data.arrival[readings.usable] > imu.time[-1] + 1e-6))
 
@@ -153,7 +162,7 @@ def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:
     p = np.diag(model.sigma**2)
     if covariance is None:
         return p
-    given = np.asarray(covariance, dtype=np.float64)
+    given = doubles("covariance", covariance)
     count = len(given)
     if given.shape != (count, count) or not CORE <= count <= model.size:
         raise InputError(
@@ -173,36 +182,36 @@ def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:
     return p
 
 
-@dataclass
-class _Pending:
-    """The estimate without a reading that is valid already and has not arrived yet."""
-
-    arrival: float
-    x: Array
-    covariance: Array
-
-
 class _Loop:
     """One passage of the filter through the data."""
 
     def __init__(
-        self, around: Surroundings, engine: Stretches, covariance: Array, gate: float | None, history: bool
+        self,
+        around: Surroundings,
+        engine: Stretches,
+        covariance: Array,
+        gate: float | None,
+        history: bool,
+        row_s: float,
     ) -> None:
         self.around, self.engine = around, engine
-        self.filter = ErrorFilter(covariance)
-        self.gates = [Gate(readings, gate) for readings in around.readings]
+        zero_rate = {s for s, r in enumerate(around.readings) if measurement_kind(r.data.kind).mean_rate}
+        self.branches = Branches(covariance, zero_rate)
+        self.filter = self.branches.main.filter
+        self.gates = [InnovationGate(readings, gate) for readings in around.readings]
         self.record = Record(around.model, around.epochs, around.ellipsoid)
         self.done = 0  # epochs that are
         self._taken = ""  # the last reading that was taken in
         self._compensated = np.zeros(around.model.size)
-        self._pending: deque[_Pending] = deque()
-        self._history = history
-        n = around.model.size
-        self._transition, self._noise, self._information = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
-        # covariance of the state's error with the gyros' noise since the last zero-rate reading, one for each sensor
-        self._cross = {s: np.zeros((n, 3)) for s, r in enumerate(around.readings) if r.data.kind == "zero-rate"}
-        self._restart = {s: self._begins(s) for s in self._cross}
+        self._history, self._row_s, self._row_at = history, row_s, -np.inf
+        self._begin_row(around.model.size)
+        self._restart = {s: self._begins(s) for s in zero_rate}
         self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
+
+    def _begin_row(self, n: int) -> None:
+        """Begin to gather what comes between this row and the next."""
+        self._transition, self._decay, self._fed = np.eye(n), np.eye(n), np.zeros(n)
+        self._noise, self._information = np.zeros((n, n)), np.zeros((n, n))
 
     def _begins(self, sensor: int) -> set[int]:
         """Return the epochs at which an interval of a zero-rate sensor begins."""
@@ -272,14 +281,15 @@ class _Loop:
             observed = line.observed.get(epoch, ())
             for one in observed:
                 self._update(one, epoch)
-            x, p = self._known(float(epochs.time[epoch]))
-            self.record.note(epoch, x, p)
+            known = self.branches.known(float(epochs.time[epoch]))
+            self.record.note(epoch, known.x, known.covariance)
             self.done = epoch + 1
             if closed and observed and np.any(np.abs(self.filter.x[:CORE]) > _SMALL):
                 small = False
             ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
-            if observed or ends or epochs.second[epoch]:
-                self._keep(epoch, p)
+            due = observed or ends or epochs.second[epoch]
+            if due and (epochs.time[epoch] - self._row_at >= self._row_s - 1e-6 or epoch == len(epochs.time) - 1):
+                self._keep(epoch, known.covariance)
             if ends:
                 return
 
@@ -292,9 +302,10 @@ class _Loop:
             end = corrected(end, fed[None], around.ellipsoid)
         self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end)
         self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
-        self.filter.x = self.filter.x - fed
-        for pending in self._pending:
-            pending.x = pending.x - fed
+        for branch in self.branches.every():
+            branch.filter.x = branch.filter.x - fed
+        if self._row_at < around.epochs.time[self.done - 1]:
+            self._fed = self._fed + fed
         return NavState(*(part[0] for part in vars(end).values()))
 
     def _parameters(self) -> dict[str, Array]:
@@ -318,55 +329,54 @@ class _Loop:
         if not interval:
             return
         phi, q = line.phi[k], line.q[k]
-        self.filter.predict(phi, q)
-        for pending in self._pending:
-            pending.x = phi @ pending.x
-            pending.covariance = phi @ pending.covariance @ phi.T + q
         if self._history:
             self._transition = phi @ self._transition
             self._noise = phi @ self._noise @ phi.T + q
-        for sensor in self._cross:
-            if line.first + k - 1 in self._restart[sensor]:
-                self._cross[sensor] = np.zeros_like(self._cross[sensor])
+            self._decay = phi @ self._decay
+            self._fed = phi @ self._fed
+        came = {}
+        for sensor, begins in self._restart.items():
+            if line.first + k - 1 in begins:
+                for branch in self.branches.every():
+                    branch.cross[sensor] = np.zeros((len(phi), 3))
             # φ̇ = … − C w: noise that came in half-way
-            came = -0.5 * (phi[:, PHI] + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
-            self._cross[sensor] = phi @ self._cross[sensor] + came * (self.around.model.gyro_noise**2 * interval)
+            half_way = -0.5 * (phi[:, PHI] + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
+            came[sensor] = half_way * (self.around.model.gyro_noise**2 * interval)
+        for branch in self.branches.every():
+            branch.predict(phi, q, came)
 
     def _update(self, one: Observed, epoch: int) -> None:
         readings = self.around.readings[one.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
-        variance, cross = readings.variance[one.row], None
-        if one.sensor in self._cross:
-            cross = self._cross[one.sensor] / readings.interval[one.row]
-        r = np.diag(variance)
-        innovation = self.filter.innovation(one.residual, one.h, r, cross)
+        variance, interval = readings.variance[one.row], float(readings.interval[one.row])
+        r, gate, main = np.diag(variance), self.gates[one.sensor], self.branches.main
+        innovation = main.innovation(one, r, interval)
         name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
         if not np.isfinite(innovation.nis):
             raise Diverged(now, name, "the innovation is no finite number")
-        if data.arrival[one.row] > now + 1e-6:
-            self._pending.append(_Pending(float(data.arrival[one.row]), self.filter.x, self.filter.covariance))
-        if not self.gates[one.sensor].passes(one.row, innovation):
+        arrival = float(data.arrival[one.row])
+        if arrival > now + 1e-6:
+            self.branches.wait(arrival)
+        for branch in self.branches.waiting:  # each by what it knows itself
+            if branch.holds(arrival) and gate.admits(branch.innovation(one, r, interval)):
+                branch.take(one, r, interval)
+        if not gate.passes(one.row, innovation):
             return
-        self.filter.update(one.residual, one.h, r, cross)
+        main.take(one, r, interval)
         self._taken = name
         if self._history:
-            self._information += one.h.T @ (one.h / variance[:, None])
-        for sensor in self._cross:
-            self._cross[sensor] = self._cross[sensor] - self.filter.gain @ (one.h @ self._cross[sensor])
+            seen = one.h @ self._transition
+            self._information += seen.T @ (seen / variance[:, None])
+            self._decay = self._decay - self.filter.gain @ (one.h @ self._decay)
         check_covariance(self.filter.covariance, self._varying, now, name)
-
-    def _known(self, now: float) -> tuple[Array, Array]:
-        """Return x and P by the readings that have arrived."""
-        while self._pending and self._pending[0].arrival <= now + 1e-6:
-            self._pending.popleft()
-        if self._pending:
-            return self._pending[0].x, self._pending[0].covariance
-        return self.filter.x, self.filter.covariance
 
     def _keep(self, epoch: int, known: Array) -> None:
         row = None
         if self._history:
-            n = self.around.model.size
-            row = Row(epoch, self.filter.covariance, self.filter.x, self._transition, self._noise, self._information)
-            self._transition, self._noise, self._information = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
+            row = Row(
+                epoch, self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
+                self._decay, self._fed,
+            )  # fmt: skip
+            self._begin_row(self.around.model.size)
+        self._row_at = float(self.around.epochs.time[epoch])
         self.record.keep(epoch, known, row)

@@ -1,7 +1,11 @@
-"""filterpy's `KalmanFilter` behind three calls, with what it leaves to its user.
+"""Wraps filterpy's `KalmanFilter`: prediction, innovation and update, with gating and cross-covariance.
 
-It never makes P symmetric again, and it has no gate. State and residual stay one-dimensional: with a column for a state
-and a one-dimensional residual it makes the state a matrix, silently.
+It has no gate. State and residual stay one-dimensional: with a column for a state and a one-dimensional residual it
+makes the state a matrix, silently.
+
+P is nowhere made symmetric again, for rounding does not add up. A prediction turns an asymmetry A of P into Φ A Φᵀ; an
+update (Joseph, or with a cross-covariance) makes it (I − K H) A (I − K H)ᵀ to first order. Both treat A as
+they treat P itself, so that relative to P it stays at rounding.
 """
 
 from __future__ import annotations
@@ -72,14 +76,18 @@ class ErrorFilter:
             cross: covariance of the state's error with the reading's noise, (n, k); None for none.
 
         Returns:
-            The innovation.
+            The innovation; its square is NaN where S is singular.
         """
         value = residual - h @ self.x
         covariance = h @ self.covariance @ h.T + r
         if cross is not None:
             both = h @ cross
             covariance = covariance + both + both.T
-        return Innovation(value, covariance, float(value @ np.linalg.solve(covariance, value)))
+        try:
+            squares = float(value @ np.linalg.solve(covariance, value))
+        except np.linalg.LinAlgError:  # readings that are too good for what doubles resolve beside P
+            squares = np.nan
+        return Innovation(value, covariance, squares)
 
     def update(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> None:
         """Take a reading into the estimate.
@@ -95,4 +103,3 @@ class ErrorFilter:
         else:
             self._filter.M = cross
             self._filter.update_correlated(residual, R=r, H=h)
-        self._filter.P = 0.5 * (self._filter.P + self._filter.P.T)

@@ -1,4 +1,4 @@
-"""Everything that is linear about one stretch of inertial navigation, computed for all its epochs at once."""
+"""Linearises a segment of inertial navigation: Φ, Q, H and residuals of all its epochs at once."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.data import Array, Measurements, NavSolution, NavState
-from sinssim.earth import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import dynamics, transition
-from sinssim.estimation.intake import Epochs, Readings
+from sinssim.estimation.measurements.intake import CheckedMeasurements, Epochs
+from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import Gyros, at, motion, rows_of
-from sinssim.estimation.observation import Prediction, observe
-from sinssim.sensors.imu_errors import ImuErrors
+from sinssim.sensors.imu.errors import ImuErrors
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Surroundings:
     model: ErrorModel
     density: Array
     epochs: Epochs
-    readings: list[Readings]
+    readings: list[CheckedMeasurements]
     gyros: Gyros
     gravity: str
     ellipsoid: Ellipsoid
@@ -134,7 +134,7 @@ def _at(nominal: NavSolution, time: Array, ellipsoid: Ellipsoid) -> NavState:
 def _observe(
     around: Surroundings,
     sensor: int,
-    readings: Readings,
+    readings: CheckedMeasurements,
     first: int,
     last: int,
     here: NavState,
@@ -148,7 +148,7 @@ def _observe(
         return
     data, epoch = readings.data, readings.epoch[rows]
     time = around.epochs.time[epoch]
-    if data.kind == "zero-rate":
+    if measurement_kind(data.kind).mean_rate:
         rate = around.gyros.mean(time - readings.interval[rows], time, calibration)
     elif data.lever_arm.any() or "gnss lever arm" in around.model.slices:
         rate = around.gyros.at(time, calibration)

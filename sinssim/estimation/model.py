@@ -1,9 +1,9 @@
-"""What the filter estimates: the errors of inertial navigation and of the sensors, a block of states each.
+"""The error model: blocks of states for the errors of inertial navigation and of the sensors.
 
-The state is an error. For navigation it is solution minus truth, as `sinssim.nav_error` has it: position and velocity
-north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true. For a parameter of a sensor it is its true
-value less the one that is compensated, so that what is left of a gyro's bias is the bias of the increments that the
-engine gets.
+The state is an error. For navigation it is solution minus truth, as `sinssim.strapdown.nav_error` has it: position and
+velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true. For a parameter of a sensor it is
+its true value less the one that is compensated, so that what is left of a gyro's bias is the bias of the increments
+that the engine gets.
 
 Every block is one of three processes, ẋ = −x/τ + w: a constant (w = 0, τ = ∞), a random walk (τ = ∞), or a stationary
 first-order Gauss-Markov process, whose noise follows from its standard deviation, w = σ √(2/τ) per √Hz.
@@ -20,10 +20,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sinssim.arguments import POSITIVE, check_kind, names, number, numbers
 from sinssim.data import Array
-from sinssim.errors import InputError, unknown_name
-from sinssim.sensors import flicker
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.sensors.imu.error_validation import check_sigmas
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.terms import FIELDS, SLOTS
+from sinssim.sensors.noise import flicker
 
 _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")
@@ -76,15 +79,17 @@ class Block:
     correlation_time: float = math.inf
 
     def __post_init__(self) -> None:
-        if self.name not in BLOCKS and not self.name.endswith(OF_SENSORS):
+        if not isinstance(self.name, str) or not (self.name in BLOCKS or self.name.endswith(OF_SENSORS)):
             raise unknown_name("block of states", self.name, [*BLOCKS, *(f"<sensor>{end}" for end in OF_SENSORS)])
-        sigma, walk = np.asarray(self.sigma, dtype=np.float64), np.asarray(self.random_walk, dtype=np.float64)
+        sigma = numbers(f"block {self.name!r}: sigma", self.sigma)
+        walk = numbers(f"block {self.name!r}: random_walk", self.random_walk)
         for what, value in (("sigma", sigma), ("random_walk", walk)):
             if not (np.all(np.isfinite(value)) and np.all(value >= 0.0)):
                 raise InputError(f"block {self.name!r}: {what} = {value} must be finite and not negative.")
             if value.ndim > 1 or (value.ndim == 1 and self.name in BLOCKS and len(value) != self.size):
                 raise InputError(f"block {self.name!r}: {what} = {value} must be one number or one for each state.")
-        if not self.correlation_time > 0.0:
+        tau = numbers(f"block {self.name!r}: correlation_time", self.correlation_time)
+        if tau.shape != () or not tau > 0.0:
             raise InputError(f"block {self.name!r}: correlation_time = {self.correlation_time} s must be positive.")
         if math.isfinite(self.correlation_time) and np.any(walk):
             raise InputError(
@@ -137,16 +142,16 @@ class ErrorModel:
     untold: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        names = [block.name for block in self.blocks]
-        twice = [name for name, count in Counter(names).items() if count > 1]
+        for block in self.blocks:
+            check_kind("a block of an error model", block, Block, "Block(name, sigma)")
+        present = [block.name for block in self.blocks]
+        twice = [name for name, count in Counter(present).items() if count > 1]
         if twice:
             raise InputError(f"state block {twice[0]!r} is named twice; every block can be there once.")
-        if tuple(names[: len(NAVIGATION)]) != NAVIGATION:
-            raise InputError(f"an error model begins with the blocks {', '.join(NAVIGATION)}, not {names[:3]}.")
+        if tuple(present[: len(NAVIGATION)]) != NAVIGATION:
+            raise InputError(f"an error model begins with the blocks {', '.join(NAVIGATION)}, not {present[:3]}.")
         for name in ("gyro_noise", "accel_noise", "gyro_quantum", "accel_quantum"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InputError(f"error model: {name} = {value} must be finite and not negative.")
+            number(f"error model: {name}", getattr(self, name), low=0.0)
 
     @cached_property
     def slices(self) -> dict[str, slice]:
@@ -188,17 +193,7 @@ class ErrorModel:
         return np.asarray(self.decay == 0.0)
 
 
-UNTOLD = {
-    "scale": "scale factors",
-    "misalignment": "misalignments",
-    "quadratic": "quadratic terms",
-    "cubic": "cubic terms",
-    "asymmetry": "asymmetry",
-    "cross_axis": "cross-axis coupling",
-    "g_sensitivity": "sensitivity to g",
-    "scale_temperature": "scale factors' dependence on temperature",
-    "limit": "range",
-}
+UNTOLD = {name: FIELDS[name].untold for name in SLOTS if FIELDS[name].untold}
 """Fields of `TriadErrors` that a filter is not told of, scale factors and misalignments unless they are states."""
 
 _FLOOR = math.sqrt(2.0 * math.log(2.0) / math.pi)
@@ -244,28 +239,32 @@ def error_model(
     Raises:
         InputError: an unknown block, one that is named twice, a standard deviation that is none.
     """
+    check_sigmas(sigma)
+    duration = number("duration", duration, "s", low=POSITIVE)
+    try:
+        added = tuple(extra)
+    except TypeError as error:
+        raise InputError(f"extra = {shortened(repr(extra))} must be blocks in a list.") from error
     triads = {"gyro": sigma.gyro, "accelerometer": sigma.accel}
     blocks = [Block("position", position), Block("velocity", velocity), Block("attitude", attitude)]
-    names = list(imu)
-    names += [f"{n} instability" for n, t in triads.items() if t.instability and f"{n} instability" not in names]
-    for name in names:
+    chosen = names("imu", "block of the inertial sensors", imu, [n for n in BLOCKS if n.split()[0] in triads])
+    chosen += [f"{n} instability" for n, t in triads.items() if t.instability and f"{n} instability" not in chosen]
+    for name in chosen:
         triad_name, _, what = name.partition(" ")
-        if name not in BLOCKS or triad_name not in triads:
-            raise unknown_name("block of the inertial sensors", name, [n for n in BLOCKS if n.split()[0] in triads])
         blocks.append(_imu_block(name, what, triads[triad_name], sigma.warm_up, duration))
     gyro, accel = sigma.gyro, sigma.accel
     untold = [
-        f"{said} of the {triad_name}s"
+        f"{name} of the {triad_name}s"
         for triad_name, triad in triads.items()
-        for field, said in UNTOLD.items()
-        if np.any(getattr(triad, field)) and f"{triad_name} {field}" not in names
+        for field, name in UNTOLD.items()
+        if np.any(getattr(triad, field)) and f"{triad_name} {field}" not in chosen
     ]
     untold += ["the accelerometers' arms"] if np.any(sigma.arms) else []
     untold += ["the accelerometers' delay"] if sigma.delay else []
     untold += ["the null shift of the gyros"] if sigma.null_shift is not None else []
     untold += ["faults of the sensors"] if sigma.faults else []
     return ErrorModel(
-        (*blocks, *extra), gyro.random_walk, accel.random_walk, gyro.quantum, accel.quantum, tuple(untold)
+        (*blocks, *added), gyro.random_walk, accel.random_walk, gyro.quantum, accel.quantum, tuple(untold)
     )
 
 
@@ -295,4 +294,4 @@ def crossing_time(triad: TriadErrors) -> float:
     Returns:
         Where N/√τ = √(2 ln 2/π) B, s; one second at least, which is short for any estimate of a bias.
     """
-    return max((triad.random_walk / (_FLOOR * triad.flicker)) ** 2, 1.0)
+    return float(max((triad.random_walk / (_FLOOR * triad.flicker)) ** 2, 1.0))

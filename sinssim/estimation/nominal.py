@@ -1,4 +1,4 @@
-"""Inertial navigation over one stretch, at any instant of it: the motion about which errors are linear."""
+"""The nominal motion: inertial navigation over a segment, at any instant of it, about which errors are linear."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import Motion, earth_rate, transport_rate
-from sinssim.sensors.compensation import compensate
-from sinssim.sensors.imu_errors import ImuErrors
+from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.errors import ImuErrors
 
 
 def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:

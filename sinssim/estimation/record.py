@@ -1,4 +1,4 @@
-"""What a filter leaves behind while it goes through the data, put together for the result in the end."""
+"""Records estimates, covariances and innovations during the filter's run and assembles them into the result."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import CORE
-from sinssim.estimation.intake import Epochs, Readings
 from sinssim.estimation.kalman import Innovation
+from sinssim.estimation.measurements.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.estimation.nominal import rows_of, solution_of
 from sinssim.estimation.result import History, Innovations, corrected
 
 
-class Gate:
+class InnovationGate:
     """The χ² gate of one sensor, and the record of its innovations.
 
     Args:
@@ -27,7 +27,7 @@ class Gate:
         probability: that a right reading is rejected; None for no gate.
     """
 
-    def __init__(self, readings: Readings, probability: float | None) -> None:
+    def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
         count, k = readings.data.sigma.shape
         self._data = readings.data
         self._reason = list(readings.reason)
@@ -40,11 +40,15 @@ class Gate:
     def passes(self, row: int, innovation: Innovation) -> bool:
         """Decide whether a reading may update the filter, and note it."""
         self._value[row], self._covariance[row], self._nis[row] = innovation
-        passed = innovation.nis <= self._bound
+        passed = self.admits(innovation)
         self._accepted[row] = passed
         if not passed:
             self._reason[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
         return passed
+
+    def admits(self, innovation: Innovation) -> bool:
+        """Say whether a reading would update the filter, and note nothing."""
+        return innovation.nis <= self._bound
 
     def innovations(self) -> Innovations:
         """Return the record."""
@@ -64,6 +68,8 @@ class Row:
     transition: Array
     noise: Array
     information: Array
+    decay: Array
+    fed_back: Array
 
 
 class Record:
@@ -78,7 +84,8 @@ class Record:
     def __init__(self, model: ErrorModel, epochs: Epochs, ellipsoid: Ellipsoid) -> None:
         count, n = len(epochs.time), model.size
         self._model, self._epochs, self._ellipsoid = model, epochs, ellipsoid
-        self._x, self._variance = np.zeros((count, n)), np.zeros((count, n))
+        self._sensors, self._variance = np.zeros((count, n - CORE)), np.zeros((count, n))
+        self._stretch: list[Array] = []  # errors of navigation at the epochs of the stretch that goes on
         self._solution = NavState(*(np.empty((count, *shape)) for shape in ((), (), (), (3,), (4,))))
         self._rows: list[int] = []
         self._covariance: list[Array] = []
@@ -89,7 +96,8 @@ class Record:
 
     def note(self, epoch: int, x: Array, covariance: Array) -> None:
         """Note what is known at an epoch."""
-        self._x[epoch], self._variance[epoch] = x, covariance.diagonal()
+        self._stretch.append(x[:CORE].copy())
+        self._sensors[epoch], self._variance[epoch] = x[CORE:], covariance.diagonal()
 
     def keep(self, epoch: int, covariance: Array, row: Row | None) -> None:
         """Keep the covariance of what is known at an epoch, and the row of the history."""
@@ -112,20 +120,20 @@ class Record:
         """
         count = len(navigation.latitude)
         part = slice(first, first + count)
-        x = self._x[part]
-        for name, value in vars(corrected(navigation, x, self._ellipsoid)).items():
+        errors, self._stretch = np.array(self._stretch), []
+        for name, value in vars(corrected(navigation, errors, self._ellipsoid)).items():
             getattr(self._solution, name)[part] = value
-        x[:, CORE:] += compensated[CORE:]
+        self._sensors[part] += compensated[CORE:]
         for row in self._history[len(self._navigation) :]:
             k = row.epoch - first
             if k < count - 1:
                 self._navigation.append(rows_of(navigation, slice(k, k + 1)))
                 self._compensated.append(compensated)
-                self._fed_back.append(np.zeros_like(fed_back))
+                self._fed_back.append(row.fed_back)
             else:
                 self._navigation.append(corrected_end)
                 self._compensated.append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
-                self._fed_back.append(fed_back)
+                self._fed_back.append(row.fed_back + fed_back)
                 row.state = row.state - fed_back
 
     def solution(self, count: int, algorithm: str) -> NavSolution:
@@ -135,11 +143,12 @@ class Record:
     def parameters(self, count: int) -> dict[str, Array]:
         """Return the estimated parameters at the first epochs, by block."""
         blocks = self._model.blocks[len(NAVIGATION) :]
-        return {block.name: self._x[:count, self._model.slices[block.name]] for block in blocks}
+        at = ((block.name, self._model.slices[block.name]) for block in blocks)
+        return {name: self._sensors[:count, part.start - CORE : part.stop - CORE] for name, part in at}
 
     def sigma(self, count: int) -> Array:
-        """Return 1σ of every state at the first epochs."""
-        return np.asarray(np.sqrt(self._variance[:count]))
+        """Return 1σ of every state at the first epochs, in place of the variances; once."""
+        return np.asarray(np.sqrt(self._variance[:count], out=self._variance[:count]))
 
     def rows(self, count: int) -> tuple[NDArray[np.intp], Array]:
         """Return which of the first epochs have their covariance kept, and the covariances."""
@@ -148,17 +157,28 @@ class Record:
         return np.array([row for row, _ in kept], dtype=np.intp), np.array([p for _, p in kept]).reshape(-1, n, n)
 
     def history(self) -> History:
-        """Return the history of the rows that were kept."""
+        """Return the history of the rows that were kept, and forget them; once."""
         rows = self._history[: len(self._navigation)]
+        self._history = []
+        n = self._model.size
+
+        def stacked_of(name: str, *shape: int) -> Array:
+            found = np.empty((len(rows), *shape))
+            for k, row in enumerate(rows):
+                found[k] = getattr(row, name)
+                setattr(row, name, None)  # never is all of it there twice
+            return found
+
         stacked = (np.concatenate([getattr(n, name) for n in self._navigation]) for name in vars(self._navigation[0]))
         return History(
             time=self._epochs.time[[row.epoch for row in rows]],
-            transition=np.array([row.transition for row in rows]),
-            noise=np.array([row.noise for row in rows]),
-            covariance=np.array([row.covariance for row in rows]),
-            state=np.array([row.state for row in rows]),
+            transition=stacked_of("transition", n, n),
+            noise=stacked_of("noise", n, n),
+            covariance=stacked_of("covariance", n, n),
+            state=stacked_of("state", n),
             fed_back=np.array(self._fed_back),
-            information=np.array([row.information for row in rows]),
+            information=stacked_of("information", n, n),
+            decay=stacked_of("decay", n, n),
             navigation=NavState(*stacked),
             compensated=np.array(self._compensated),
         )

@@ -1,7 +1,8 @@
-"""What an estimation returns."""
+"""The result of an estimation."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,10 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth import Ellipsoid
+from sinssim.earth.models import Ellipsoid
+from sinssim.errors import RunError
 from sinssim.estimation.model import NAVIGATION, ErrorModel
-from sinssim.nav_error import navigation_error
+from sinssim.strapdown.nav_error import navigation_error
 
 Mask = NDArray[np.bool_]
 
@@ -92,8 +94,11 @@ class History:
         noise: Q from the row before, (R, n, n).
         covariance: P after the row's readings, all of them, however late they arrived, (R, n, n).
         state: x̂ after them and after what was fed back, (R, n).
-        fed_back: what was fed back at the row, (R, n).
-        information: sum of HᵀR⁻¹H of the readings since the row before that were taken in, (R, n, n).
+        fed_back: what was fed back since the row before, and at the row, as an error at the row, (R, n).
+        information: sum of ΨᵀHᵀR⁻¹HΨ of the readings since the row before that were taken in, with Ψ the transition
+            from that row to each of them, (R, n, n).
+        decay: what is left at the row of an error at the row before, product of all Φ and I − KH in between,
+            (R, n, n); of the first row the unit matrix.
         navigation: inertial navigation after what was fed back, R rows.
         compensated: values of the parameters that are compensated, zero for the others, (R, n).
     """
@@ -105,6 +110,7 @@ class History:
     state: Array
     fed_back: Array
     information: Array
+    decay: Array
     navigation: NavState
     compensated: Array
 
@@ -122,11 +128,11 @@ class Estimate:
         rows: which epochs have their full covariance kept, (R,).
         covariance: P there, (R, n, n).
         innovations: for each set of measurements what became of them.
-        inertial: the pure inertial solution from the same start, at every sample; None if it failed on its own.
         smoothed: the smoothed estimate at `rows`, if it was wanted.
         history: what was wanted for studies of it.
         divergence: that and how the filter diverged, None if it did not; the rows end there.
         remarks: what a person should know, for example that no fix came; whole sentences.
+        unaided: navigates without the filter; see `inertial`.
     """
 
     model: ErrorModel
@@ -137,11 +143,22 @@ class Estimate:
     rows: NDArray[np.intp]
     covariance: Array
     innovations: tuple[Innovations, ...]
-    inertial: NavSolution | None
     smoothed: Smoothed | None
     history: History | None
     divergence: Divergence | None
     remarks: tuple[str, ...]
+    unaided: Callable[[], NavSolution]
+
+    @property
+    def inertial(self) -> NavSolution | None:
+        """The pure inertial solution from the same start, at every sample; None if it fails on its own.
+
+        It is navigated at each access: nothing keeps it for the length of a run.
+        """
+        try:
+            return self.unaided()
+        except RunError:
+            return None
 
 
 def state_errors(

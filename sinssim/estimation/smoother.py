@@ -1,4 +1,4 @@
-"""Smoothing by Rauch, Tung and Striebel, about the total state of the closed loop.
+"""The Rauch-Tung-Striebel smoother, about the total state of the closed loop.
 
 Between two rows the filter's error state runs linearly, x⁻ₖ₊₁ = Φ xₖ, but at a row errors are fed back, and the state
 means an error of another trajectory from there on. In terms of one and the same trajectory the smoother's recursion
@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.estimation.nominal import solution_of
 from sinssim.estimation.result import History, Smoothed, corrected
@@ -38,7 +38,6 @@ def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm:
     for k in range(len(x) - 2, -1, -1):
         x[k] += gain[k] @ (x[k + 1] + history.fed_back[k + 1] - history.transition[k + 1] @ x[k])
         p[k] += gain[k] @ (p[k + 1] - predicted[k]) @ gain[k].T
-        p[k] = 0.5 * (p[k] + p[k].T)
     state = corrected(history.navigation, x, ellipsoid)
     total = history.compensated + x
     blocks = model.blocks[len(NAVIGATION) :]
@@ -55,7 +54,6 @@ def _gains(history: History) -> tuple[Array, Array]:
     phi = history.transition[1:]
     across = history.covariance[:-1] @ phi.transpose(0, 2, 1)
     predicted = phi @ across + history.noise[1:]
-    predicted = 0.5 * (predicted + predicted.transpose(0, 2, 1))
     return scaled_solve(predicted, across.transpose(0, 2, 1)).transpose(0, 2, 1), predicted
 
 
@@ -67,11 +65,16 @@ def scaled_solve(covariance: Array, right: Array) -> Array:
         right: B, (K, n, m).
 
     Returns:
-        X, (K, n, m).
+        X, (K, n, m); the smallest one where P is singular, as it is where states without noise are tied to each other.
     """
     scale = np.sqrt(np.einsum("kii->ki", covariance))
     scale[scale == 0.0] = 1.0
     correlation = covariance / (scale[:, :, None] * scale[:, None, :])
     diagonal = np.arange(correlation.shape[1])
     correlation[:, diagonal, diagonal] = 1.0
-    return np.asarray(np.linalg.solve(correlation, right / scale[:, :, None]) / scale[:, :, None])
+    scaled = right / scale[:, :, None]
+    try:
+        found = np.linalg.solve(correlation, scaled)
+    except np.linalg.LinAlgError:
+        found = np.linalg.pinv(correlation, hermitian=True) @ scaled
+    return np.asarray(found / scale[:, :, None])

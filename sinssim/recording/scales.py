@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim import units
 from sinssim.data import Array
+
+Rows = NDArray[np.intp]
+_PLOT_ROWS = 16384
 
 Scale = Sequence[tuple[str, float, float]]
 """Units of a kind: name, size in SI, and the largest value (SI) that it is used for."""
@@ -22,7 +26,7 @@ ANGLES: Scale = (
 
 
 def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
-    """Return the unit in which a person would say the largest of some values.
+    """Return the unit that suits the largest of some values.
 
     Args:
         scale: the units there are.
@@ -75,3 +79,72 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
     power = 10.0 ** np.floor(np.log10(least))
     step = float(next(s for s in (*(s * power for s in steps), 10.0 * power) if s >= least * (1.0 - 1e-9)))
     return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1.0), step
+
+
+def label(value: float, step: float) -> str:
+    """Write a tick's number with as many digits as its neighbours need.
+
+    Args:
+        value: the number.
+        step: distance to the next one.
+
+    Returns:
+        For example "0.25", with a true minus sign.
+    """
+    value = 0.0 if abs(value) < 1e-6 * step else value
+    if max(abs(value), step) >= 1e6 or step < 1e-4:
+        return f"{value:.3g}".replace("-", "−")
+    places = max(0, -int(np.floor(np.log10(step) + 1e-9)))
+    return f"{value:.{places}f}".replace("-", "−")
+
+
+def time_unit(duration: float) -> tuple[str, float]:
+    """Return the unit that suits the times of a run.
+
+    Args:
+        duration: of the run, s.
+
+    Returns:
+        Its name, and its size in s.
+    """
+    return ("s", 1.0) if duration <= 600.0 else ("min", 60.0) if duration <= 4 * 3600.0 else ("h", 3600.0)
+
+
+def duration_words(seconds: float) -> str:
+    """Return a duration in the unit that suits it.
+
+    Args:
+        seconds: s.
+
+    Returns:
+        For example "66.4 min".
+    """
+    unit, size = time_unit(seconds)
+    return f"{seconds / size:.4g} {unit}"
+
+
+def time_ticks(start: float, end: float) -> tuple[Array, float, str, float]:
+    """Return round times.
+
+    Args:
+        start, end: the range, s.
+
+    Returns:
+        The times in their unit, the step between them, the unit's name and its size in s.
+    """
+    unit, size = time_unit(end - start)
+    at, step = ticks(start / size, end / size, 9, (1.0, 2.0, 5.0) if unit == "h" else (1.0, 2.0, 3.0, 5.0))
+    return at, step, unit, size
+
+
+def thinned(count: int, most: int = _PLOT_ROWS) -> Rows:
+    """Return the rows of a stream that are drawn.
+
+    Args:
+        count: rows of the stream.
+        most: rows that are drawn, about.
+
+    Returns:
+        Indices, evenly spaced, the first and the last row among them.
+    """
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))

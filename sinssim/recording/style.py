@@ -1,4 +1,4 @@
-"""Colours and line widths of everything that is drawn: one table.
+"""Colours, fonts and line widths of everything that is drawn: figures, plots of the reports, recordings.
 
 The colours are Okabe and Ito's set for all kinds of colour vision ("Color universal design", 2008), without black
 and without its yellow, so that every line is legible on a dark and on a light background.
@@ -6,10 +6,23 @@ and without its yellow, so that every line is legible on a dark and on a light b
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
+from sinssim.algorithms import ORDER, family
+
 Rgb = tuple[int, int, int]
+
+INK, SOFT, GRID = "#1c1c1c", "#555555", "#e4e4e4"
+"""Titles and legends; the axes, their numbers and labels; the grid. As CSS has them, on a light background."""
+FONTS = "Liberation Sans, Arial, sans-serif"
+"""Font families of text in SVG, the first that the reader has; pictures have matplotlib's own sans-serif."""
+TEXT, SMALL = 9.0, 8.25
+"""Size of all text, and of remarks within a plot, pt."""
+LINE, THIN, HAIR = 1.125, 0.8, 0.75
+"""Width of a line, of a line that others are compared with, and of the grid and the axes, pt."""
+POINTS_PER_PIXEL = 0.75
+"""SVG in a page measures in CSS pixels of 1/96 inch, figures in points of 1/72 inch."""
+
 
 COLORS: dict[str, Rgb] = {
     # attitude algorithms, by family
@@ -60,6 +73,11 @@ COLORS: dict[str, Rgb] = {
     "north": (213, 94, 0),
     "east": (0, 158, 115),
     "down": (86, 180, 233),
+    # angles of an alignment
+    "heading": (0, 114, 178),
+    "roll": (230, 159, 0),
+    "pitch": (204, 121, 167),
+    "latitude": (0, 158, 115),
     # noise terms of a sensor, and their sum
     "Q": (120, 100, 200),
     "N": (0, 158, 115),
@@ -83,7 +101,6 @@ _OTHERS: tuple[Rgb, ...] = (
 _ROUNDS = (0.0, 0.4, -0.3)
 """When the other colours are used up they come again: towards white, then towards black."""
 
-_ORDER = re.compile(r"-(\d+p?)(-\w+)?$")
 _SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
 """Towards white (positive) or black, by an algorithm's order or number of samples."""
 
@@ -92,24 +109,12 @@ _OF_SENSORS = {"bias": 0.15, "scale": -0.25, "deviation": -0.3, "wind": -0.3}
 """The same of what is wrong with an aiding sensor."""
 
 
-def family(algorithm: str) -> str:
-    """Return the family of an algorithm: its name without order and variant.
-
-    Args:
-        algorithm: for example "poisson-3-ortho".
-
-    Returns:
-        For example "poisson".
-    """
-    return _ORDER.sub("", algorithm)
-
-
 def _known(name: str) -> Rgb | None:
     """Return the table's colour, or the shade of an algorithm's order or of an aiding sensor's error."""
     sensor, _, of_sensor = name.rpartition(" ")
     if name not in COLORS and of_sensor in _OF_SENSORS and sensor in COLORS:
         return _shaded(COLORS[sensor], _OF_SENSORS[of_sensor])
-    order = _ORDER.search(name)
+    order = ORDER.search(name)
     if name in COLORS or order is None or family(name) not in COLORS:
         return COLORS.get(name)
     return _shaded(COLORS[family(name)], _SHADES.get(order[1], 0.0))
@@ -150,6 +155,18 @@ def stacked_widths(count: int) -> list[float]:
         Widths in points, widest first.
     """
     return [1.5 * 1.8 ** (count - 1 - i) for i in range(count)] if count <= 3 else [1.5] * count
+
+
+def css(color: tuple[int, int, int]) -> str:
+    """Return a colour as CSS has it.
+
+    Args:
+        color: red, green, blue of 0…255 each.
+
+    Returns:
+        "#rrggbb".
+    """
+    return "#{:02x}{:02x}{:02x}".format(*color)
 
 
 def tint(color: Rgb) -> Rgb:

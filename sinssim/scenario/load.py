@@ -1,4 +1,4 @@
-"""Loading a scenario: read the TOML file, apply what is set from outside, check everything, report every mistake."""
+"""Loads a scenario: reads the TOML file, applies overriding values, checks it, and reports every mistake."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, shortened
 from sinssim.scenario.content import find_content
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.toml_file import read_toml, validate
@@ -33,13 +33,25 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
     file = find_content("scenarios", str(path))
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
+    _views_from(data, file.parent)
     overrides = (overrides,) if isinstance(overrides, str) else overrides  # a str is a sequence of strings, too
+    if not isinstance(overrides, Sequence) or not all(isinstance(setting, str) for setting in overrides):
+        shown = shortened(repr(overrides))
+        raise InputError(f'overrides = {shown} must be settings in a list, for example ["imu.rate_hz=200"].')
     overridden = {override(data, setting) for setting in overrides}
+    _views_from(data, Path.cwd())
     return validate(Scenario, data, text, str(path), overridden)
 
 
+def _views_from(data: dict[str, Any], folder: Path) -> None:
+    """Replace relative paths of a scenario's views by absolute paths."""
+    views = data.get("views")
+    if isinstance(views, list):
+        data["views"] = [str(folder.resolve() / view) if isinstance(view, str) else view for view in views]
+
+
 def override(data: dict[str, Any], setting: str) -> str:
-    """Put one "key.path=value" into a file's contents.
+    """Apply one "key.path=value" to a file's contents.
 
     Args:
         data: the contents, changed in place.
@@ -53,15 +65,16 @@ def override(data: dict[str, Any], setting: str) -> str:
     """
     path, equals, written = setting.partition("=")
     path, written = path.strip(), written.strip()
+    setting = shortened(setting)
     if not equals or not path or not written:
         raise InputError(f"--set {setting}: write key.path=value, for example --set imu.rate_hz=200.")
     try:
         value = tomllib.loads(f"value = {written}")["value"]
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         if not re.fullmatch(r"[A-Za-z][\w.-]*", written):
             raise InputError(
-                f'--set {setting}: {written!r} is not a TOML value. A number, true, a word, "text in quotes" or '
-                "an array such as [1, 2, 3] would be; mind the shell's own quotes."
+                f'--set {setting}: {shortened(written)!r} is not a TOML value. A number, true, a word, "text in '
+                "quotes\" or an array such as [1, 2, 3] would be; mind the shell's own quotes."
             ) from error
         value = written
     *tables, key = path.split(".")
@@ -78,11 +91,13 @@ def override(data: dict[str, Any], setting: str) -> str:
 def _step(here: Any, name: str, path: str, setting: str) -> Any:
     inner = here[_index(here, name, path, setting)] if isinstance(here, list) else here.setdefault(name, {})
     if not isinstance(inner, dict | list):
-        raise InputError(f"--set {setting}: {f'{path}.{name}'.strip('.')} is a value, not a table.")
+        raise InputError(f"--set {setting}: {shortened(f'{path}.{name}'.strip('.'))} is a value, not a table.")
     return inner
 
 
 def _index(array: list[Any], name: str, path: str, setting: str) -> int:
     if not name.isdecimal() or not 1 <= int(name) <= len(array):
-        raise InputError(f"--set {setting}: {path} has entries 1 to {len(array)}; {name!r} is none of them.")
+        raise InputError(
+            f"--set {setting}: {shortened(path)} has entries 1 to {len(array)}; {shortened(name)!r} is none of them."
+        )
     return int(name) - 1

@@ -1,4 +1,4 @@
-"""Mistakes of a scenario file in words: where (key, line), what is wrong, what would be right."""
+"""Describes mistakes in a scenario file: key, line, what is wrong, and what would be right."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from sinssim.errors import InputError
-from sinssim.scenario import datasheet
+from sinssim.errors import InputError, shortened
+from sinssim.sensors.imu import datasheet
 
 # Units that people may write, as (dimension, factor to the dimension's own unit).
 _UNITS: dict[str, tuple[str, float]] = {
@@ -48,6 +48,9 @@ _UNITS: dict[str, tuple[str, float]] = {
     "percent": ("ratio", 1e4),
 }
 
+_SHOWN = 12  # mistakes listed at once
+_DESCRIBED = 200  # mistakes put into words: twenty thousand in one array would take seconds
+
 _BOUNDS = {
     "greater_than": "greater than",
     "greater_than_equal": "at least",
@@ -69,13 +72,41 @@ _TYPES = {
 }
 
 
+def report(
+    error: ValidationError,
+    model: type[BaseModel],
+    lines: Mapping[tuple[str, ...], int],
+    overridden: Collection[str],
+    source: str,
+) -> str:
+    """Return pydantic's errors as one message.
+
+    Args:
+        error: what it found.
+        model: the model of the whole file.
+        lines: as `describe`.
+        overridden: as `describe`.
+        source: what to call the file.
+
+    Returns:
+        One sentence, or a heading and a line for each of the first mistakes.
+    """
+    mistakes, others = describe(error.errors(include_url=False), model, lines, overridden)
+    sentences = [text if text.endswith(("?", ".")) else text + "." for text in dict.fromkeys(mistakes)]
+    if len(sentences) == 1:
+        return f"{source}{', ' if sentences[0].startswith('line ') else ': '}{sentences[0]}"
+    count = len(sentences) + others
+    more = [f"… and {count - _SHOWN} more."] if count > _SHOWN else []
+    return "\n  - ".join([f"{source}: {count} mistakes:", *sentences[:_SHOWN], *more])
+
+
 def describe(
     errors: Sequence[ErrorDetails],
     model: type[BaseModel],
     lines: Mapping[tuple[str, ...], int],
     overridden: Collection[str],
-) -> list[str]:
-    """Put pydantic's findings into sentences.
+) -> tuple[list[str], int]:
+    """Return pydantic's errors as sentences.
 
     Args:
         errors: the findings.
@@ -84,21 +115,23 @@ def describe(
         overridden: paths of the keys that were set from outside the file.
 
     Returns:
-        One sentence per mistake: the line where it stands, the key's path, what is wrong and what would be right.
+        One sentence per mistake, of the first two hundred: the line where it stands, the key's path, what is wrong and
+        what would be right. And how many more mistakes there are.
     """
     # An array with a bad entry is also reported as too short, and the right key as missing where it is misspelt.
     parents = {error["loc"][:length] for error in errors for length in range(len(error["loc"]))}
     meant = {
         (*error["loc"][:-1], key)
-        for error in errors
+        for error in errors[:_DESCRIBED]
         if error["type"] == "extra_forbidden" and (key := _nearest(*_walk(error["loc"], model)))
     }
-    return [
-        _place(error, model, lines, overridden)
+    kept = [
+        error
         for error in errors
         if not (error["type"] == "too_short" and error["loc"] in parents)
         and not (error["type"] == "missing" and error["loc"] in meant)
     ]
+    return [_place(error, model, lines, overridden) for error in kept[:_DESCRIBED]], len(kept[_DESCRIBED:])
 
 
 def _place(
@@ -131,7 +164,7 @@ def _as_written(path: tuple[str, ...], keys: Iterable[tuple[str, ...]]) -> tuple
         if size <= len(path) and key[:-1] == path[: size - 1] and key[-1] != path[size - 1]:
             with suppress(InputError):
                 stated = datasheet.line(key[-1])
-                if stated is not None and path[size - 1] in stated.quantity.keys:
+                if stated is not None and path[size - 1] in stated.term.keys:
                     return (*key, *path[size:])
     return path
 
@@ -154,7 +187,7 @@ def _sentence(
         bound = next(iter(context.values()))
         return f"{name} = {_show(value)} must be {_BOUNDS[kind]} {bound:g}"
     if kind in ("tuple_type", "list_type") and isinstance(value, str):
-        return f'{name} must be an array, like ["{value}"], not {_show(value)}'
+        return f'{name} must be an array, like ["{shortened(value)}"], not {_show(value)}'
     if kind in _TYPES:
         return f"{name} must be {_TYPES[kind]}, not {_show(value)}"
     if kind in ("too_short", "too_long"):
@@ -162,10 +195,12 @@ def _sentence(
         word = "at least" if kind == "too_short" else "at most"
         noun = "entry" if wanted == 1 else "entries"
         return f"{name} must have {word} {wanted} {noun}, and has {context['actual_length']}"
+    if kind == "string_too_long":
+        return f"{name} must have at most {context['max_length']} characters, and has {len(value)}"
     if kind == "string_pattern_mismatch":
         return f"{name} = {_show(value)}: only letters, digits, '.', '-' and '_', a letter or digit first"
     if kind in ("literal_error", "enum", "union_tag_invalid"):
-        given = str(context["tag"] if kind == "union_tag_invalid" else value)
+        given = shortened(str(context["tag"] if kind == "union_tag_invalid" else value))
         known = re.findall(r"'([^']*)'", str(context.get("expected", context.get("expected_tags", ""))))
         near = difflib.get_close_matches(given, known, n=1)
         hint = f" Did you mean '{near[0]}'?" if near else ""
@@ -175,7 +210,7 @@ def _sentence(
         key = str(context["discriminator"]).strip("'")
         return f"{name} has no {key}, which says what kind it is: {', '.join(_kinds(error['loc'], model))}"
     message = str(context["error"]) if kind == "value_error" else error["msg"]
-    return f"{name}: {message}".removeprefix(": ").removesuffix(".")
+    return shortened(f"{name}: {message}".removeprefix(": "), 1000).removesuffix(".")
 
 
 def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | None:
@@ -197,7 +232,7 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
         known = sorted({field for holder in holders for field in holder.model_fields})
         return f"unknown key '{name}'. {place} may have: {', '.join(known)}"
     (stem, unit), (meant_stem, meant_unit) = _split_unit(path[-1]), _split_unit(meant)
-    if stem != meant_stem:
+    if stem != meant_stem or not meant_unit:
         return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], meant))}'?"
     converted = ""
     same = unit and _UNITS[unit][0] == _UNITS[meant_unit][0]
@@ -228,13 +263,13 @@ def _show(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return f"the text '{value}'"
+        return f"the text '{shortened(value)}'"
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, tuple | list):
         return "an array"
     text = f"{value}"
-    return f"{value:.12g}" if isinstance(value, float) and len(text) > 12 else text
+    return f"{value:.12g}" if isinstance(value, float) and len(text) > 12 else shortened(text, 40)
 
 
 def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str, ...], list[type[BaseModel]]]:
@@ -251,7 +286,7 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
         if isinstance(part, int):
             path.append(str(part + 1))
         elif any(part in kind.model_fields for kind in models) or not any(part in _tags(kind) for kind in models):
-            path.append(part)
+            path.append(shortened(part))
             holders = models or holders
         # else: a location names the member of a union by its tag, a file does not
         here = _below(here, part)

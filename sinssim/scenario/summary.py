@@ -1,4 +1,4 @@
-"""What a scenario will do, in a few lines for a person."""
+"""Summarises a scenario in a few lines of text."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from collections.abc import Iterator, Mapping
 from pydantic import BaseModel
 
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
-from sinssim.scenario.idle import idle
-from sinssim.scenario.imu import ImuSection
-from sinssim.scenario.never import never
+from sinssim.scenario.height import height_words
+from sinssim.scenario.notes import defaults_taken, keys_without_effect, times_not_reached
+from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sensor_set import AttitudeSensor, SixAccelerometers
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, SixAccelerometers
 
 
 def plan_lines(scenario: Scenario) -> Iterator[str]:
-    """Say what a scenario will do.
+    """Summarise a scenario.
 
     Args:
         scenario: the scenario.
@@ -27,6 +28,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         InputError: the aircraft's description is not right, or the sensors do not suit the run.
     """
     check_times(scenario)
+    check_route(scenario)
     duration = expected_duration(scenario)
     samples = duration * scenario.imu.rate_hz
     yield f"{scenario.name}: {scenario.description}".rstrip(": ")
@@ -37,10 +39,10 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         where = "on the runway" if start.on == "runway" else "in the air"
         yield f"flight      {flight.aircraft}, starts {where} at {place}, heading {start.heading_deg:g}°"
         for number, (leg, seconds) in enumerate(zip(flight.legs, leg_durations(flight), strict=True), start=1):
-            about = f"about {_clock(seconds)}" if seconds else ""
+            about = f"about {_clock(seconds)}"
             yield f"  leg {number:<3} {leg.type:<12} {about:<16} {given(leg, 'type', 'timeout_s')}".rstrip()
         yield f"wind        {given(flight.wind) or 'none'}"
-        yield f"turbulence  {_values(flight.turbulence.model_dump()) if flight.turbulence else 'none'}"
+        yield f"turbulence  {values_of(flight.turbulence) if flight.turbulence else 'none'}"
     elif scenario.parked is not None:
         yield f"parked      {given(scenario.parked)}"
     elif scenario.great_circle is not None:
@@ -50,7 +52,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     for vibration in scenario.vibration:
         yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
     if scenario.isolator is not None:
-        yield f"isolator    {given(scenario.isolator)}"
+        yield f"isolator    {values_of(scenario.isolator)}"
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"sensors     {sensor_words(scenario.imu)}"
@@ -58,20 +60,25 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     if scenario.compensation is not None:
         yield f"calibrated  {given(scenario.compensation) or 'perfect'}"
     if scenario.aiding is not None:
-        for name in type(scenario.aiding).model_fields:
-            sensor = getattr(scenario.aiding, name)
-            if sensor is not None:
-                yield f"aiding      {name}, {sensor.rate_hz:g} Hz; {given(sensor, 'rate_hz') or 'all by default'}"
+        for name, sensor in scenario.aiding.sensors().items():
+            yield f"aiding      {name}, {sensor.rate_hz:g} Hz; {given(sensor, 'rate_hz') or 'all by default'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
+    yield f"height      {height_words(scenario)}"
     if scenario.filter is not None:
-        yield f"filter      {', '.join(scenario.filter.states)}; {given(scenario.filter, 'states') or 'all by default'}"
+        named = scenario.filter.states
+        states = "states by default" if named is None else ", ".join(named) or "no states of the inertial sensors"
+        yield f"filter      {states}; {given(scenario.filter, 'states') or 'all by default'}"
     yield f"seed        {scenario.seed}"
-    for sentence in (*never(scenario, duration), *idle(scenario.imu, duration)):
+    for sentence in (
+        *times_not_reached(scenario, duration),
+        *keys_without_effect(scenario.imu, duration),
+        *defaults_taken(scenario.imu, duration),
+    ):
         yield f"note        {sentence}"
 
 
 def sensor_words(section: ImuSection) -> str:
-    """Say which set of sensors a block holds.
+    """Name the set of sensors of a block.
 
     Args:
         section: the [imu] section.
@@ -101,6 +108,18 @@ def given(section: BaseModel, *without: str) -> str:
         "key = value, …", "" if all are the defaults.
     """
     return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
+
+
+def values_of(section: BaseModel) -> str:
+    """Return all values of a table, the defaults too.
+
+    Args:
+        section: the table.
+
+    Returns:
+        "key = value, …".
+    """
+    return _values(section.model_dump())
 
 
 def _values(values: Mapping[str, object]) -> str:

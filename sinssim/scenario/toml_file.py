@@ -1,4 +1,4 @@
-"""Reading a TOML file into a typed model, with every mistake named by file, line and key."""
+"""Reads a TOML file into a typed model, and reports every mistake with file, line and key."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from sinssim.errors import InputError
-from sinssim.scenario.mistakes import describe, key_lines
+from sinssim.errors import InputError, shortened
+from sinssim.scenario.mistakes import key_lines, report
 
 Model = TypeVar("Model", bound=BaseModel)
 
-_SHOWN = 12  # mistakes listed at once
+_DEEPEST = 20  # tables and arrays inside one another; a scenario has six
+_TOO_DEEP = f"tables or arrays stand inside one another more than {_DEEPEST} deep; a scenario needs six."
 
 
 def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
@@ -37,6 +38,8 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{file} is not a text file in UTF-8: byte {error.start} is not valid.") from error
+    except RecursionError:
+        raise InputError(f"{file}: {_TOO_DEEP}") from None
     except tomllib.TOMLDecodeError as error:
         message = str(error)
         lines = text.splitlines()
@@ -44,8 +47,10 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
         what = message[: place.start()] if place else message
         line = int(place[1]) if place and place[1] else len(lines)
         column = f", column {place[2]}" if place and place[2] else ""
-        shown = lines[line - 1].strip() if 0 < line <= len(lines) else ""
-        raise InputError(f"{file}, line {line}{column}: TOML syntax: {what}, in:  {shown}") from error
+        shown = shortened(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
+        raise InputError(f"{file}, line {line}{column}: TOML syntax: {shortened(what)}, in:  {shown}") from error
+    except ValueError as error:  # a whole number of thousands of digits, a 30th of February
+        raise InputError(f"{file} cannot be read: {error}.") from error
 
 
 def validate(
@@ -66,16 +71,19 @@ def validate(
     Raises:
         InputError: there are mistakes; the message lists them, each with its line, key and what would be right.
     """
+    _check_depth(data, source)
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        mistakes = describe(error.errors(), model, key_lines(text), overridden)
-        raise InputError(_report(source, mistakes)) from error
+        raise InputError(report(error, model, key_lines(text), overridden, source)) from error
 
 
-def _report(source: str, mistakes: list[str]) -> str:
-    sentences = [text if text.endswith(("?", ".")) else text + "." for text in dict.fromkeys(mistakes)]
-    if len(sentences) == 1:
-        return f"{source}{', ' if sentences[0].startswith('line ') else ': '}{sentences[0]}"
-    more = [f"… and {len(sentences) - _SHOWN} more."] if len(sentences) > _SHOWN else []
-    return "\n  - ".join([f"{source}: {len(sentences)} mistakes:", *sentences[:_SHOWN], *more])
+def _check_depth(data: dict[str, Any], source: str) -> None:
+    """Refuse tables nested deeper than the schema allows, before any recursion into them."""
+    here: list[Any] = [data]
+    for _ in range(_DEEPEST):
+        inside = [table.values() if isinstance(table, dict) else table for table in here]
+        here = [inner for values in inside for inner in values if isinstance(inner, dict | list | tuple)]
+        if not here:
+            return
+    raise InputError(f"{source}: {_TOO_DEEP}")

@@ -1,9 +1,10 @@
-"""What a sensor block's errors mean, and the position error that each alone would make: before anything is simulated.
+"""The position error that each error of a sensor block alone makes, by closed forms, without simulation.
 
-A level vehicle, heading north, navigates unaided from a perfect initial state; see `schuler` for the closed forms. What
-shows in motion only is told for one manoeuvre: at the start the vehicle turns by 90° at 3°/s, or gathers 250 m/s to the
-north at a quarter of g. All standard deviations are of the length of the horizontal error, the root of the sum of
-squares of north and east; a fixed error of the scenario counts like a standard deviation of its size.
+A level vehicle, heading north, navigates unaided from a perfect initial state; see `sinssim.sensors.error_propagation`
+for the closed forms. Errors that act only in motion are given for one manoeuvre: at the start the vehicle turns by 90°
+at 3°/s, or gathers 250 m/s to the north at a quarter of g. All standard deviations are of the length of the horizontal
+error, the root of the sum of squares of north and east; a fixed error of the scenario counts like a standard deviation
+of its size.
 
 With b, k, M … the standard deviations, S and h the responses to a step and to an impulse of `schuler`, Δψ and V the
 turn and the speed, t′ the time since the middle of the manoeuvre:
@@ -36,11 +37,12 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.scenario.datasheet import QUANTITIES, Quantity
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import flicker
-from sinssim.sensors.imu_errors import null_shift, stated, warm_up
-from sinssim.sensors.schuler import Response, Schuler
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.error_propagation import Response, Schuler
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.errors import null_shift, stated, warm_up
+from sinssim.sensors.imu.terms import TERMS
+from sinssim.sensors.noise import flicker
 from sinssim.units import DEG, DEG_H, G0
 
 TURN, TURN_RATE = 90.0 * DEG, 3.0 * DEG
@@ -53,51 +55,6 @@ ASSUMPTIONS = {
     ACCELERATING: "northwards to 250 m/s at 0.25 g at the start, then at that speed",
 }
 """What the vehicle does."""
-
-MEANINGS = {
-    "bias": "reading when there is nothing to read, constant in a run",
-    "scale": "part by which it exaggerates",
-    "misalignment": "lean of a sensitive axis towards each of the others",
-    "asymmetry": "scale factor of positive inputs less that of negative ones",
-    "quadratic": "error that grows with the square of the input",
-    "cubic": "error that grows with the cube of the input",
-    "cross_axis": "error that grows with the product of the inputs along and across the sensitive axis",
-    "g_sensitivity": "rate that an acceleration feigns",
-    "bias_temperature": "bias that a degree of warming brings",
-    "scale_temperature": "scale-factor error that a degree of warming brings",
-    "ramp": "steady growth of the bias",
-    "random_walk": "white noise: how the {integral} wanders, with √t",
-    "quantum": "weight of one pulse of the accumulated output",
-    "instability": "slow wandering of the bias within a run",
-    "correlation_time": "how long the bias remembers where it was",
-    "flicker": "bias instability B, floor of the Allan deviation over 0.664",
-    "rate_walk": "how the bias itself wanders, with √t",
-    "limit": "largest input that the sensor can tell",
-    "null_shift": "bias by gas flow as the ring warms, the largest",
-}
-"""What the errors are, in plain words, by the field of `TriadErrors`, and of `ImuErrors`."""
-
-UNITS = {
-    "deg_h": "deg/h",
-    "deg_h_per_g": "deg/h/g",
-    "deg_h_per_c": "deg/h/°C",
-    "deg_h_per_h": "deg/h/h",
-    "deg_sqrt_h": "deg/√h",
-    "deg_h_sqrt_h": "deg/h/√h",
-    "deg_s": "deg/s",
-    "ppm_per_deg_s": "ppm/(deg/s)",
-    "ppm_per_deg2_s2": "ppm/(deg/s)²",
-    "ppm_per_c": "ppm/°C",
-    "ug": "µg",
-    "ug_per_g2": "µg/g²",
-    "ug_per_g3": "µg/g³",
-    "ug_per_c": "µg/°C",
-    "ug_per_h": "µg/h",
-    "ug_sqrt_hz": "µg/√Hz",
-    "ug_sqrt_h": "µg/√h",
-    "mm_s": "mm/s",
-}
-"""Units of scenarios as people write them, where that is not the key's own way."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +95,7 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a sensor block's errors mean.
+    """The errors of a sensor block and the position errors they make.
 
     Attributes:
         section: the sensor block.
@@ -162,7 +119,7 @@ class Expectation:
     @property
     def drawn(self) -> bool:
         """Whether every error is drawn or a noise, none fixed by the scenario."""
-        fixed = (stated(self.section, quantity)[0] for quantity in QUANTITIES if quantity.drawn)
+        fixed = (stated(self.section, term)[0] for term in TERMS if term.drawn)
         return null_shift(self.section) is None and not any(np.any(value) for value in fixed)
 
     @property
@@ -174,7 +131,7 @@ class Expectation:
 
 
 def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Expectation:
-    """Say what a sensor block's errors mean.
+    """Return the position error that each error of a sensor block makes.
 
     Args:
         section: the [imu] section of a scenario: a grade, and what differs from it.
@@ -193,29 +150,36 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
             f'"{section.sensor_set.type}" is another set.'
         )
     terms, sizes = [], {}
-    for quantity in QUANTITIES:
-        fixed, sigma = stated(section, quantity)
+    for term in TERMS:
+        fixed, sigma = stated(section, term)
         size = np.abs(fixed) + sigma  # one of them is zero
-        sizes[quantity.triad, quantity.field] = size
-        if size.any() and (quantity.field != "correlation_time" or sizes[quantity.triad, "instability"]):
-            terms.append(_term(quantity, float(size.max())))
+        sizes[term.triad, term.field] = size
+        if size.any() and (term.field != "correlation_time" or sizes[term.triad, "instability"]):
+            terms.append(_term(term, float(size.max())))
     shift = float(np.abs(_null_shift(section, np.linspace(0.0, duration, 1000))).max())
     if shift:
-        terms.append(Term("gyro_null_shift", shift / DEG_H, "deg/h", shift, "rad/s", MEANINGS["null_shift"]))
+        terms.append(
+            Term(
+                "gyro_null_shift",
+                shift / DEG_H,
+                "deg/h",
+                shift,
+                "rad/s",
+                "bias by gas flow as the ring warms, the largest",
+            )
+        )
     block = _Block(section, Schuler.at(latitude), duration)
-    found = [
+    contributions = [
         *block.gyros({field: size for (triad, field), size in sizes.items() if triad == "gyro"}),
         *block.accelerometers({field: size for (triad, field), size in sizes.items() if triad == "accel"}),
     ]
-    found = sorted((c for c in found if c.position > 0.0), key=lambda c: -c.position)
-    return Expectation(section, latitude, duration, tuple(terms), tuple(found))
+    contributions = sorted((c for c in contributions if c.position > 0.0), key=lambda c: -c.position)
+    return Expectation(section, latitude, duration, tuple(terms), tuple(contributions))
 
 
-def _term(quantity: Quantity, si: float) -> Term:
-    unit = next(iter(quantity.units))
-    meaning = MEANINGS[quantity.field].format(integral="angle" if quantity.triad == "gyro" else "velocity")
-    value = float(f"{si / quantity.unit:.12g}")  # 5, not 4.9999999999999996
-    return Term(quantity.name, value, UNITS.get(unit, unit), si, _si_unit(quantity), meaning)
+def _term(term: ErrorTerm, si: float) -> Term:
+    value = float(f"{si / term.unit:.12g}")  # 5, not 4.9999999999999996
+    return Term(term.name, value, term.written_unit, si, term.written_si_unit, term.meaning)
 
 
 def _null_shift(section: ImuSection, t: Array) -> Array:
@@ -224,34 +188,9 @@ def _null_shift(section: ImuSection, t: Array) -> Array:
     return np.zeros_like(t) if shift is None else shift.bias(warm_up(section).temperature(t))
 
 
-def _si_unit(quantity: Quantity) -> str:
-    """Return the SI unit of a quantity: that of its field, with the sensor's own input u and its integral U in it."""
-    integral, rate = ("rad", "rad/s") if quantity.triad == "gyro" else ("m/s", "m/s²")
-    return {
-        "bias": rate,
-        "scale": "1",
-        "misalignment": "rad",
-        "asymmetry": "1",
-        "quadratic": f"1/({rate})",
-        "cubic": f"1/({rate})²",
-        "cross_axis": f"1/({rate})",
-        "g_sensitivity": "rad/s/(m/s²)",
-        "bias_temperature": f"{rate}/K",
-        "scale_temperature": "1/K",
-        "ramp": f"{rate}/s",
-        "random_walk": f"{integral}/√s",
-        "quantum": integral,
-        "instability": rate,
-        "correlation_time": "s",
-        "flicker": rate,
-        "rate_walk": f"{rate}/√s",
-        "limit": rate,
-    }[quantity.field]
-
-
 @dataclass(frozen=True)
 class _Block:
-    """A sensor block on a vehicle: what moves the navigator's position."""
+    """A sensor block on a vehicle at rest, with the terms that drive the position error."""
 
     section: ImuSection
     earth: Schuler

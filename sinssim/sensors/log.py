@@ -1,149 +1,50 @@
-"""Reading a recorded IMU log into increments: text, Parquet or npz, its columns, units and axes named in a TOML file.
+"""Reads a recorded IMU log (text, Parquet or npz) into increments; a TOML file names its columns, units and axes.
 
 Without a description the columns are those of the package's own streams, `imu_measured.parquet` and its like.
 """
 
 from __future__ import annotations
 
-import io
-import zipfile
-import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Literal
 
 import numpy as np
-from pydantic import Field, model_validator
 
 from sinssim.data import Array, ImuData
-from sinssim.errors import InputError, unknown_name
-from sinssim.scenario.section import Positive, Section
-from sinssim.units import ARCSEC, DEG, DEG_H, FOOT, G0
+from sinssim.errors import InputError
+from sinssim.sensors.log_columns import SUFFIXES, TEXT, Table
+from sinssim.sensors.log_description import TIME_UNITS, TRIADS, UNITS, WORDS, Column, LogDescription, TriadName
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-UNITS: dict[tuple[str, str], dict[str, float]] = {
-    ("gyro", "increments"): {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcsec": ARCSEC},
-    ("gyro", "rates"): {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": DEG, "deg/h": DEG_H},
-    ("accel", "increments"): {"m/s": 1.0, "mm/s": 1e-3, "ft/s": FOOT, "g*s": G0},
-    ("accel", "rates"): {"m/s^2": 1.0, "ft/s^2": FOOT, "g": G0, "mg": 1e-3 * G0},
-}
-"""Units by triad and kind of log, in SI."""
+__all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples", "slow"]
 
-TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
-"""Suffixes of text files."""
-SUFFIXES = (*TEXT, ".parquet", ".npz")
-"""Suffixes of the files that can be a log."""
-WHITESPACE = "whitespace"
-"""The delimiter of columns that stand apart by any number of spaces and tabs."""
-
-TriadName = Literal["gyro", "accel"]
-Direction = Literal["forward", "backward", "right", "left", "down", "up"]
-_DIRECTIONS: dict[str, tuple[int, float]] = {
-    "forward": (0, 1.0),
-    "backward": (0, -1.0),
-    "right": (1, 1.0),
-    "left": (1, -1.0),
-    "down": (2, 1.0),
-    "up": (2, -1.0),
-}
-
-
-Column = str | Annotated[int, Field(ge=1)]
-"""Name of a column, or its number, from 1, in a text file without a line of names."""
-
-
-class TriadColumns(Section):
-    """The columns of three gyros or three accelerometers."""
-
-    columns: tuple[Column, Column, Column] | str = Field(
-        description="three column names or numbers (from 1), or one array of three columns (npz)"
-    )
-    unit: str = Field(description="unit of the numbers")
-
-
-class LogDescription(Section):
-    """What a log's columns hold."""
-
-    kind: Literal["increments", "rates"] = Field(
-        default="increments", description="integrals over an interval, or rates"
-    )
-    time: Column | None = Field(default="time_s", description="column with the time at the end of each interval")
-    time_unit: str = Field(default="s", description=f"one of {', '.join(TIME_UNITS)}")
-    rate_hz: Positive | None = Field(default=None, description="samples per second, in place of a time column")
-    axes: tuple[Direction, Direction, Direction] = Field(
-        default=("forward", "right", "down"), description="where the three axes of the sensor block point"
-    )
-    delimiter: Annotated[str, Field(min_length=1, max_length=1)] | Literal["whitespace"] = Field(
-        default=",",
-        description="one character between the fields of a text file, or whitespace for any number of blanks",
-    )
-    skip_lines: int = Field(
-        default=0, ge=0, description="lines of a text file before its line of names, or its numbers"
-    )
-    gyro: TriadColumns = TriadColumns(columns=("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), unit="rad")
-    accel: TriadColumns = TriadColumns(columns=("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), unit="m/s")
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if self.time_unit not in TIME_UNITS:
-            raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
-        for name, triad in (("gyro", self.gyro), ("accel", self.accel)):
-            if triad.unit not in UNITS[name, self.kind]:
-                raise unknown_name(f"unit of {name} {self.kind}", triad.unit, UNITS[name, self.kind])
-        if abs(np.linalg.det(self.matrix) - 1.0) > 1e-9:
-            raise ValueError(
-                f"axes = {list(self.axes)} is not a right-handed set of three perpendicular directions, "
-                'as ["forward", "right", "down"] or ["right", "forward", "up"] are'
-            )
-        if self.rate_hz is not None and "time" in self.model_fields_set and self.time is not None:
-            raise ValueError("time (a column) and rate_hz are both given: keep one of them")
-        kinds = {isinstance(column, int) for column in self.used}
-        if len(kinds) > 1:
-            raise ValueError(
-                "some columns are named and others numbered: a text file has a line of names or has none (time is "
-                f"{self.time!r}; with rate_hz there need be no such column)"
-            )
-        return self
-
-    @property
-    def used(self) -> tuple[Column, ...]:
-        """The columns that are read."""
-        triads = (t.columns if isinstance(t.columns, tuple) else (t.columns,) for t in (self.gyro, self.accel))
-        timed = self.time is not None and self.rate_hz is None
-        return (*((self.time,) if timed and self.time is not None else ()), *(c for triad in triads for c in triad))
-
-    @property
-    def numbered(self) -> bool:
-        """Whether columns go by their numbers, in a text file without a line of names."""
-        return isinstance(self.used[-1], int)
-
-    @property
-    def matrix(self) -> Array:
-        """What turns the log's components into forward-right-down, (3, 3)."""
-        matrix = np.zeros((3, 3))
-        for column, direction in enumerate(self.axes):
-            row, sign = _DIRECTIONS[direction]
-            matrix[row, column] = sign
-        return matrix
+_SLOWEST = 0.1  # between samples; a log in ms at 10 kHz or less shows this or more, and one in s at 10 Hz or less
+_FASTEST = 2e4  # samples per second of the fastest raw outputs
+# What no sensor reads; a shock goes to 1e5 g, and a wheel of a turbocharger to 3e4 rad/s.
+_MOST: dict[TriadName, tuple[float, str]] = {"gyro": (1e5, "rad/s"), "accel": (1e7, "m/s²")}
 
 
 @dataclass(frozen=True)
 class Samples:
-    """What a log holds, forward-right-down, SI.
+    """The samples of a log, forward-right-down, SI.
 
     Attributes:
         kind: whether the numbers are integrals over the intervals or rates.
         time: edges of the intervals, (N+1,) s; the first interval is as long as the second.
         triads: "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s².
+        quantities: other columns by name, (N,), as they stand in the log.
+        time_unit_stated: whether the log or its description says which unit its times have.
     """
 
     kind: Literal["increments", "rates"]
     time: Array
     triads: dict[TriadName, Array]
+    quantities: dict[str, Array] = field(default_factory=dict)
+    time_unit_stated: bool = True
 
 
-def read_log(path: Path, description: Path | None = None) -> ImuData:
+def read_log(path: Path | str, description: Path | str | None = None) -> ImuData:
     """Read a recorded log as increments.
 
     Args:
@@ -154,10 +55,11 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
         Increments, forward-right-down, SI; the first interval is as long as the second.
 
     Raises:
-        InputError: a file that cannot be read, a column that is missing or not numeric, a value that is not finite,
-            times that do not increase.
+        InputError: a file that cannot be read or does not fit into memory, a description without gyros or without
+            accelerometers, a column that is missing or not numeric, a value that is not finite, times that do not
+            increase, or whose unit is not what it is said to be.
     """
-    samples = read_samples(path, description)
+    samples = read_samples(path, description, TRIADS)
     gyro, accel = samples.triads["gyro"], samples.triads["accel"]
     if samples.kind == "rates":
         interval = np.diff(samples.time)[:, None]
@@ -166,14 +68,18 @@ def read_log(path: Path, description: Path | None = None) -> ImuData:
 
 
 def read_samples(
-    path: Path, description: Path | None = None, triads: Sequence[TriadName] = ("gyro", "accel")
+    path: Path | str,
+    description: Path | str | None = None,
+    triads: Sequence[TriadName] | None = None,
+    quantities: Sequence[str] = (),
 ) -> Samples:
     """Read a recorded log as it is, rates as rates.
 
     Args:
         path: a text file (`TEXT`), or a .parquet or .npz file.
         description: a TOML file that names columns, units and axes; by default the package's own columns.
-        triads: those that are needed; the columns of the others may be missing.
+        triads: those that are needed, by default those that are described; the columns of the others may be missing.
+        quantities: names of other columns, or their numbers as text where columns go by numbers.
 
     Returns:
         The samples.
@@ -181,133 +87,129 @@ def read_samples(
     Raises:
         InputError: as `read_log`.
     """
-    layout = LogDescription()
+    path, layout, source = Path(path), LogDescription(), "the package's own columns"
     if description is not None:
         from sinssim.scenario.toml_file import read_toml, validate
 
-        text, data = read_toml(description)
-        layout = validate(LogDescription, data, text, str(description))
-    columns = _columns(path, layout)
-    if description is None and not set(layout.used) & set(columns):
+        source = str(description)
+        text, data = read_toml(Path(description))
+        layout = validate(LogDescription, data, text, source)
+    needed = layout.described if triads is None else tuple(triads)
+    for name in needed:
+        if layout.triad(name) is None:
+            raise InputError(f"{source} describes no {WORDS[name]}, which are needed: add a table [{name}].")
+    if len({isinstance(column, int) for column in layout.used(needed)}) > 1:
+        raise InputError(f"{source} numbers the column of times and describes no other: add tables [gyro] and [accel].")
+    by_number = layout.numbered
+    others: dict[str, Column] = {name: int(name) if by_number and name.isdecimal() else name for name in quantities}
+    table = Table(path, layout, (*layout.used(needed), *others.values()))
+    if description is None and needed and not set(layout.used(needed)) & set(table.names):
         raise InputError(
-            f"{path} has none of the columns of imu_measured.parquet ({', '.join(map(str, layout.used))}). Its own are "
-            f"{', '.join(map(str, columns)) or 'none'}: say in a TOML file what they hold (--columns)."
+            f"{path} has none of the columns of imu_measured.parquet ({', '.join(map(str, layout.used(needed)))}). Its "
+            f"own are {', '.join(str(name)[:60] for name in table.names[:20]) or 'none'}: say in a TOML file what they "
+            "hold (--columns)."
         )
-    values: dict[TriadName, Array] = {name: _triad(columns, layout, name, path) for name in triads}
-    lengths = {name: len(triad) for name, triad in values.items()}
-    if layout.rate_hz is not None or layout.time is None:
-        if layout.rate_hz is None:
-            raise InputError(f"{description}: neither a time column nor rate_hz says when the samples were taken.")
-        edges = np.arange(max(lengths.values()) + 1) / layout.rate_hz
-    else:
-        ends = _column(columns, layout.time, path) * TIME_UNITS[layout.time_unit]
-        if len(ends) < 2:
-            raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
-        edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
-        backwards = np.flatnonzero(np.diff(edges) <= 0.0)
-        if len(backwards):
-            k = int(backwards[0])
-            raise InputError(f"{path}, sample {k}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
-    if set(lengths.values()) != {len(edges) - 1}:
-        counted = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise InputError(f"{path}: the columns differ in length: {counted}, time {len(edges) - 1} samples.")
-    return Samples(layout.kind, edges, values)
-
-
-def _columns(path: Path, layout: LogDescription) -> dict[Column, Any]:
-    """Read the file's columns by name, or by number."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
+    if description is None and not needed and layout.time not in table.names:
         raise InputError(
-            f"{path}: a log is a text file ({', '.join(TEXT)}) or a .parquet or .npz file, not "
-            f"{suffix or 'one without a suffix'}."
-        )
-    if layout.numbered and suffix not in TEXT:
-        raise InputError(
-            f"{path}: the columns of a {suffix} file have names; numbers are for text files without names."
+            f"{path} has no column {layout.time!r}. Say in a TOML file which column holds its times, for example "
+            f'time = "t" (--columns). Its columns are {", ".join(str(name)[:60] for name in table.names[:20])}.'
         )
     try:
-        with path.open("rb") as file:  # whose words are clearer than pyarrow's if there is no such file
-            archive = zipfile.is_zipfile(file)
-        if suffix == ".npz":
-            if not archive:
-                raise ValueError("it is no archive of arrays, as numpy.savez writes one")
-            with np.load(path) as arrays:
-                return {name: np.asarray(arrays[name]) for name in arrays.files}
-        if suffix == ".parquet":
-            from pyarrow import parquet
-
-            table = parquet.read_table(path)
-        else:
-            table = _text_table(path, layout)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, zipfile.BadZipFile, zlib.error) as error:  # pyarrow's and numpy's own derive from ValueError
-        reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
-        hint = "" if suffix not in TEXT else f" Its fields are taken to be separated by {layout.delimiter!r}"
-        hint += "" if suffix not in TEXT else f" after {layout.skip_lines} skipped lines (delimiter and skip_lines)."
-        raise InputError(f"{path} cannot be read as a {suffix} file: {reason}.{hint}") from error
-    names: list[Column] = list(range(1, table.num_columns + 1))
-    if not layout.numbered:
-        names = [name.strip().strip('"') for name in table.column_names]
-    return {name: column.to_numpy() for name, column in zip(names, table.columns, strict=True)}
+        return _samples(table, layout, needed, others, source)
+    except MemoryError as error:
+        raise InputError(f"{path} does not fit into memory: {error}. A part of it would.") from error
 
 
-def _text_table(path: Path, layout: LogDescription) -> Any:
-    """Read a text file with pyarrow, runs of blanks made single ones first if they are the delimiter."""
-    from pyarrow import csv
+def slow(time: Array) -> str | None:
+    """Return a sentence if samples come more slowly than those of an inertial sensor, None if they do not.
 
-    source: Path | io.BytesIO = path
-    delimiter = layout.delimiter
-    if delimiter == WHITESPACE:
-        source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in path.read_bytes().splitlines()))
-        delimiter = " "
-    return csv.read_csv(
-        source,
-        read_options=csv.ReadOptions(skip_rows=layout.skip_lines, autogenerate_column_names=layout.numbered),
-        parse_options=csv.ParseOptions(delimiter=delimiter),
+    Args:
+        time: edges of the intervals, (N+1,) s.
+
+    Returns:
+        The sentence.
+    """
+    interval = float(np.median(np.diff(time)))
+    if interval <= 1.0:
+        return None
+    return (
+        f"The samples are {interval:.4g} s apart, as those of averages are. If the sensors are sampled faster, the "
+        "unit of the log's times is not what it is said to be (time_unit)."
     )
 
 
-def _column(columns: dict[Column, Any], name: Column, path: Path) -> Array:
-    if name not in columns and isinstance(name, int):
-        raise InputError(f"{path}: there is no column {name}; it has {len(columns)} columns.")
-    if name not in columns:
-        error = unknown_name("column", str(name), [str(known) for known in columns])
-        raise InputError(f"{path}: {error}") from error
-    try:
-        values = np.asarray(columns[name], dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        k, value = next((k, value) for k, value in enumerate(columns[name]) if not _is_number(value))
-        hint = " If it belongs to a heading, skip that (skip_lines) and number the columns." if k == 0 else ""
-        raise InputError(f"{path}, sample {k}: the column {name!r} holds {value!r}, not a number.{hint}") from error
-    if not values.size:
-        raise InputError(f"{path} holds no samples: the column {name!r} is empty.")
-    finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
-    if not finite.all():
-        raise InputError(f"{path}, sample {int(np.argmin(finite))}: the column {name!r} is empty or not finite.")
-    return values
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        float(value)
-    except (TypeError, ValueError):
-        return False
-    return True
-
-
-def _triad(columns: dict[Column, Any], layout: LogDescription, name: TriadName, path: Path) -> Array:
-    """Return one triad, forward-right-down, SI, (N, 3)."""
-    triad: TriadColumns = getattr(layout, name)
-    if isinstance(triad.columns, str):
-        values = _column(columns, triad.columns, path)
-        if values.ndim != 2 or values.shape[1] != 3:
-            raise InputError(f"{path}: the array {triad.columns!r} has shape {values.shape}; a triad is (N, 3).")
+def _samples(
+    table: Table, layout: LogDescription, triads: Sequence[TriadName], others: Mapping[str, Column], source: str
+) -> Samples:
+    values = {name: _triad(table, layout, name) for name in triads}
+    quantities = {name: table.column(column) for name, column in others.items()}
+    lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
+    if layout.rate_hz is not None:
+        edges = np.arange(max(lengths.values()) + 1) / layout.rate_hz
+    elif layout.time is None:
+        raise InputError(f"{source}: neither a time column nor rate_hz says when the samples were taken.")
     else:
-        values = np.stack([_column(columns, column, path) for column in triad.columns], axis=-1)
-        if values.ndim != 2:
+        edges = _edges(table, layout, inertial=bool(triads))
+    if set(lengths.values()) != {len(edges) - 1}:
+        counted = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputError(f"{table.path}: the columns differ in length: {counted}, time {len(edges) - 1} samples.")
+    for name, triad in values.items():
+        most, unit = _MOST[name]
+        rates = np.abs(triad).max(axis=1)
+        if layout.kind == "increments":
+            rates = rates / np.diff(edges)
+        if not np.max(rates) <= most:
+            k = int(np.argmax(~(rates <= most)))
             raise InputError(
-                f"{path}: a column of {name} is not one number per sample, its shape is {values.shape[:-1]}."
+                f"{table.place(k)}: the {WORDS[name]} read {rates[k]:.4g} {unit}, and none reads more than {most:g}. "
+                "Units, times or kind (increments or rates) of the log are not what they are said to be."
             )
-    return np.asarray(values @ layout.matrix.T * UNITS[name, layout.kind][triad.unit])
+    stated = layout.rate_hz is not None or layout.stated_time_unit is not None
+    return Samples(layout.kind, edges, values, quantities, stated)
+
+
+def _edges(table: Table, layout: LogDescription, inertial: bool) -> Array:
+    """Return the edges of the intervals by the time column, (N+1,) s."""
+    path, unit, column = table.path, layout.stated_time_unit, layout.time
+    assert column is not None  # the caller has looked
+    ends = table.column(column) * TIME_UNITS[unit or "s"]
+    if len(ends) < 2:
+        raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
+    if np.max(np.abs(ends)) > 1e15:  # beyond, half a second is less than the last digit of a double
+        raise InputError(f"{path}: its times go to {np.max(np.abs(ends)):.3g} s, which is no time of a log.")
+    edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
+    steps = np.diff(edges)
+    if not np.min(steps) > 0.0:
+        k = int(np.argmax(steps <= 0.0))
+        k += k == 0  # the first interval is the second one's copy
+        raise InputError(f"{table.place(k)}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
+    interval = float(np.median(steps))
+    if inertial and unit is None and interval >= _SLOWEST:
+        raise InputError(
+            f"{path}: the times in {column!r} are {interval:.6g} apart, which in seconds is slow for inertial sensors. "
+            f'Which unit have they? Write time_unit = "ms" (or "us", "ns"), or time_unit = "s" if it is seconds.'
+        )
+    if unit not in (None, "s") and interval * _FASTEST < 1.0:
+        raise InputError(
+            f"{path}: the times in {column!r} are {interval / TIME_UNITS[unit or 's']:.6g} {unit} apart: "
+            f"{1.0 / interval:.3g} samples per second, and no sensor gives more than {_FASTEST:g}. Their unit is "
+            "another one (time_unit)."
+        )
+    return edges
+
+
+def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
+    """Return one triad, forward-right-down, SI, (N, 3)."""
+    triad = layout.triad(name)
+    assert triad is not None  # the caller has looked
+    if isinstance(triad.columns, str):
+        values = table.column(triad.columns, 3)
+    else:
+        columns = [table.column(column) for column in triad.columns]
+        if len({len(column) for column in columns}) > 1:
+            counted = ", ".join(f"{n!r} {len(c)}" for n, c in zip(triad.columns, columns, strict=True))
+            raise InputError(f"{table.path}: the columns differ in length: {counted} samples.")
+        values = np.stack(columns, axis=-1)
+    scaled = values @ layout.matrix.T
+    scaled *= UNITS[name, layout.kind][triad.unit]
+    return np.asarray(scaled)

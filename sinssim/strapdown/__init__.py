@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from sinssim.names import ALGORITHMS, FRAMES
+from sinssim.algorithms import ALGORITHMS
+from sinssim.frames import FRAMES
 from sinssim.strapdown.navigate import navigate
 
 __all__ = ["ALGORITHMS", "FRAMES", "navigate"]

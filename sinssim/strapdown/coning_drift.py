@@ -32,7 +32,7 @@ from __future__ import annotations
 
 from math import asin, cos, factorial, hypot, prod, sin
 
-from sinssim.strapdown.rotation_vector import COEFFICIENTS, PREVIOUS_COEFFICIENT
+from sinssim.strapdown.attitude.rotation_vector import COEFFICIENTS, PREVIOUS_COEFFICIENT
 
 
 def leading_term(samples: int, half_angle: float, rate: float, interval: float, previous: bool = False) -> float:

@@ -10,14 +10,17 @@ drives the Schuler pendulum (8.14); there is no attitude to correct.
 from __future__ import annotations
 
 from math import cos, pi, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.checks import check_finite, check_increasing, checked_initial, doubles, not_finite_in
-from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth import (
+from sinssim.algorithms import MEASURED_ATTITUDE
+from sinssim.arguments import doubles
+from sinssim.checks import check_finite, check_increasing, checked_initial, not_finite_in
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth.kernels import (
     EarthParameters,
     ecef_to_geodetic_k,
     geodetic_to_ecef_k,
@@ -27,10 +30,20 @@ from sinssim.earth import (
     radii_k,
 )
 from sinssim.errors import InputError, RunError
+from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.jit import kernel
-from sinssim.names import MEASURED_ATTITUDE
-from sinssim.rotation import rotate_k
-from sinssim.strapdown.vertical import BARO_LOOP, FREE, NUMBERS, baro_loop_k, height_reference, loop_gains_k
+from sinssim.rotation.kernels import rotate_k
+from sinssim.strapdown.frames.vertical import (
+    BARO_LOOP,
+    FREE,
+    NUMBERS,
+    HeightReadings,
+    baro_loop_k,
+    checked_channel,
+    height_reference,
+    loop_gains_k,
+)
+from sinssim.strapdown.navigate import navigate
 
 _POINTS = 4
 _CHUNK = 65536  # intervals at once
@@ -83,9 +96,7 @@ def _integrate(
         vn, ve, vd = rotate_k(n0, -n1, -n2, -n3, vx + p.omega * y, vy - p.omega * x, vz)
         if vertical != FREE:
             if vertical == BARO_LOOP:
-                alt, vd, loop_sum = baro_loop_k(
-                    h, loop1, loop2, loop3, loop_sum, before, alt, vd, reference[k], reference[k + 1]
-                )
+                alt, vd, loop_sum = baro_loop_k(h, loop1, loop2, loop3, loop_sum, before, alt, vd, reference, k)
             else:
                 alt, vd = reference[k + 1], climb[k + 1]
             x, y, z = geodetic_to_ecef_k(p, lat, lon, alt)
@@ -129,8 +140,8 @@ def navigate_by_attitude(
     gravity: str = "normal",
     ellipsoid: str = "wgs84",
     vertical: str = "free",
-    height: ArrayLike | None = None,
-    baro_time_constant: float = 50.0,
+    height: ArrayLike | HeightReadings | None = None,
+    baro_time_constant: float = BARO_TIME_CONSTANT,
 ) -> NavSolution:
     """Navigate on velocity increments and measured attitudes.
 
@@ -169,8 +180,7 @@ def navigate_by_attitude(
     if not defect.max() < _UNIT:
         row = int(np.argmax(defect))
         raise InputError(f"q_ib[{row}] = {q_ib[row]} at t = {time[row]:.6f} s must be a unit quaternion, scalar first.")
-    if not (np.isfinite(baro_time_constant) and baro_time_constant > 0.0):
-        raise InputError(f"baro_time_constant = {baro_time_constant} s must be positive.")
+    baro_time_constant = checked_channel(vertical, height, baro_time_constant)
     reference, climb = height_reference(vertical, height, time)
     body = earth.ellipsoid_by_name(ellipsoid)
     model = earth.gravity_number(gravity)
@@ -197,3 +207,27 @@ def navigate_by_attitude(
             time=float(time[row]),
         )
     return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, MEASURED_ATTITUDE)
+
+
+def navigate_set(imu: ImuData, attitude: Array | None, initial: NavState, **options: Any) -> NavSolution:
+    """Navigate from what a set of sensors reads: by its gyros, or by its measured attitude if it has one.
+
+    Args:
+        imu: increments; where the attitude is measured, those of angle are not used.
+        attitude: measured attitude relative to inertial space at the edges, (N+1, 4), or None.
+        initial: state at the start.
+        options: those of `navigate`; a measured attitude makes use of gravity, ellipsoid and those of the vertical
+            channel.
+
+    Returns:
+        The solution.
+
+    Raises:
+        InputError: an option that the data or the engine do not admit.
+        RunError: the frame cannot follow the motion, or the numbers overflow.
+    """
+    if attitude is None:
+        return navigate(imu, initial, **options)
+    used = ("gravity", "ellipsoid", "vertical", "height", "baro_time_constant")
+    own = {name: options[name] for name in used if name in options}
+    return navigate_by_attitude(imu.time, imu.dvel, attitude, initial, **own)

@@ -16,12 +16,13 @@ positive; so is the gyro error Δω₀ = dΔα/dt. The gyro here is nose-up posi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, isfinite, sin
+from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.checks import check_finite, check_increasing, doubles
+from sinssim.arguments import POSITIVE, doubles, number, numbers
+from sinssim.checks import check_finite, check_increasing
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
@@ -117,17 +118,8 @@ def simulate(
     check_finite("dtheta", turns, "rad", edges)
     check_finite("dvel", pushes, "m/s", edges)
     check_increasing("time", edges)
-    for name, value, unit in (
-        ("velocity", velocity, "m/s"),
-        ("coordinate", coordinate, "rad"),
-        ("pitch", pitch, "rad"),
-        ("radius", radius, "m"),
-    ):
-        if not isfinite(value) or (name == "radius" and value <= 0.0):
-            raise InputError(
-                f"the one-component system: {name} = {value} {unit} must be a finite number"
-                f"{', more than 0' if name == 'radius' else ''}."
-            )
+    velocity, coordinate = number("velocity", velocity, "m/s"), number("coordinate", coordinate, "rad")
+    pitch, radius = number("pitch", pitch, "rad"), number("radius", radius, "m", low=POSITIVE)
     v, y, a = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
     v[0], y[0], a[0] = velocity, coordinate, pitch
     _simulate(edges, turns, pushes, 1.0 / radius, v, y, a)
@@ -144,7 +136,8 @@ def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:
     Returns:
         rad/s; 2π over it is 84.4 min.
     """
-    return float(np.sqrt(gravity / radius))
+    gravity = number("gravity", gravity, "m/s²", low=POSITIVE)
+    return sqrt(gravity / number("radius", radius, "m", low=POSITIVE))
 
 
 def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
@@ -159,7 +152,8 @@ def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, 
     Returns:
         Δy = (Δa/g)(1 − cos ω_s t), (N,) rad.
     """
-    phase = schuler_rate(gravity, radius) * np.asarray(time, dtype=np.float64)
+    phase = schuler_rate(gravity, radius) * numbers("time", time)
+    bias = number("bias", bias, "m/s²")
     return np.asarray(2.0 * bias / gravity * np.sin(0.5 * phase) ** 2)
 
 
@@ -175,5 +169,6 @@ def gyro_error(time: ArrayLike, drift: float, gravity: float = GRAVITY, radius: 
     Returns:
         Δy = Δω₀ (t − sin(ω_s t)/ω_s), (N,) rad.
     """
-    rate, t = schuler_rate(gravity, radius), np.asarray(time, dtype=np.float64)
+    rate, t = schuler_rate(gravity, radius), numbers("time", time)
+    drift = number("drift", drift, "rad/s")
     return np.asarray(drift * (t - np.sin(rate * t) / rate))

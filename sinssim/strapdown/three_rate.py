@@ -24,14 +24,16 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth import EarthParameters, gravity_ned_k
+from sinssim.earth.kernels import EarthParameters, gravity_ned_k
 from sinssim.jit import inline
-from sinssim.strapdown.interval import FrameTurn
-from sinssim.strapdown.interval import fitted_turn_k as turn_k
-from sinssim.strapdown.level import curvatures_k
-from sinssim.strapdown.parts import engines
-from sinssim.strapdown.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
+from sinssim.strapdown.assemble import engines
+from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.frames.kernels import continued_k
+from sinssim.strapdown.frames.level import curvatures_k
+from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
+from sinssim.strapdown.increments.interval import FrameTurn
+from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 
 class Slow(NamedTuple):
@@ -75,6 +77,7 @@ def _ahead_k(now: Slow, before: Slow, x: float) -> Slow:
     )
 
 
+# A compiled engine: one loop with its state in scalars.
 def _navigate(
     time: Array,
     dtheta: Array,
@@ -154,9 +157,7 @@ def _navigate(
         lat += dlat
         h1 = h - half * sum_d
         if vertical == BARO_LOOP:
-            h1, vd, loop_sum = baro_loop_k(
-                slow_dt, loop1, loop2, loop3, loop_sum, h, h1, vd, height_reference[row], height_reference[row + 1]
-            )
+            h1, vd, loop_sum = baro_loop_k(slow_dt, loop1, loop2, loop3, loop_sum, h, h1, vd, height_reference, row)
         elif vertical == HELD:
             h1, vd = height_reference[row + 1], climb_reference[row + 1]
         h = h1
@@ -170,13 +171,26 @@ def _navigate(
         latitude[row + 1], longitude[row + 1], height[row + 1] = lat, lon, h
         velocity[row + 1, 0], velocity[row + 1, 1], velocity[row + 1, 2] = vn, ve, vd
         r0, r1, r2, r3, defect[row + 1] = quaternion_k(attitude)
-        if q0 * r0 + q1 * r1 + q2 * r2 + q3 * r3 < 0.0:  # the sign that makes the stream continuous
-            r0, r1, r2, r3 = -r0, -r1, -r2, -r3
-        q0, q1, q2, q3 = r0, r1, r2, r3
+        q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
         q_nb[row + 1, 0], q_nb[row + 1, 1], q_nb[row + 1, 2], q_nb[row + 1, 3] = q0, q1, q2, q3
 
 
 engine = engines(_navigate, "three_rate")
+
+
+def solve(problem: Problem, fast_per_medium: int, medium_per_slow: int, extrapolate: bool) -> None:
+    """Navigate in the level frame at three rates.
+
+    Args:
+        problem: its increments are those of the fast part, its rows the slow instants.
+        fast_per_medium, medium_per_slow: ratios of the rates.
+        extrapolate: whether what the slow part computed is extrapolated, not held.
+    """
+    p = problem
+    engine(p.algorithm)(
+        p.time, p.dtheta, p.dvel, p.weights, p.earth, p.gravity, p.simplified, *p.channel,
+        fast_per_medium, medium_per_slow, extrapolate, *p.solution,
+    )  # fmt: skip
 
 
 def summed(increments: Array, ratio: int) -> Array:

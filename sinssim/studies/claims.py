@@ -1,7 +1,9 @@
-"""The textbook chapter's claims, and laws beyond it, each decided by numbers that a study has found.
+"""Decides the textbook chapter's claims, and laws beyond it, by the numbers of a study.
 
 A part of a study says which claims it has the numbers for; how each is decided stands here, with its bars.
 """
+
+# Longer than 400 lines: one function for each claim, and what they share.
 
 from __future__ import annotations
 
@@ -9,12 +11,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sinssim.recording import style
-from sinssim.recording.page import number
+from sinssim.algorithms import family
+from sinssim.formatting import number
 from sinssim.strapdown.coning_drift import drift, leading_term
-from sinssim.studies.claim_names import CLAIMS
 from sinssim.studies.motions import MotionFacts
 from sinssim.studies.results import Comparison, Row, Verdict
+from sinssim.studies.schema import CLAIMS
 from sinssim.units import ARCSEC
 
 FEW_TENTHS_ARCSEC = 18.0
@@ -209,20 +211,20 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     for motion, found in _by(rows, lambda row: row.motion).items():
         best: dict[str, Row] = {}
         for row in _needed(found, FEW_TENTHS_ARCSEC).values():
-            family = _FAMILIES.get(style.family(row.algorithm))
-            if family and (family not in best or _load(row) < _load(best[family])):
-                best[family] = row
+            group = _FAMILIES.get(family(row.algorithm))
+            if group and (group not in best or _load(row) < _load(best[group])):
+                best[group] = row
         chapter = sorted((f for f in best if f in ("quaternions", *_OTHERS)), key=lambda f: _load(best[f]))
         if "quaternions" not in chapter or len(chapter) < 2:
             return _undecided("quaternions and another of the chapter's families within 0.3′")
         won.append(chapter[0] == "quaternions")
         margins.append(min(_load(best[f]) for f in chapter if f != "quaternions") / _load(best["quaternions"]) - 1.0)
-        for family, row in best.items():
-            numbers[f"{motion}: {family}, 1000 operations/s"] = _load(row) / 1e3
-            numbers[f"{motion}: {family}, µs/s"] = row.ns_per_step * row.rate_hz / 1e3
+        for group, row in best.items():
+            numbers[f"{motion}: {group}, 1000 operations/s"] = _load(row) / 1e3
+            numbers[f"{motion}: {group}, µs/s"] = row.ns_per_step * row.rate_hz / 1e3
         words = [
-            f"{family} {_load(row) / 1e3:.3g} thousand ({row.algorithm} at {row.rate_hz:g} Hz)"
-            for family, row in ((f, best[f]) for f in (*chapter, *(f for f in best if f not in chapter)))
+            f"{group} {_load(row) / 1e3:.3g} thousand ({row.algorithm} at {row.rate_hz:g} Hz)"
+            for group, row in ((f, best[f]) for f in (*chapter, *(f for f in best if f not in chapter)))
         ]
         said.append(f"{motion}: {', '.join(words)}")
     if not said:

@@ -1,4 +1,4 @@
-"""Runs a study: identical samples into every algorithm, two at a time, and whatever is done is kept."""
+"""Runs a study: every algorithm on identical samples, two at a time; finished cases are kept."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ import numpy as np
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, RunError, SinssimError
-from sinssim.nav_error import navigation_error
-from sinssim.rates import check_parts
+from sinssim.frames import check_three_rates
+from sinssim.strapdown.nav_error import navigation_error
 from sinssim.studies import cost, motions
 from sinssim.studies.results import Case, Comparison, History, Row, fit_orders
-from sinssim.studies.schema import Part, Study, StudyMotion
-from sinssim.studies.variants import with_set
+from sinssim.studies.schema import Part, Study, StudyMotion, with_set
+from sinssim.system.memory import machine_memory
+from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
-    from sinssim.recording.directory import RunDirectory
-    from sinssim.strapdown.sensor_sets import Readings
+    from sinssim.recording.store.directory import RunDirectory
+    from sinssim.sensors.sets.reading import Readings
     from sinssim.truth.trajectory import Trajectory
 
 Progress = Callable[[str, float], None]
@@ -72,7 +73,7 @@ def compare(
         InputError: the study or the directory cannot be used, or it would take too long.
         RunError: a flight cannot be flown, or the writing failed.
     """
-    from sinssim.recording.directory import RunDirectory
+    from sinssim.recording.store.directory import RunDirectory
 
     if not limit_minutes >= 0.0:
         raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf is no limit.")
@@ -115,14 +116,16 @@ def _navigations(comparison: Comparison) -> str:
 def _finish(comparison: Comparison, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and put the directory in its place."""
     from sinssim.studies.claims import decide
+    from sinssim.studies.pick import picks
 
     comparison.orders = [
         order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
     ]
     comparison.verdicts = decide(comparison)
+    comparison.picks = picks(comparison)
     if folder is None:
         return Path()
-    from sinssim.studies.write import write_study
+    from sinssim.recording.store.study import write_study
 
     with folder.writing():
         write_study(comparison, folder.path)
@@ -164,16 +167,16 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
         )
     largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
     samples = expected[id(largest.motion)] * largest.part.highest_hz
-    if samples * _SAMPLE_BYTES > _memory():
+    if samples * _SAMPLE_BYTES > machine_memory():
         raise InputError(
             f"the study {study.name} would need too much memory: {samples / 1e6:.3g} million samples of "
             f"{largest.motion.label} at {largest.part.highest_hz:g} Hz take about {samples * _SAMPLE_BYTES / 1e9:.0f} "
-            f"GB, and there are {_memory() / 1e9:.0f} GB. A shorter motion or a lower highest rate is needed."
+            f"GB, and there are {machine_memory() / 1e9:.0f} GB. A shorter motion or a lower highest rate is needed."
         )
     if total > LONG_SECONDS:
         say(f"{study.name}: {text}.")
     done = 0.0
-    with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
+    with thread_pool(min(2, os.cpu_count() or 1)) as pool:
         for block in plan:
             share = block.seconds / total if total else 1.0
             base = done
@@ -183,14 +186,6 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
 
             _run_block(comparison, block, pool, report)
             done += share
-
-
-def _memory() -> float:
-    """Return this machine's memory in bytes; infinite where the system does not tell."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):  # Windows has no sysconf
-        return float("inf")
 
 
 @dataclass(frozen=True)
@@ -212,14 +207,14 @@ def _check_part(part: Part) -> None:
         return
     for algorithm, frame in itertools.product(part.algorithms, part.frames):
         try:
-            check_parts(algorithm, frame)
+            check_three_rates(algorithm, frame)
         except InputError as mistake:
             raise InputError(f"part {part.title!r}: {mistake}") from mistake
 
 
 def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
     """Raise for a motion that is shorter than what an algorithm, or a schedule's slow part, needs at once."""
-    from sinssim.strapdown.functional_iteration import WINDOW
+    from sinssim.strapdown.iteration.windows import WINDOW
 
     for rate, schedule, _ in part.pace:
         slowest = schedule[2] if schedule else rate
@@ -262,7 +257,7 @@ def duration_words(seconds: float) -> str:
 
 
 def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
-    from sinssim.strapdown.sensor_sets import read
+    from sinssim.sensors.sets.reading import read
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Moving: {motion.label}", 0.0)
@@ -323,11 +318,13 @@ class _Truth:
         return np.ascontiguousarray(self.height[::ratio][: len(imu.time)])
 
 
+# Long: the row of a case has many numbers, each computed once.
 def _navigate(
     case: Case, readings: Readings, part: Part, truth: _Truth, comparison: Comparison
 ) -> tuple[Row, History | None]:
     """Run one case and compare it with the truth."""
-    from sinssim.recording.summary import error_numbers
+    from sinssim.recording.store.summary import error_numbers
+    from sinssim.strapdown.measured_attitude import navigate_set
     from sinssim.units import ARCSEC
 
     imu = readings.imu
@@ -352,7 +349,7 @@ def _navigate(
         "height": None if part.vertical == "free" else truth.reference(imu),
     }
     try:
-        solution = readings.navigate(truth.initial, **options)
+        solution = navigate_set(readings.imu, readings.attitude, truth.initial, **options)
     except RunError as failure:
         return Row(**about, status="failed", message=str(failure)), None
     except InputError as mistake:

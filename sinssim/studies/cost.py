@@ -1,4 +1,4 @@
-"""What a navigation step costs, the whole of it and not the attitude's part: operations counted, time measured."""
+"""The cost of a whole navigation step: operations counted, processor time measured."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ class Cost:
 @cache
 def _data(samples: int) -> tuple[ImuData, NavState]:
     """A body that spins and cones at 45° of latitude, sampled at 100 Hz."""
-    from sinssim.truth.analytic import OnEarth
-    from sinssim.truth.coning import SpinCone
+    from sinssim.truth.motions.analytic import OnEarth
+    from sinssim.truth.motions.coning import SpinCone
 
     motion = SpinCone(10.0 * units.DEG, 0.3, 0.1)
     trajectory = OnEarth(motion, 45.0 * units.DEG, 0.0, 1000.0, (1.0, 0.0, 0.0, 0.0), (samples + 0.5) / 100.0)
@@ -104,8 +104,9 @@ def count_operations(algorithm: str, frame: str) -> Operations:
 
 def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
     """Navigate with engines that count; return the count and the solution, which is that of the compiled ones."""
+    from sinssim.strapdown.assemble import engines, own_engine
+    from sinssim.strapdown.files import frame_file
     from sinssim.strapdown.navigate import navigate
-    from sinssim.strapdown.parts import own_engine
 
     imu, initial = _data(_COUNTED_SAMPLES)
     found: list[Operations] = []
@@ -120,10 +121,14 @@ def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
                 return result
 
             return kernel
-        if isinstance(thing, types.ModuleType) and hasattr(thing, "engine"):
-            return types.SimpleNamespace(**{**vars(thing), "engine": lambda name: counting(thing.engine(name))})
-        if thing is own_engine:
-            return lambda *choice: counting(own_engine(*choice))
+        if isinstance(thing, types.ModuleType) and hasattr(thing, "solve"):
+            return types.SimpleNamespace(**{**vars(thing), "solve": counting(thing.solve)})
+        if thing is own_engine or (
+            getattr(thing, "__module__", "") == engines.__module__ and hasattr(thing, "cache_info")
+        ):
+            return lambda *choice: counting(thing(*choice))  # it returns a kernel, or a function that calls one
+        if thing is frame_file:
+            return lambda name: types.SimpleNamespace(solve=counting(thing(name).solve), check=thing(name).check)
         if isinstance(thing, types.FunctionType) and thing.__module__.startswith("sinssim.strapdown"):
             names = {n: counting(g) if n in thing.__code__.co_names else g for n, g in thing.__globals__.items()}
             copy = types.FunctionType(thing.__code__, names, thing.__name__, thing.__defaults__, thing.__closure__)

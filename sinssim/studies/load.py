@@ -1,4 +1,4 @@
-"""Loading a study: read the TOML file, apply what is set from outside, check everything."""
+"""Loads a study: reads the TOML file, applies settings, checks everything."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the motions of a study file to true trajectories, and what can be said of a motion in numbers."""
+"""Makes the true trajectories of a study's motions, and describes each motion in numbers."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def is_cached(motion: StudyMotion) -> bool:
     Returns:
         Whether it is no flight, or one that lies in the cache.
     """
-    from sinssim.truth.cache import is_cached as flown
+    from sinssim.truth.flight.cache import is_cached as flown
 
     scenario = scenario_of(motion)
     return scenario.flight is None or flown(scenario.flight, scenario.seed)
@@ -128,7 +128,7 @@ def make(motion: StudyMotion) -> Trajectory:
         InputError: there is no such scenario, it has mistakes, it cannot be flown, or it does not last as long as is
             asked for.
     """
-    from sinssim.truth.fly import fly
+    from sinssim.truth.source import fly
 
     trajectory = fly(scenario_of(motion))
     if motion.duration_s is None:
@@ -192,7 +192,7 @@ def facts(motion: StudyMotion, trajectory: Trajectory) -> MotionFacts:
         The numbers, from states and rates at evenly spread instants.
     """
     from sinssim import rotation
-    from sinssim.earth import geodetic_to_ecef
+    from sinssim.earth.coordinates import geodetic_to_ecef
 
     duration = trajectory.end - trajectory.start
     time = np.linspace(trajectory.start, trajectory.end, 4001)

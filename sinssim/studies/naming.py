@@ -1,18 +1,14 @@
-"""What the rows of a study are called in its tables and figures, and the colour that goes with a name."""
+"""Names of a study's rows, lines and sensors in its tables and figures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
-from sinssim.recording import style
-from sinssim.recording.page import css
-from sinssim.studies.results import Comparison, Row
-from sinssim.studies.schema import Part
+from sinssim.studies.results import Pick, Row
+from sinssim.studies.schema import Part, Study
 
 Label = Callable[[Row], str]
-Paint = Mapping[str, str]
-"""Colour, as CSS has it, of each line by its name."""
 
 _DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
 _SHOWN_HZ = 50.0
@@ -64,7 +60,7 @@ def over_rates(part: Part) -> bool:
 
 
 def line_labeller(part: Part, rows: Sequence[Row]) -> Label:
-    """Return what a line is called: a schedule has one of its own, the plain rates of an engine share one.
+    """Return the name of a line: a schedule has its own, the plain rates of an engine share one.
 
     Args:
         part: of a study.
@@ -92,17 +88,32 @@ def at_one_rate(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if row.rate_hz == rate]
 
 
-def palette(comparison: Comparison) -> dict[str, str]:
-    """Return the colours of a study's lines: one name, one colour in all figures and all panels.
+def one_draw(part: Part, study: Study) -> str:
+    """Say that a part compares sensors by one draw of their errors.
 
     Args:
-        comparison: the study.
+        part: of the study.
+        study: the study.
 
     Returns:
-        Colour, as CSS has it, by name.
+        A sentence or two; "" for a part with one set of sensors, or with none whose errors are drawn.
     """
-    names: dict[str, None] = {}
-    for part in comparison.study.parts:
-        rows = comparison.of_part(part.title)
-        names |= dict.fromkeys(map(line_labeller(part, rows), rows))
-    return {name: css(color) for name, color in zip(names, style.colors(list(names)), strict=True)}
+    if len(part.sensors) * len(part.variants) < 2 or set(part.sensors) == {"ideal"}:
+        return ""
+    return (
+        f"The sensors are compared on one draw of their errors (seed {study.seed}): a single run may be several times "
+        "better or worse than its 1σ, and the order of two sets of sensors may turn round with another seed. Engines "
+        "that share a draw can be compared; for the sensors run other seeds, or `sinssim sensors GRADE` for the 1σ."
+    )
+
+
+def sensors_of(pick: Pick) -> str:
+    """Return the sensors that a pick is for, in words.
+
+    Args:
+        pick: of a study.
+
+    Returns:
+        The grade, and the variant if it is not the usual one.
+    """
+    return pick.sensors if pick.variant == "rate-gyros" else f"{pick.sensors}, {pick.variant}"

@@ -1,4 +1,4 @@
-"""How many floating-point operations one navigation step takes, counted while it runs.
+"""Counts the floating-point operations of a navigation step while it runs.
 
 The engine's kernels are plain Python functions that numba compiles. Here the same functions run uncompiled, on numbers
 that count what is done to them. So the count is of the operations as they are written, along the branches that are

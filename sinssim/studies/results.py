@@ -1,4 +1,4 @@
-"""What a study finds out: one row for each case, in numbers."""
+"""The results of a study: one row of numbers for each case."""
 
 from __future__ import annotations
 
@@ -155,6 +155,26 @@ class Verdict:
         return f"{self.reason} {'; '.join(self.points)}.".replace("..", ".") if self.points else self.reason
 
 
+@dataclass(frozen=True)
+class Pick:
+    """What to pick in one part with one set of sensors.
+
+    Attributes:
+        part: title of the study's part.
+        sensors, variant: what the engines had.
+        choice: the engine and its rate; "" if there is none.
+        reason: why, with the numbers that decide.
+        numbers: the same by name.
+    """
+
+    part: str
+    sensors: str
+    variant: str
+    choice: str
+    reason: str
+    numbers: dict[str, float] = field(default_factory=dict)
+
+
 @dataclass
 class Comparison:
     """A study and what it found out, as far as it got.
@@ -169,6 +189,7 @@ class Comparison:
         costs: cost by algorithm and frame.
         orders: orders of convergence.
         verdicts: the claims.
+        picks: which engine to pick, part by part.
     """
 
     study: Study
@@ -180,6 +201,7 @@ class Comparison:
     costs: dict[tuple[str, str], Cost] = field(default_factory=dict)
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
+    picks: list[Pick] = field(default_factory=list)
 
     def history(self, row: Row) -> History:
         """Return how the errors of a case grew.

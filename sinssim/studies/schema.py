@@ -1,4 +1,4 @@
-"""The study file: what is compared with what, typed and checked as a scenario is.
+"""The study file: motions, sensors, algorithms and rates to compare, typed and checked as a scenario is.
 
 A study has parts. Each part is a full factorial: every motion × every set of sensors × every algorithm × every rate
 (or three-rate schedule) × every frame, gravity model and curvature.
@@ -13,15 +13,65 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
+from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.errors import unknown_name
-from sinssim.names import ALGORITHMS, CURVATURES, MEASURED_ATTITUDE
-from sinssim.rates import whole_ratio
-from sinssim.scenario.grades import GRADES
-from sinssim.scenario.imu import ImuSection
-from sinssim.scenario.motion import MotionSection, VibrationSection
-from sinssim.scenario.schema import Curvature, Frame, Gravity, GreatCircleSection, ParkedSection, Vertical
-from sinssim.scenario.section import Positive, Section
-from sinssim.studies.claim_names import CLAIMS, VARIANTS
+from sinssim.frames import CURVATURES, FRAME_REGISTRY
+from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, Vertical
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.motion import MotionSection, VibrationSection
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
+from sinssim.section import Duration, Name, Rate, Section, Sentence
+from sinssim.sensors.imu.grades import GRADES
+
+CLAIMS: dict[str, str] = {
+    "velocity-rate": "10–20 Hz is enough for velocity and position",
+    "attitude-rate": (
+        "attitude wants 50–80 Hz and a high-order algorithm to stay within a few tenths of a minute of arc"
+    ),
+    "cheapest": "quaternions are the cheapest at equal accuracy",
+    "orthogonality": "the two quaternions of (8.19) guarantee orthogonality",
+    "euler-limit": "the integration of Euler angles has no ±90° limit",
+    "simplified-radii": "the simplified radii (8.16) can cost as much as a high-quality gyro",
+    "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
+    "gyro-free": "without gyros the position error grows with the square of time and worse",
+    "coning-drift": (
+        "under coning by α at Ω, rotation vectors from n samples at a distance h drift by α²Ω(Ωh)²ⁿ n!/(2ⁿ⁺¹(2n+1)!!), "
+        "from one and the one before by α²Ω(Ωh)⁴/60"
+    ),
+}
+
+"""The claims that a study may decide: those of the textbook chapter, and laws beyond it."""
+
+VARIANTS: dict[str, str] = {
+    "rate-gyros": "three accelerometers and three rate gyros",
+    "attitude-sensor": "three accelerometers and a sensor of the attitude in inertial space",
+    "six-accelerometers-0.1m": "six accelerometers on the faces of a cube, 0.1 m from its centre, and no gyro",
+    "six-accelerometers-1m": "six accelerometers on the faces of a cube, 1 m from its centre, and no gyro",
+}
+"""The sets of sensors that a study may compare."""
+
+_SETS: dict[str, SensorSet] = {
+    "rate-gyros": Gyros(type="gyros"),
+    "attitude-sensor": AttitudeSensor(type="attitude-sensor"),
+    "six-accelerometers-0.1m": SixAccelerometers(type="accelerometers", arm_m=0.1),
+    "six-accelerometers-1m": SixAccelerometers(type="accelerometers", arm_m=1.0),
+}
+
+
+def with_set(section: ImuSection, variant: str, rate_hz: float) -> ImuSection:
+    """Return a block's [imu] section for one of a study's sensor-set variants.
+
+    Args:
+        section: the block's errors. Those of sensors that the variant does not have stay without effect, except that
+            an attitude sensor drifts as the gyros would be biased.
+        variant: one of `VARIANTS`.
+        rate_hz: samples per second.
+
+    Returns:
+        The section.
+    """
+    return section.model_copy(update={"sensor_set": _SETS[variant], "rate_hz": rate_hz})
 
 
 class StudyMotion(Section):
@@ -34,7 +84,7 @@ class StudyMotion(Section):
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
     vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
-    duration_s: Positive | None = Field(default=None, description="only its first so many seconds")
+    duration_s: Duration | None = Field(default=None, description="only its first so many seconds")
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -73,7 +123,7 @@ def _variant(name: str) -> str:
 
 Claim = Annotated[str, AfterValidator(_claim)]
 Variant = Annotated[str, AfterValidator(_variant)]
-Schedule = tuple[Positive, Positive, Positive]
+Schedule = tuple[Rate, Rate, Rate]
 
 
 class Part(Section):
@@ -92,7 +142,7 @@ class Part(Section):
         min_length=1,
         description='attitude algorithms; "*" stands for any letters, so that "poisson-*" is a family and "*" all',
     )
-    rates_hz: tuple[Positive, ...] = Field(default=(), description="sample rates; each divides the highest")
+    rates_hz: tuple[Rate, ...] = Field(default=(), description="sample rates; each divides the highest")
     schedules_hz: tuple[Schedule, ...] = Field(
         default=(), description="three-rate schedules: fast, medium and slow, each dividing the one before"
     )
@@ -158,6 +208,31 @@ class Part(Section):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _everything_is_used(self) -> Self:
+        without = [name for name in self.frames if not FRAME_REGISTRY[name].has_radii]
+        if "simplified" in self.curvatures and without:
+            raise ValueError(
+                f'curvatures = ["simplified"] would change nothing in frames = ["{without[0]}"], which has no radii of '
+                f"curvature: give the {without[0]} frame a part of its own"
+            )
+        if "extrapolate" in self.slow_quantities and not self.schedules_hz:
+            raise ValueError(
+                'slow_quantities = ["extrapolate"] would change nothing: it belongs to schedules_hz, and there are none'
+            )
+        varied = {
+            "algorithms": self.algorithms, "frames": self.frames, "curvatures": self.curvatures,
+            "schedules_hz": self.schedules_hz,
+        }  # fmt: skip
+        plain = {name: type(self).model_fields[name].default for name in varied}
+        idle = [name for name, values in varied.items() if values != plain[name]]
+        if "attitude-sensor" in self.variants and idle:
+            raise ValueError(
+                f'{" and ".join(idle)} would change nothing with variants = ["attitude-sensor"], whose attitude is '
+                "measured and navigated in inertial axes: give that set of sensors a part of its own"
+            )
+        return self
+
     @property
     def highest_hz(self) -> float:
         """The rate that samples are generated at; those of the lower rates are sums of them."""
@@ -183,8 +258,8 @@ class Part(Section):
 class Study(Section):
     """A comparison study."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$", description="short name; names the directory")
-    description: str = Field(default="", description="one sentence")
+    name: Name = Field(description="short name; names the directory")
+    description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, description="seed of the sensors' errors")
     blocks: dict[str, ImuSection] = Field(default={}, description="sensor blocks of its own, by name: [imu] sections")
     parts: tuple[Part, ...] = Field(min_length=1)

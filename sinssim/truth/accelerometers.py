@@ -1,4 +1,4 @@
-"""The specific force at any places of the vehicle, exactly: what accelerometers there feel."""
+"""Exact specific force at points on lever arms."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.truth.motions.vibration import Vibrating
 from sinssim.truth.trajectory import Trajectory
-from sinssim.truth.vibration import Vibrating
 
 
 def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: float) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
-from sinssim.earth_models import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 
 
 def block_state(position: Array, velocity: Array, q_es: Array, ellipsoid: Ellipsoid) -> NavState:

@@ -28,12 +28,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
+from sinssim.arguments import numbers, quaternion, vector
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth_models import WGS84, Ellipsoid
+from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
-from sinssim.rotation import Quaternion, Vector
-from sinssim.truth.times import check_instants, in_blocks, sample_edges
+from sinssim.rotation.kernels import Quaternion, Vector
+from sinssim.truth.sample_times import check_instants, in_blocks, sample_edges
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 _DEGREE = 5
@@ -45,7 +46,7 @@ _LEAST_COSINE = np.cos(np.pi / 8)
 
 
 class _Curve(NamedTuple):
-    """What the kernels need to know of a curve."""
+    """The coefficients of a curve that the kernels take."""
 
     time: Array  # (K,) knots, s
     panels: Array  # (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's knot
@@ -243,9 +244,7 @@ def _attitude_panels(time: Array, q: Array, a: Array, s: Array) -> Array:
 
 
 def _checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -> tuple[Array, Array, Array]:
-    t = np.asarray(time, dtype=np.float64)
-    r = np.asarray(position_ecef, dtype=np.float64)
-    q = np.asarray(q_eb, dtype=np.float64)
+    t, r, q = numbers("time", time), numbers("position_ecef", position_ecef), numbers("q_eb", q_eb)
     if t.ndim != 1 or r.shape != (len(t), 3) or q.shape != (len(t), 4):
         raise InputError(
             f"a curve needs K times, (K, 3) positions and (K, 4) quaternions; got arrays of shapes "
@@ -312,6 +311,7 @@ class Curve:
         from scipy.interpolate import make_interp_spline
 
         t, r, q_eb = _checked_knots(time, position_ecef, q_eb)
+        q_bs, lever_arm = quaternion("q_bs", q_bs), vector("lever_arm", lever_arm, 3, "m")
         self.events = events
         self.gravity = gravity
         self.ellipsoid = ellipsoid

@@ -1,4 +1,4 @@
-"""What every source of truth offers: a continuous trajectory, and the exact increments along it."""
+"""The interface of every source of truth: a continuous trajectory, and the exact increments along it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from sinssim.data import ImuData, NavState
-    from sinssim.earth import Ellipsoid
+    from sinssim.earth.models import Ellipsoid
 
 Array = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Trajectory(Protocol):
         ...
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return what ideal rate sensors would read at an instant.
+        """Return the readings of ideal rate sensors at an instant.
 
         Args:
             t: instants, () or (N,) s.

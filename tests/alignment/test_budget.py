@@ -24,13 +24,15 @@ from sinssim.alignment import (
 from sinssim.alignment.budget import reading_errors
 from sinssim.alignment.report import align_session
 from sinssim.data import ImuData
-from sinssim.earth_models import OMEGA_IE
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.imu import ImuSection
-from sinssim.scenario.laser_gyro import LaserGyroSection
-from sinssim.sensors import ImuErrors, TriadErrors, emulate, flicker
-from sinssim.sensors.gauss_markov import gauss_markov
-from sinssim.truth.parked import Parked
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.laser_gyro import LaserGyroSection
+from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.noise import flicker
+from sinssim.sensors.noise.gauss_markov import gauss_markov
+from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
 
 LEVEL = Attitude(0.4, 0.0, 0.0)
@@ -143,7 +145,7 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
         accel_cubic_ug_per_g3=(-0.5, 1.5, 2.5),
     )
     report = align_session(emulate(ideal, fixed), "fixed", fixed, truth=Angles(heading, roll, pitch, LATITUDE))
-    assert total(report.budget) == (0.0, 0.0, 0.0, 0.0)
+    assert total(report.budget, SOURCES) == (0.0, 0.0, 0.0, 0.0)
     for error, mean in zip(report.error, report.mean, strict=True):
         # its coefficients are those of the determined angles, which are off by up to 4e-5 rad
         assert mean == pytest.approx(error, rel=1e-4)
@@ -209,7 +211,7 @@ def test_known_drifts_are_known_errors() -> None:
     later = ImuData(imu.time[800:], imu.dtheta[800:], imu.dvel[800:])
     truth = Angles(np.asarray(1.2), np.asarray(0.4), np.asarray(-0.6), np.asarray(LATITUDE))
     report = align_session(later, "fixed", fixed, truth=truth, warmed=80.0)
-    assert total(report.budget) == (0.0, 0.0, 0.0, 0.0)
+    assert total(report.budget, SOURCES) == (0.0, 0.0, 0.0, 0.0)
     for error, mean in zip(report.error, report.mean, strict=True):
         assert mean == pytest.approx(error, rel=3e-3)
         assert abs(mean) > 1e-6

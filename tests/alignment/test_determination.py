@@ -9,7 +9,7 @@ import pytest
 
 from sinssim.alignment import InstrumentErrors, determine, ideal_readings, paper_axes
 from sinssim.alignment.determination import solve
-from sinssim.earth_models import OMEGA_IE
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.units import DEG_H, PPM, UG
 
@@ -173,6 +173,12 @@ def test_expected_accuracy_marks_what_the_instruments_cannot_determine():
 GYRO, ACCEL = ideal_readings(0.3, 0.1, 0.2, 0.8)
 
 
+def test_of_several_wrong_readings_the_first_is_named():
+    gyro = np.stack([GYRO, 1.5 * GYRO, 1.7 * GYRO])
+    (warning,) = determine(gyro, np.stack([ACCEL] * 3)).warnings
+    assert f"{1.5 * OMEGA_IE / DEG_H:.4g} deg/h" in warning
+
+
 @pytest.mark.parametrize(
     ("gyro", "accel", "text"),
     [
@@ -186,7 +192,7 @@ GYRO, ACCEL = ideal_readings(0.3, 0.1, 0.2, 0.8)
         (GYRO + 0.1, ACCEL, "the vehicle turned"),
         (GYRO[:2], ACCEL, "shape (2,)"),
         (np.stack([GYRO] * 4), np.stack([ACCEL] * 5), "do not fit"),
-        ("north", ACCEL, "not an array of numbers"),
+        ("north", ACCEL, "no array of numbers"),
         (np.stack([GYRO, GYRO]), np.stack([ACCEL, 0.5 * ACCEL]), "element [1]"),
     ],
 )

@@ -16,14 +16,15 @@ from sinssim.alignment import (
     total,
 )
 from sinssim.alignment.determination import solve
-from sinssim.alignment.disturbed import RANDOM_WALK_FACTOR, inertial_curve
+from sinssim.alignment.disturbed import inertial_curve
+from sinssim.alignment.theory import RANDOM_WALK_FACTOR
 from sinssim.data import ImuData
-from sinssim.earth_models import OMEGA_IE
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import emulate
-from sinssim.truth.parked import Parked
-from sinssim.truth.swaying import Sway, Swaying
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCSEC
 
 LATITUDE, HEADING = np.radians(50.0), np.radians(40.0)

@@ -15,11 +15,11 @@ from sinssim.alignment import (
     set_sigma,
     total,
 )
-from sinssim.earth_models import OMEGA_IE
+from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu_errors import WarmUp
+from sinssim.sensors.imu.errors import WarmUp
 from sinssim.units import DEG_H, PPM, UG
 
 LATITUDE = np.radians(50.0)

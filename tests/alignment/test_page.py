@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sinssim.alignment import ideal_readings
-from sinssim.cli import main
+from sinssim.cli.process import main
 
 PAGE = (Path(__file__).parents[2] / "docs" / "alignment.md").read_text(encoding="utf-8")
 
@@ -43,7 +43,7 @@ def test_python(capsys):
 def test_logs(tmp_path, capsys, index):
     """A log that is made by hand as the description says, from the ideal readings."""
     gyro, accel = ideal_readings(*np.radians([123.0, 2.0, -3.0, 50.0]))
-    time = np.arange(1, 601) * 0.1
+    time = np.arange(1, 1201) * 0.05
     if index == 0:  # milliseconds, right-forward-up, deg/h and mg
         rows = [1e3 * time, *(np.degrees([gyro[1], gyro[0], -gyro[2]]) * 3600), *(accel[[1, 0, 2]] / 9.80665e-3)]
         rows[-1] = -rows[-1]

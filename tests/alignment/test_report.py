@@ -10,15 +10,16 @@ import pytest
 from pyarrow import csv, table
 from rerun.chunk import RrdReader
 
-from sinssim.alignment import Attitude, error_budget, expected_errors, ideal_readings
-from sinssim.alignment.figures import budget_bars, save, session_figure
+from sinssim.alignment import ideal_readings
 from sinssim.alignment.report import align_source
-from sinssim.cli import main
+from sinssim.cli.process import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import emulate
-from sinssim.truth.swaying import Sway, Swaying
+from sinssim.recording.figures.alignment import session_figure
+from sinssim.recording.figures.canvas import save
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.truth.motions.swaying import Sway, Swaying
 
 SCENARIO = """
 name = "car"
@@ -54,7 +55,7 @@ def write_log(path, imu):
     csv.write_csv(table({"t": imu.time[1:], **dict(zip("abcdef", rates.T, strict=True))}), path)
     description = path.with_suffix(".toml")
     description.write_text(
-        'kind = "rates"\ntime = "t"\n[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad/s"\n'
+        'kind = "rates"\ntime = "t"\ntime_unit = "s"\n[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad/s"\n'
         '[accel]\ncolumns = ["d", "e", "f"]\nunit = "m/s^2"\n'
     )
     return str(path), str(description)
@@ -83,7 +84,7 @@ def test_a_scenario_as_tables(scenario, capsys):
 
 def test_a_log_gives_what_the_scenario_gives(scenario, tmp_path, capsys):
     from sinssim.scenario import load_scenario
-    from sinssim.truth.fly import fly
+    from sinssim.truth.source import fly
 
     plan = load_scenario(scenario)
     log, description = write_log(tmp_path / "log.csv", emulate(fly(plan).increments(10.0), plan.imu, plan.seed))
@@ -151,7 +152,7 @@ def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
 
 def test_a_swaying_scenario_is_compared_with_its_last_instant(scenario, monkeypatch):
     turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, [Sway("heading", 0.01, 1 / 400)])
-    monkeypatch.setattr(importlib.import_module("sinssim.truth.fly"), "fly", lambda plan: turning)
+    monkeypatch.setattr(importlib.import_module("sinssim.truth.source"), "fly", lambda plan: turning)
     report = align_source(scenario, method="disturbed", latitude=np.radians(50.0), settings=("imu.grade=ideal",))
     assert report.truth.heading == pytest.approx(1.0 + 0.01 * np.sin(1.5 * np.pi), abs=1e-9)
     assert abs(report.error.heading) < 1e-6
@@ -161,21 +162,12 @@ def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
     code, _, _ = run(capsys, scenario, "--plot", str(tmp_path / "expected.svg"))
     assert code == 0
     drawing = (tmp_path / "expected.svg").read_text()
-    for label in ("σ, arcmin", "σ, arcsec", "session length T, s", "σ of the latitude, arcmin", "all together"):
+    for label in ("σ [arcmin]", "σ [arcsec]", "session length T [s]", "σ of the latitude [arcmin]", "all together"):
         assert label in drawing
     code, _, err = run(capsys, scenario, "--plot", str(tmp_path / "expected.gif"))
     assert code == 2
     assert ".svg" in err
     assert not list(tmp_path.glob(".*part"))
-
-
-def test_one_figure_as_svg_png_and_pdf(tmp_path):
-    figure = budget_bars(
-        error_budget(Attitude(0.4, 0.0, 0.0), 0.9, expected_errors(ImuSection()).sigma, 300.0), "title"
-    )
-    for suffix, begin in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
-        save(figure, tmp_path / f"budget.{suffix}")
-        assert (tmp_path / f"budget.{suffix}").read_bytes().startswith(begin)
 
 
 def recorded(path):
@@ -237,6 +229,21 @@ def test_gyros_that_cannot_see_the_earth_turn(scenario, capsys):
     assert code == 0
     assert result["heading_deg"] is None
     assert abs(result["roll_deg"] - 1.0) < np.degrees(4 * 2e-3)  # of 2 mg
+
+
+@pytest.mark.parametrize("options", [[], ["--grade", "tactical"], ["--columns", "columns.toml"]])
+@pytest.mark.parametrize("name", ["FILE.pos", "run"])
+def test_what_is_neither_log_nor_scenario_is_said(tmp_path, capsys, name, options):
+    (tmp_path / "FILE.pos").write_text("% solution of a receiver\n")
+    (tmp_path / "run").mkdir()
+    code, out, err = run(capsys, str(tmp_path / name), *options)
+    assert (code, out) == (2, "")
+    said = " ".join(err.split())
+    assert "is neither a log nor a scenario" in said
+    assert ("ends in .pos" if name == "FILE.pos" else "imu_measured.parquet") in said
+    for suffix in (".csv", ".parquet", ".npz", ".toml"):
+        assert suffix in said
+    assert "describes its own sensors" not in said
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from sinssim.alignment import (
     paper_axes,
 )
 from sinssim.alignment.determination import solve
-from sinssim.earth_models import OMEGA_IE as U
+from sinssim.earth.models import OMEGA_IE as U
 from sinssim.errors import InputError
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM, UG
 
@@ -413,3 +413,8 @@ def test_unusable_instrument_errors_are_refused(values, text):
 def test_negative_standard_deviation_is_refused():
     with pytest.raises(InputError, match="accel_bias is negative"):
         error_statistics(Attitude(0.0, 0.0, 0.0), 0.5, None, InstrumentErrors(accel_bias=[1.0, -1.0, 1.0]))
+
+
+def test_an_error_that_is_not_named_is_none():
+    for name, value in vars(InstrumentErrors()).items():
+        np.testing.assert_array_equal(value, np.zeros(3), err_msg=name)

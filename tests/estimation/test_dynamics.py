@@ -10,12 +10,13 @@ from scipy.linalg import expm
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth_models import ELLIPSOIDS
+from sinssim.earth.models import ELLIPSOIDS
 from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.dynamics import Motion, driving_noise, dynamics, transition
-from sinssim.nav_error import navigation_error
-from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.emulate import emulate
 from sinssim.strapdown import navigate
+from sinssim.strapdown.nav_error import navigation_error
 
 ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if name != "gnss lever arm"), 0.0, 0.0)
 RATE_HZ, SPAN = 20.0, 4.0

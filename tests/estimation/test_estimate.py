@@ -9,21 +9,31 @@ import pytest
 
 from sinssim import rotation
 from sinssim.alignment.budget import expected_errors
-from sinssim.data import Array, Measurements
-from sinssim.earth_models import WGS84
+from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model
-from sinssim.estimation.consistency import nees
+from sinssim.estimation.checks.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.nominal import rows_of
 from sinssim.estimation.result import corrected
-from sinssim.nav_error import navigation_error
-from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.strapdown import navigate
-from sinssim.truth.great_circle import GreatCircle
-from sinssim.truth.parked import Parked
-from tests.estimation.worlds import biases_only, errors_of, metres, one_run, positions, standing, velocities, weaving
+from sinssim.strapdown.nav_error import navigation_error
+from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked import Parked
+from tests.estimation.worlds import (
+    biases_only,
+    errors_of,
+    metres,
+    not_turning,
+    one_run,
+    positions,
+    standing,
+    velocities,
+    weaving,
+)
 
 DURATION = 300.0
 SIGMA = biases_only("laser-standard")
@@ -121,8 +131,7 @@ def test_a_late_reading_counts_from_its_instant_and_is_known_when_it_arrives() -
     arrived = np.flatnonzero(~waiting)
     assert in_sigmas(on_time, delayed, arrived, arrived) < 1e-9
     np.testing.assert_allclose(delayed.sigma[arrived], on_time.sigma[arrived], rtol=1e-12)
-    # while it is on its way: as if the readings had ended one second earlier. Velocities wait with it, at its instant
-    # those that came at once are in already.
+    # while it is on its way: as if it had ended one second earlier
     for second in (57.0, 200.0):
         shorter = [only(late, late.time < second), only(speed, speed.time <= second)]
         without = estimate(run.imu, run.initial, shorter, MODEL)
@@ -132,6 +141,49 @@ def test_a_late_reading_counts_from_its_instant_and_is_known_when_it_arrives() -
         assert in_sigmas(delayed, without, rows, same) < 1e-3
         np.testing.assert_allclose(delayed.sigma[rows], without.sigma[same], rtol=1e-4)
         assert np.all(delayed.sigma[rows, 0] > on_time.sigma[rows, 0])
+
+
+@pytest.mark.parametrize("gate", [None, 1e-4])
+def test_the_solution_holds_what_had_arrived_and_nothing_else(gate: float | None) -> None:
+    """Positions late by 0.85 s, heights by 0.25 s, velocities at once, a lie among these: none delays another."""
+    flight, run, _ = world(3)
+    end = 40.0
+    imu = ImuData(run.imu.time[:801], run.imu.dtheta[:800], run.imu.dvel[:800])
+    rng = np.random.default_rng(31)
+    seconds, fifths = np.arange(1.0, end), np.arange(0.2, end, 0.2)
+    place, speed = positions(flight, seconds, rng), velocities(flight, fifths, rng)
+    speed.value[150] += 3.0  # at 30.2 s, while a position is on its way
+    tall = flight.state(seconds + 0.15).height[:, None] + 2.0 * rng.standard_normal((len(seconds), 1))
+    height = Measurements("baro-height", seconds + 0.15, seconds + 0.4, tall, np.full((len(seconds), 1), 2.0))
+    late = [replace(place, arrival=place.time + 0.85), height, speed]
+    found = estimate(imu, run.initial, late, MODEL, gate=gate)
+    for instant in (20.1, 20.3, 20.6, 20.8, 20.9, 30.1, 30.3, 30.5, 30.9):
+        arrived = [only(m, m.arrival <= instant + 1e-9) for m in late]
+        by_then = estimate(imu, run.initial, arrived, MODEL, gate=gate)
+        row, same = (np.array([np.searchsorted(e.time, instant - 1e-6)]) for e in (found, by_then))
+        assert found.time[row[0]] == pytest.approx(instant, abs=1e-6)
+        assert in_sigmas(found, by_then, row, same) < 1e-3, instant
+        np.testing.assert_allclose(found.sigma[row], by_then.sigma[same], rtol=1e-5)
+
+
+def test_zero_rates_in_time_beside_a_late_receiver() -> None:
+    """The covariance of the attitude with the gyros' noise goes with each of the estimates, too."""
+    run_time = 60.0
+    standing_still = Parked(0.8, 0.2, 100.0, np.array([1.0, 0.0, 0.0, 0.0]), run_time)
+    imu = standing_still.increments(20.0)
+    rng = np.random.default_rng(7)
+    seconds = np.arange(1.0, run_time)
+    fixes = positions(standing_still, seconds, rng)
+    late = [replace(fixes, arrival=fixes.time + 0.7), not_turning(np.arange(0.5, run_time, 0.5), rng, 1e-7)]
+    first = standing_still.state(np.zeros(1))
+    initial = NavState(*(part[0] for part in vars(first).values()))
+    found = estimate(imu, initial, late, MODEL, gate=None)
+    for instant in (40.2, 40.6, 40.9):
+        arrived = [only(m, m.arrival <= instant + 1e-9) for m in late]
+        by_then = estimate(imu, initial, arrived, MODEL, gate=None)
+        row, same = (np.array([np.searchsorted(e.time, instant - 1e-6)]) for e in (found, by_then))
+        assert in_sigmas(found, by_then, row, same) < 1e-3
+        np.testing.assert_allclose(found.sigma[row], by_then.sigma[same], rtol=1e-5)
 
 
 def test_readings_later_than_the_next_ones_are_taken_in_order() -> None:
@@ -212,6 +264,7 @@ def test_an_engine_that_fails_under_the_filter() -> None:
     result = estimate(run.imu, run.initial, [given], MODEL, rate_hz=5.0)
     assert result.divergence is not None
     assert "inertial navigation failed: the north-pointing level frame" in result.divergence.reason
+    assert result.divergence.reason.endswith("A filter navigates in no other frame")
     assert 100.0 < result.time[-1] < 180.0  # within 11 km of it, 44 km on
     assert np.isfinite(result.sigma).all()
     assert result.inertial is None

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from sinssim.alignment.budget import expected_errors
-from sinssim.alignment.initial import STATES
+from sinssim.alignment.initial_conditions import STATES
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel, error_model
-from sinssim.scenario.imu import ImuSection
+from sinssim.scenario.sections.imu import ImuSection
 
 NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))
 

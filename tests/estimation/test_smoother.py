@@ -9,7 +9,8 @@ from filterpy.kalman import KalmanFilter
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.nominal import rows_of
-from sinssim.nav_error import navigation_error
+from sinssim.estimation.smoother import scaled_solve
+from sinssim.strapdown.nav_error import navigation_error
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, velocities, weaving
 
 SIGMA = biases_only("laser-standard")
@@ -90,3 +91,26 @@ def test_fifteen_minutes_without_satellites(runs: int) -> None:
     assert np.abs(at_end).max() < (2.6 if runs == 2 else 3.5)
     assert np.sqrt(np.mean(np.square(at_end))) < (1.4 if runs == 2 else 1.15)
     assert np.sqrt(np.mean(inside)) < (1.4 if runs == 2 else 1.1)
+
+
+def test_scaled_solve_leaves_out_what_is_known_exactly() -> None:
+    """The solution of the other states alone, and nothing for the state without variance; over twenty powers of ten."""
+    rng = np.random.default_rng(7)
+    root = rng.standard_normal((3, 4, 4)) * np.array([1e-10, 1.0, 1e-4, 1e6])[:, None]
+    p, right = root @ root.transpose(0, 2, 1), root @ rng.standard_normal((3, 4, 2))
+    known, wide = np.zeros((3, 5, 5)), np.zeros((3, 5, 2))
+    others = np.array([0, 1, 3, 4])
+    known[np.ix_(range(3), others, others)], wide[:, others] = p, right
+    found = scaled_solve(known, wide)
+    np.testing.assert_array_equal(found[:, 2], 0.0)
+    back = p @ found[:, others]
+    assert np.all(np.abs(back - right) < 1e-9 * np.abs(right).max(axis=(0, 2))[:, None])
+
+
+def test_scaled_solve_of_a_singular_covariance_is_the_smallest_solution() -> None:
+    """Two states tied to each other, P = D [[1, 1], [1, 1]] D: of P X = P (1, 0) all X with x₁ d₁ + x₂ d₂ = d₁ are
+    solutions, and (½, ½ d₁/d₂) is the smallest in units of the variances."""
+    tied = np.array([[4.0, 2.0], [2.0, 1.0]])
+    free = np.diag([4.0, 1.0])
+    found = scaled_solve(np.array([tied, free]), np.array([tied, free])[:, :, :1])
+    np.testing.assert_allclose(found[:, :, 0], [[0.5, 1.0], [1.0, 0.0]], rtol=1e-14, atol=1e-15)

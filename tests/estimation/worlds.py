@@ -10,10 +10,11 @@ import numpy as np
 from sinssim import rotation
 from sinssim.alignment.budget import expected_errors
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth_models import WGS84
+from sinssim.earth.models import WGS84
 from sinssim.estimation import ErrorModel, Estimate, Smoothed, state_errors
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import ImuErrors, TriadErrors, emulate
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.emulate import emulate
 from sinssim.truth import Trajectory
 from sinssim.truth.curve import Curve
 from tests.oracles import integrator as oracle

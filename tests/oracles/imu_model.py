@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.sensors.imu_errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 
 Array = NDArray[np.float64]
 

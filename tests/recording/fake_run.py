@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import sinssim.sensors
-import sinssim.strapdown
-import sinssim.truth
+import sinssim.strapdown.measured_attitude
+import sinssim.truth.source
 from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth import WGS84
 from sinssim.scenario.schema import Scenario
@@ -87,9 +87,13 @@ def scenario(algorithms: tuple[str, ...] = ALGORITHMS) -> Scenario:
 def install(count: int, replace=setattr) -> FakeTrajectory:
     """Put made-up numbers in place of flying, sensing and navigating."""
     fake = FakeTrajectory(count)
-    replace(sinssim.truth, "fly", lambda scenario, progress=None, meanwhile=None: fake)
+    replace(sinssim.truth.source, "fly", lambda scenario, progress=None, meanwhile=None: fake)
     replace(sinssim.sensors, "emulate", lambda ideal, spec, seed=0: fake.measured)
-    replace(sinssim.strapdown, "navigate", lambda imu, initial, *, algorithm, **_: fake.solutions[algorithm])
+    replace(
+        sinssim.strapdown.measured_attitude,
+        "navigate",
+        lambda imu, initial, *, algorithm, **_: fake.solutions[algorithm],
+    )
     return fake
 
 
@@ -101,13 +105,13 @@ def main() -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
-    if how == "interrupt":
+    if how in ("interrupt", "kill"):
 
         def navigate(*_, **__):
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.5)
+            os.kill(os.getpid(), signal.SIGINT if how == "interrupt" else signal.SIGKILL)
+            time.sleep(2.0)  # the main thread of a loaded machine takes a while to see the signal
 
-        sinssim.strapdown.navigate = navigate
+        sinssim.strapdown.measured_attitude.navigate = navigate
     from sinssim.simulation import run
 
     run(scenario(), directory, overwrite=True)

@@ -13,17 +13,18 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from sinssim.estimation import BLOCKS
-from sinssim.nav_error import navigation_error
-from sinssim.recording import filter_summary, style
-from sinssim.recording.blueprints import all_views, load_view
-from sinssim.recording.filter_streams import state_columns
-from sinssim.recording.filter_summary import for_people, sentences
-from sinssim.recording.viewer import read_run_info
+from sinssim.recording import style
+from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.views import all_views, load_view
+from sinssim.recording.store import filter_summary
+from sinssim.recording.store.filter_streams import state_columns
+from sinssim.recording.store.filter_summary import for_people, sentences
 from sinssim.scenario import Scenario
-from sinssim.scenario.aiding import Jump, Ramp
+from sinssim.sensors.aiding.gnss import Jump, Ramp
 from sinssim.simulation import run
-from tests.recording.test_run_directory import read_recording, verify
-from tests.recording.test_views import views
+from sinssim.strapdown.nav_error import navigation_error
+from tests.recording.rerun.test_views import views
+from tests.recording.store.test_directory import read_recording, verify
 
 AIDING = {
     "gnss": {
@@ -199,7 +200,7 @@ def test_summary_says_whether_the_filter_is_right(recorded):
     assert jump["readings"] == jump["refused"] == 6  # positions jump, velocities do not
     assert jump["max_horizontal_error_m"] < 10.0
     nees = kept["nees"]
-    assert nees["all states"]["states"] == 21  # the height of the fixes has no bias
+    assert nees["all states"]["states"] == 30  # the height of the fixes has no bias
     assert nees["all states"]["lower_95"] < 1.0 < nees["all states"]["upper_95"]
     assert 0.3 < nees["all states"]["value"] < 3.0
     assert kept["noise"]["gyro noise"]["verdict"] == "consistent"
@@ -246,7 +247,7 @@ def test_a_sensor_or_block_has_one_colour_whatever_is_beside_it():
 
 
 def test_columns_of_every_block_differ():
-    from sinssim.aided import filter_model
+    from sinssim.estimation.from_scenario.filter_model import filter_model
 
     everything = {"gnss": {"correlated_position_sigma_m": 1.0, "correlated_velocity_sigma_mps": 1.0,
                            "lever_arm_sigma_m": 1.0},
@@ -261,7 +262,7 @@ def test_columns_of_every_block_differ():
     )
     model = filter_model(s)
     kinds = {"gnss-position": "gnss-position", "gnss-velocity": "gnss-velocity", "baro": "baro-height",
-             "magnetometer": "heading", "airspeed": "speed", "odometer": "speed", "attitude": "attitude",
+             "magnetometer": "heading", "airspeed": "airspeed", "odometer": "speed", "attitude": "attitude",
              "star-tracker": "attitude"}  # fmt: skip
     columns = [column for block in model.blocks for column in state_columns(block, kinds)]
     assert len(set(columns)) == len(columns) == model.size

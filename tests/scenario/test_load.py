@@ -276,3 +276,74 @@ def test_an_aircrafts_name_may_be_a_number(tmp_path: Path) -> None:
 
 def test_one_setting_needs_no_list(tmp_path: Path) -> None:
     assert load_scenario(write(tmp_path, PARKED), "seed=3").seed == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a = " + "[" * 1000 + "]" * 1000, "stand inside one another more than 20 deep; a scenario needs six"),
+        ("[" + "a." * 1000 + "a]\nb = 1", "stand inside one another more than 20 deep"),
+        (PARKED + "seed = " + "9" * 5000, "cannot be read: Exceeds the limit"),
+        (PARKED.replace('"standing"', f'"{"x" * 100_000}"'), "name must have at most 60 characters, and has 100000"),
+        (PARKED.replace("56.0", f'"{"x" * 100_000}"'), "latitude_deg must be a number, not the text 'xxxxx"),
+        (PARKED.replace("56.0", "9" * 300), "99999… (300 characters) must be at most 90"),
+        (PARKED.replace("latitude_deg", "latitude" * 10_000), "unknown key 'parked.latitudelatitude"),
+        (FLIGHT.replace('"737"', f'"{"7" * 100_000}"'), "unknown aircraft '777777"),
+        (FLIGHT.replace('"737"', '"' + "../" * 3000 + '737"'), "no aircraft file '../../"),
+        (FLIGHT.replace('"quaternion", "euler"', f'"{"q" * 100_000}"'), "unknown algorithm 'qqqqqq"),
+        (FLIGHT.replace('"quaternion", "euler"', "1.5, " * 20_000), "20000 mistakes:"),
+        (f'views = ["{"x" * 100_000}.py"]\n{PARKED}', "xxxxx… (100"),
+        (f'views = ["{"../" * 3000}x.py"]\n{PARKED}', "there is no view '/"),
+    ],
+    ids=[
+        "arrays",
+        "tables",
+        "digits",
+        "name",
+        "value",
+        "number",
+        "key",
+        "aircraft",
+        "path",
+        "algorithm",
+        "array",
+        "view",
+        "views",
+    ],
+)
+def test_what_is_absurdly_large_is_named_and_not_echoed(tmp_path: Path, text: str, said: str) -> None:
+    message = mistake(tmp_path, text)
+    assert said in message
+    assert len(message) < 3000
+
+
+def test_no_more_mistakes_are_put_into_words_than_are_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twenty thousand wrong numbers in one array took two seconds to describe."""
+    described = []
+    monkeypatch.setattr("sinssim.scenario.mistakes._sentence", lambda error, *_: described.append(error) or str(error))
+    message = mistake(tmp_path, FLIGHT.replace('"quaternion", "euler"', "1.5, " * 20_000))
+    assert len(described) == 200
+    assert "20000 mistakes:" in message
+    assert "… and 19988 more." in message
+
+
+def test_views_of_ones_own_are_named_from_the_scenarios_own_folder(tmp_path, monkeypatch):
+    (tmp_path / "plans" / "views").mkdir(parents=True)
+    view = tmp_path / "plans" / "views" / "mine.py"
+    view.touch()
+    plan = tmp_path / "plans" / "plan.toml"
+    plan.write_text('views = ["views/mine.py"]\n' + PARKED)
+    monkeypatch.chdir(tmp_path)
+    scenario = load_scenario("plans/plan.toml")
+    assert scenario.views == (str(view),)
+    (tmp_path / "resolved.toml").write_text(scenario.to_toml())
+    assert load_scenario("resolved.toml").views == (str(view),)
+    (tmp_path / "here.py").touch()
+    assert load_scenario("plans/plan.toml", 'views=["here.py"]').views == (str(tmp_path / "here.py"),)
+    for wrong in ('["views/none.py"]', '["views"]', '["plan.toml"]'):
+        plan.write_text(f"views = {wrong}\n" + PARKED)
+        with pytest.raises(InputError, match=r"plan\.toml, line 1: views.*there is no view '.*; .* ends in \.py"):
+            load_scenario(plan)
+    plan.write_text('views = "mine.py"\n' + PARKED)
+    with pytest.raises(InputError, match=r"plan\.toml, line 1: views"):
+        load_scenario(plan)

@@ -11,17 +11,17 @@ from scipy.integrate import solve_ivp
 from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.nav_error import navigation_error
-from sinssim.scenario.imu import ImuSection
-from sinssim.scenario.laser_gyro import LaserGyroSection
-from sinssim.scenario.sensor_set import SixAccelerometers
-from sinssim.sensors import emulate
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.sensor_set import SixAccelerometers
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
+from sinssim.sensors.imu.emulate import emulate
 from sinssim.strapdown import navigate
-from sinssim.truth.analytic import OnEarth
+from sinssim.strapdown.nav_error import navigation_error
 from sinssim.truth.curve import Curve
-from sinssim.truth.parked import Parked
-from sinssim.truth.rotation_table import Dwell, RotationTable, Turn
+from sinssim.truth.motions.analytic import OnEarth
+from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
 from sinssim.truth.trajectory import Trajectory
 
 HOUR = 3600.0
@@ -218,6 +218,24 @@ def test_quantisation_alone(errors: dict[str, Any]) -> None:
         square += float(np.sum((ends[1] - ends[0]) ** 2)) / runs
     (contribution,) = expect(block(rate_hz=0.1, **errors), NORTHERN).contributions
     assert np.sqrt(square) == pytest.approx(contribution.position, rel=3.0 * 0.029)
+
+
+def test_velocity_quantisation_swings_with_schulers_period() -> None:
+    """A rounded velocity is an error of position that swings: q²/12 of each sample times ∫cos²(ωt) dt, in two axes."""
+    (found,) = expect(block(rate_hz=0.1, accel_quantum_mm_s=500.0), NORTHERN).contributions
+    schuler = np.sqrt(9.806 / 6.378e6)
+    time = np.linspace(0.0, HOUR, 100_001)
+    swing = np.mean(np.cos(schuler * time) ** 2) * HOUR
+    assert found.position == pytest.approx(np.sqrt(2.0 * 0.5**2 / 12.0 / 0.1 * swing), rel=5e-3)
+
+
+def test_unaided_height_runs_away_with_the_accelerometers_bias() -> None:
+    """ḧ = 2ω²h + b, integrated: gravity falls with height."""
+    bias, schuler = 50e-6 * 9.80665, 9.806 / 6.378e6
+    run = solve_ivp(lambda _, y: (y[1], 2.0 * schuler * y[0] + bias), (0.0, HOUR), (0.0, 0.0), rtol=1e-10)
+    found = expect(block(accel_bias_ug=(50.0, 50.0, 50.0)), NORTHERN).height
+    assert found == pytest.approx(run.y[0, -1], rel=0.02)
+    assert expect(block(gyro_arw_deg_sqrt_h=0.003), NORTHERN).height == 0.0
 
 
 def test_warm_up() -> None:

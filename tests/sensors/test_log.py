@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zipfile
 
 import numpy as np
 import pyarrow as pa
@@ -10,7 +11,7 @@ import pytest
 from pyarrow import csv, parquet
 
 from sinssim.errors import InputError
-from sinssim.sensors.log import read_log
+from sinssim.sensors.log import read_log, read_samples
 
 GYRO = np.array([[1e-6, 2e-6, 3e-6], [4e-6, 5e-6, 6e-6], [7e-6, 8e-6, 9e-6]])  # rad
 ACCEL = np.array([[0.01, 0.02, -0.1], [0.03, 0.04, -0.2], [0.05, 0.06, -0.3]])  # m/s
@@ -139,7 +140,7 @@ def test_every_unit(tmp_path, triad, kind, unit, value, si):
     units[triad] = unit
     np.savez(tmp_path / "log.npz", t=[1.0, 2.0], x=np.full((2, 3), value))
     (tmp_path / "log.toml").write_text(
-        f'kind = "{kind}"\ntime = "t"\n'
+        f'kind = "{kind}"\ntime = "t"\ntime_unit = "s"\n'
         + "".join(f'[{name}]\ncolumns = "x"\nunit = "{units[name]}"\n' for name in units)
     )
     imu = read_log(tmp_path / "log.npz", tmp_path / "log.toml")
@@ -160,7 +161,8 @@ def test_axes(tmp_path, axes, of_forward_right_down):
     """Three samples, each along one axis of the log, in forward-right-down by hand."""
     np.savez(tmp_path / "log.npz", t=[1.0, 2.0, 3.0], x=np.eye(3))
     (tmp_path / "log.toml").write_text(
-        f'time = "t"\naxes = {axes}\n[gyro]\ncolumns = "x"\nunit = "rad"\n[accel]\ncolumns = "x"\nunit = "m/s"\n'
+        f'time = "t"\ntime_unit = "s"\naxes = {axes}\n'
+        '[gyro]\ncolumns = "x"\nunit = "rad"\n[accel]\ncolumns = "x"\nunit = "m/s"\n'
     )
     if of_forward_right_down is None:
         with pytest.raises(InputError, match="right-handed"):
@@ -208,7 +210,13 @@ def test_mistakes_are_named(tmp_path, description, text):
 def archive(numbers=b"3" * 400):
     """Return an .npz file of one array whose bytes are these, or of none."""
     file = io.BytesIO()
-    np.savez(file, **({"a": np.frombuffer(numbers)} if numbers else {}))
+    np.savez(file, **({"time_s": np.frombuffer(numbers)} if numbers else {}))
+    return file.getvalue()
+
+
+def arrays(**columns):
+    file = io.BytesIO()
+    np.savez(file, **columns)
     return file.getvalue()
 
 
@@ -216,19 +224,38 @@ def archive(numbers=b"3" * 400):
     ("name", "content", "text"),
     [
         ("log.bin", b"", ".parquet or .npz"),
-        ("log.csv", b"", "cannot be read"),
+        ("log.csv", b"", "holds no samples: there is no line"),
         ("log.parquet", b"PAR1 but not really", "cannot be read"),
         ("log.npz", b"PK but not really", "cannot be read"),
         ("log.csv", b"time_s,dtheta_x_rad\n1,2\n", "unknown column"),
         ("log.csv", (",".join(own_table().column_names) + "\n").encode(), "no samples"),
         ("log.csv", (",".join(own_table().column_names) + "\n" + "1,0,0,0,0,0,0\n").encode(), "1 sample;"),
-        ("log.csv", b"a,b\n1,2\n3,4,5\n", "delimiter and skip_lines"),
+        (
+            "log.csv",
+            b"a,b\n1,2\n\n3,4,5\n",
+            "line 4: it has 3 fields where line 1 has 2 (delimiter = ',', skip_lines = 0)",
+        ),
         ("log.csv", b"time_s,dtheta_x_rad\ns,rad\n1,2\n", "holds 'rad', not a number. If it belongs to a heading"),
         ("log.csv", b"a,b\n1,2\n", "Its own are a, b: say in a TOML file what they hold (--columns)"),
         ("log.npz", b"", "no archive of arrays, as numpy.savez writes one"),
         ("log.npz", archive()[:400], "no archive of arrays"),
         ("log.npz", archive().replace(b"3" * 20, b"4" * 20), "Bad CRC-32"),
         ("log.npz", archive(b""), "Its own are none"),
+        ("log.csv", "time_s,ω\n1,2\n".encode("utf-16"), "line 1: this is no text in UTF-8; it looks like UTF-16"),
+        ("log.csv", b"time_s,\xb0/s\n1,2\n", "line 1: the line of names is not in UTF-8, its byte 8 is 0xb0"),
+        ("log.csv", b"\x00\x01\x02", "line 1: this is no text"),
+        ("log.csv", b"dtheta_x_rad,dtheta_x_rad\n1,2\n", "has 2 columns 'dtheta_x_rad'; one is needed"),
+        (
+            "log.npz",
+            arrays(dtheta_x_rad=np.float64(3.0)),
+            "the column 'dtheta_x_rad' has shape (), where one number per sample",
+        ),
+        ("log.npz", arrays(dtheta_x_rad=np.ones((4, 2))), "shape (4, 2)"),
+        ("log.npz", arrays(dtheta_x_rad=np.ones(4, complex)), "holds complex numbers"),
+        ("log.npz", arrays(dtheta_x_rad=np.zeros(4, "M8[ms]")), "holds dates or times (datetime64[ms])"),
+        ("log.npz", arrays(dtheta_x_rad=np.ones(4, bool)), "holds true and false"),
+        ("log.npz", arrays(dtheta_x_rad=np.array([None, 1])), "allow_pickle"),
+        ("log.npz", arrays(dtheta_x_rad=np.array(["1", "2", "x"])), "sample 2: the column 'dtheta_x_rad' holds"),
     ],
 )
 def test_unreadable_files_are_named(tmp_path, name, content, text):
@@ -250,3 +277,130 @@ def test_a_missing_file_is_named(tmp_path):
     for suffix in ("csv", "parquet", "npz"):
         with pytest.raises(InputError, match="cannot be read: No such file or directory"):
             read_log(tmp_path / f"nothing.{suffix}")
+
+
+OWN_NAMES = ",".join(own_table().column_names) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("before", "row", "text"),
+    [
+        ("", "0.03,1,2,x,4,5,6\n", r"log.csv, sample 2 \(line 4\): the column 'dtheta_z_rad' holds 'x', not a number"),
+        ("", "\n0.03,1,2,,4,5,6\n", r"log.csv, sample 2 \(line 5\): the column 'dtheta_z_rad' is empty or not finite"),
+        ("rig 7\n", "0.015,1,2,3,4,5,6\n", r"log.csv, sample 2 \(line 5\): the time 0.015 s does not come after 0.02"),
+        ("rig 7\n", "0.03,1,2\n", r"log.csv, line 5: it has 3 fields where line 2 has 7"),
+        (
+            "",
+            "0.03,1e4,2,3,4,5,6\n",
+            r"sample 2 \(line 4\): the gyros read 1e\+06 rad/s, and none reads more than 100000",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_text_file_is_named_by_its_line(tmp_path, before, row, text):
+    (tmp_path / "log.csv").write_text(before + OWN_NAMES + "0.01,0,0,0,0,0,0\n0.02,0,0,0,0,0,0\n" + row)
+    (tmp_path / "log.toml").write_text(f"skip_lines = {before.count(chr(10))}\n")
+    with pytest.raises(InputError, match=text):
+        read_log(tmp_path / "log.csv", tmp_path / "log.toml")
+
+
+def test_a_line_of_names_in_latin_1_can_be_skipped(tmp_path):
+    (tmp_path / "log.csv").write_bytes(rows(separator=",", names="t,°/s\n").encode("latin-1"))
+    (tmp_path / "log.toml").write_text(NUMBERED.format("skip_lines = 1\n"))
+    check(read_log(tmp_path / "log.csv", tmp_path / "log.toml"))
+
+
+def test_more_lines_skipped_than_there_are(tmp_path):
+    (tmp_path / "log.csv").write_text(rows(separator=","))
+    for lines, text in ((4, "has 3 lines, and skip_lines = 4 leaves none"), (10**12, "must be at most 1e\\+06")):
+        (tmp_path / "log.toml").write_text(NUMBERED.format(f"skip_lines = {lines}\n"))
+        with pytest.raises(InputError, match=text):
+            read_log(tmp_path / "log.csv", tmp_path / "log.toml")
+
+
+def test_a_time_column_of_one_column_is_one(tmp_path):
+    names = own_table().column_names[1:]
+    columns = dict(zip(names, np.hstack([GYRO, ACCEL]).T, strict=True))
+    np.savez(tmp_path / "log.npz", time_s=ENDS[:, None], **columns)
+    check(read_log(tmp_path / "log.npz"))
+
+
+RATES = 'kind = "rates"\n[gyro]\ncolumns = "w"\nunit = "deg/s"\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "step", "key", "unit"),
+    [
+        ("t", 0.01, "", 1.0),
+        ("t", 10.0, 'time_unit = "ms"', 1e-3),
+        ("t", 10.0, 'time_unit = "s"', 1.0),  # means of ten seconds
+        ("t_ms", 10.0, "", 1e-3),
+        ("time [us]", 1e4, "", 1e-6),
+        ("TimeUS", 1e4, "", 1e-6),
+        ("stamp(nsec)", 1e7, "", 1e-9),
+        ("gps_s", 10.0, "", 1.0),
+        ("gps", 10.0, None, "Which unit have they"),
+        ("t", 10.0, None, 'Write time_unit = "ms"'),
+        ("t_ms", 10.0, 'time_unit = "s"', "contradicts the name of the column, 't_ms', which says ms"),
+        ("t", 0.01, 'time_unit = "ms"', "1e\\+05 samples per second, and no sensor gives more than 20000"),
+    ],
+)
+def test_the_unit_of_time_is_not_taken_for_granted(tmp_path, name, step, key, unit):
+    """Milliseconds that are read as seconds make rates of 10 ms hold for 10 s."""
+    np.savez(tmp_path / "log.npz", **{name: step * np.arange(1.0, 4.0), "w": np.ones((3, 3)), "f": np.ones((3, 3))})
+    (tmp_path / "log.toml").write_text(f'time = "{name}"\n{key or ""}\n{RATES}[accel]\ncolumns = "f"\nunit = "g"\n')
+    if isinstance(unit, str):
+        with pytest.raises(InputError, match=unit):
+            read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+        return
+    imu = read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+    np.testing.assert_allclose(np.diff(imu.time), step * unit, rtol=1e-12)
+    np.testing.assert_allclose(imu.dtheta, np.pi / 180.0 * step * unit, rtol=1e-12)
+
+
+def test_gyros_alone_need_no_word_on_accelerometers(tmp_path):
+    np.savez(tmp_path / "log.npz", t=ENDS, w=np.ones((3, 3)))
+    (tmp_path / "log.toml").write_text('time = "t"\n' + RATES)
+    samples = read_samples(tmp_path / "log.npz", tmp_path / "log.toml")
+    assert list(samples.triads) == ["gyro"]
+    np.testing.assert_allclose(samples.triads["gyro"], np.pi / 180.0, rtol=1e-15)
+    with pytest.raises(InputError, match=r"log.toml describes no accelerometers, which are needed: add .* \[accel\]"):
+        read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+    (tmp_path / "log.toml").write_text('time = "t"\nkind = "rates"\n')
+    with pytest.raises(InputError, match=r'kind = "rates" needs a table \[gyro\] or \[accel\]'):
+        read_samples(tmp_path / "log.npz", tmp_path / "log.toml")
+
+
+@pytest.mark.parametrize("suffix", ["npz", "parquet", "csv", "txt"])
+def test_what_does_not_fit_into_memory_is_not_read(tmp_path, monkeypatch, suffix):
+    """A file of zeros packs a thousand to one; its size on the disk tells nothing."""
+    count = 20_000
+    columns = {name: np.zeros(count) for name in own_table().column_names}
+    columns["time_s"] = 0.01 * np.arange(count)
+    log, memory = tmp_path / f"log.{suffix}", 8 * 7 * count  # as much as the numbers alone
+    if suffix == "npz":
+        np.savez_compressed(log, **columns)
+    elif suffix == "parquet":
+        parquet.write_table(pa.table(columns), log)
+    else:
+        csv.write_csv(pa.table(columns), log)
+    (tmp_path / "log.toml").write_text('delimiter = "whitespace"\n' if suffix == "txt" else "")
+    monkeypatch.setattr("sinssim.sensors.log_columns.machine_memory", lambda: memory)
+    with pytest.raises(InputError, match=rf"log.{suffix} would need .* GB of memory where this machine has 0.00112"):
+        read_log(log, tmp_path / "log.toml")
+
+
+def test_columns_that_are_not_used_are_not_read(tmp_path, monkeypatch):
+    names = own_table().column_names
+    columns = {name: own_table()[name].to_numpy() for name in names} | {"huge": np.zeros(1_000_000)}
+    np.savez_compressed(tmp_path / "log.npz", **columns)
+    monkeypatch.setattr("sinssim.sensors.log_columns.machine_memory", lambda: 100_000)
+    check(read_log(tmp_path / "log.npz"))
+
+
+def test_a_header_that_promises_more_than_there_is(tmp_path):
+    with zipfile.ZipFile(tmp_path / "log.npz", "w") as archive, archive.open("dtheta_x_rad.npy", "w") as file:
+        header = {"descr": "<f8", "fortran_order": False, "shape": (4_000_000_000_000,)}
+        np.lib.format.write_array_header_1_0(file, header)
+        file.write(np.zeros(4).tobytes())
+    with pytest.raises(InputError, match=r"the array dtheta_x_rad.npy of shape \(4000000000000,\) is not all there"):
+        read_log(tmp_path / "log.npz")

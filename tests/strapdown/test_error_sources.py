@@ -18,13 +18,14 @@ from scipy.stats import chi2
 
 from sinssim import rotation
 from sinssim.data import ImuData, NavState
-from sinssim.earth_models import ELLIPSOIDS, Ellipsoid
-from sinssim.nav_error import NavError, navigation_error
-from sinssim.scenario.imu import ImuSection
-from sinssim.sensors import ImuErrors, TriadErrors, draw, emulate
+from sinssim.earth.models import ELLIPSOIDS, Ellipsoid
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu.emulate import emulate
 from sinssim.strapdown import navigate
-from sinssim.truth.great_circle import GreatCircle
-from sinssim.truth.parked import Parked
+from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked import Parked
 from tests.oracles import error_equations
 from tests.oracles.error_equations import Nominal, Sources
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.earth_models import Ellipsoid
+from sinssim.earth.models import Ellipsoid
 from sinssim.errors import InputError, RunError
-from sinssim.nav_error import NavError, navigation_error
-from sinssim.sensors.attitude_sensor import AttitudeSensorErrors, inertial_attitude, sense_attitude
+from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, inertial_attitude, sense_attitude
 from sinssim.strapdown.measured_attitude import navigate_by_attitude
-from sinssim.truth.analytic import OnEarth
+from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.truth.curve import Curve
-from sinssim.truth.great_circle import GreatCircle
-from sinssim.truth.parked import Parked
-from sinssim.truth.rocking import SpinRock
+from sinssim.truth.motions.analytic import OnEarth
+from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.rocking import SpinRock
 from sinssim.truth.trajectory import Trajectory
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
@@ -57,7 +57,7 @@ def run(
 
 @pytest.fixture
 def ball(monkeypatch: pytest.MonkeyPatch) -> Ellipsoid:
-    from sinssim.earth_models import ELLIPSOIDS
+    from sinssim.earth.models import ELLIPSOIDS
 
     monkeypatch.setitem(ELLIPSOIDS, "ball", BALL)
     return BALL
@@ -176,7 +176,7 @@ def test_bad_input() -> None:
         ({**good, "dvel": imu.dvel[0]}, r"dvel \(3,\)"),
         ({**good, "dvel": 0.0}, r"dvel \(1,\)"),
         ({**good, "dvel": [[1.0, 2.0], [3.0]]}, "dvel is no array of numbers"),
-        ({**good, "q_ib": "north"}, "q_ib is no array of numbers"),
+        ({**good, "q_ib": "north"}, "q_ib = 'north' is no array of numbers"),
         ({"time": imu.time[:4], "dvel": imu.dvel[:3], "q_ib": q[:4]}, "N ≥ 5"),
         (with_value("dvel", 3, [0.0, np.inf, 0.0]), r"dvel\[3\].*interval ending at t = 4.000000 s"),
         (with_value("time", 2, np.nan), r"time\[2\] = nan s"),

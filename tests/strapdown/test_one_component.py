@@ -115,8 +115,8 @@ def test_bad_input() -> None:
         ((time, broken, dvel), {}, r"dtheta\[3\] = nan rad .* t = 4.000000 s"),
         ((late, dtheta, dvel), {}, r"time\[4\] = inf s"),
         ((np.zeros(11), dtheta, dvel), {}, r"time must increase: time\[0\]"),
-        ((time, dtheta, dvel), {"pitch": np.nan}, "pitch = nan rad"),
-        ((time, dtheta, dvel), {"radius": 0.0}, "radius = 0.0 m must be a finite number, more than 0"),
+        ((time, dtheta, dvel), {"pitch": np.nan}, "pitch = nan must be one finite number, rad"),
+        ((time, dtheta, dvel), {"radius": 0.0}, "radius = 0.0 must be one positive number, m"),
     ]
     for arguments, options, said in wrong:
         with pytest.raises(InputError, match=said) as caught:

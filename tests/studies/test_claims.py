@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from sinssim.strapdown.coning_drift import drift
-from sinssim.studies.claim_names import CLAIMS
 from sinssim.studies.claims import decide
 from sinssim.studies.motions import MotionFacts
 from sinssim.studies.results import Comparison, Row, Verdict
-from sinssim.studies.schema import Study
+from sinssim.studies.schema import CLAIMS, Study
 from sinssim.units import ARCSEC
 
 FACTS = MotionFacts(3600.0, 1.1e6, 9.9, 1100.0, 1.0, 5.0, 50.0)

@@ -137,7 +137,7 @@ def test_what_is_too_short_is_found_before_anything_is_done(monkeypatch):
 
 
 def test_a_study_that_does_not_fit_into_memory(monkeypatch):
-    monkeypatch.setattr(module, "_memory", lambda: 16e9)
+    monkeypatch.setattr(module, "machine_memory", lambda: 16e9)
     long = study(motions=({"parked": {**PARKED, "duration_s": 1e6}},))
     with pytest.raises(
         InputError, match=r"80 million samples of parked at 80 Hz take about 24 GB, and there are 16 GB"
@@ -160,7 +160,7 @@ def test_a_study_of_hours_is_refused_before_it_starts(monkeypatch):
 def test_a_long_study_says_so(monkeypatch):
     said: list[str] = []
     monkeypatch.setattr(module, "_run_block", lambda *_: None)
-    monkeypatch.setattr(module, "_memory", lambda: math.inf)
+    monkeypatch.setattr(module, "machine_memory", lambda: math.inf)
     compare(study(motions=({"parked": {**PARKED, "duration_s": 2e6}},)), limit_minutes=1e9, say=said.append)
     assert re.search(r"small: 3 navigations of 280 million samples, about \d+ (s|min)", said[0])
 
@@ -182,7 +182,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_files(written):
     assert {p.name for p in written.iterdir()} == {
-        "report.html", "results.json", "results.parquet", "recording.rrd", "study.toml",
+        ".sinssim.json", "report.html", "results.json", "results.parquet", "recording.rrd", "study.toml",
     }  # fmt: skip
     assert load_study(written / "study.toml").parts[0].title == "rates <&>"
 
@@ -217,8 +217,8 @@ def test_report_stands_alone(written):
 def test_recording_is_valid_and_shows_the_comparison(written):
     import rerun_cli
 
-    from sinssim.recording.blueprints import all_views
-    from sinssim.recording.viewer import read_run_info
+    from sinssim.recording.rerun.viewer import read_run_info
+    from sinssim.recording.rerun.views import all_views
 
     recording = written / "recording.rrd"
     binary = Path(rerun_cli.__file__).parent / "rerun"
@@ -276,7 +276,7 @@ def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatc
 
 
 def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, monkeypatch):
-    from sinssim.studies import record
+    from sinssim.recording.rerun import study as record
 
     whole = record.record
     asked = iter((True, False))
@@ -343,8 +343,8 @@ def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console
 
-    from sinssim.recording.page import number
-    from sinssim.studies.report import show
+    from sinssim.formatting import number
+    from sinssim.recording.tables.study import show
 
     rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)
     found = compare(

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from sinssim import ALGORITHMS
+from sinssim.algorithms import whole_ratio
 from sinssim.errors import InputError
-from sinssim.rates import whole_ratio
 from sinssim.scenario.content import list_content
 from sinssim.studies.load import load_study
 
@@ -73,7 +73,7 @@ def test_studies_are_no_scenarios() -> None:
         ("parts.1.rates_hz=[30.0, 100.0]", ["30 Hz does not divide", "100 Hz", "33.3333333 Hz does"]),
         ("parts.1.rates_hz=[]", ["rates_hz"]),
         ("parts.1.rates_hz=[100.0, 100.0]", ["rates_hz", "100.0 Hz 2 times"]),
-        ("parts.1.rates_hz=[0.0]", ["greater than 0"]),
+        ("parts.1.rates_hz=[0.0]", ["at least 1e-06"]),
         ("parts.1.schedules_hz=[[100.0, 40.0, 10.0]]", ["40 Hz does not divide 100 Hz", "fast, medium"]),
         ('parts.1.algorithms=["quaternoin"]', ["unknown algorithm 'quaternoin'", "Did you mean 'quaternion'"]),
         ('parts.1.algorithms=["euler", "euler"]', ["'euler' 2 times"]),
@@ -83,6 +83,7 @@ def test_studies_are_no_scenarios() -> None:
         ('parts.1.frames=["polar"]', ["unknown frame 'polar'"]),
         ('parts.1.decides=["quaternions-rule"]', ["unknown claim", "attitude-rate"]),
         ('parts.1.variants=["no-sensors"]', ["unknown sensor-set variant"]),
+        ('parts.1.slow_quantities=["extrapolate"]', ['slow_quantities = ["extrapolate"] would change nothing']),
         ("parts.1.motions.1.scenario=parked", ["exactly one of", "scenario and parked"]),
         ('parts.1.motions.1.set=["imu.rate_hz=5"]', ["set changes a scenario"]),
         ("parts.1.motions.1.parked.latitude_deg=91.0", ["at most 90"]),
@@ -93,6 +94,25 @@ def test_mistakes_are_named(tmp_path: Path, setting: str, said: list[str]) -> No
     message = refused(tmp_path, PART, setting)
     for words in said:
         assert words in message
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (
+            ('frames=["level", "inertial"]', 'curvatures=["exact", "simplified"]'),
+            'change nothing in frames = ["inertial"]',
+        ),
+        (('variants=["attitude-sensor"]', 'algorithms=["poisson-*"]'), "algorithms would change nothing with variants"),
+        (('variants=["attitude-sensor"]', 'frames=["wander"]'), "frames would change nothing with variants"),
+        (
+            ('variants=["attitude-sensor"]', 'curvatures=["simplified"]'),
+            "curvatures would change nothing with variants",
+        ),
+    ],
+)
+def test_what_would_change_nothing_is_refused(tmp_path: Path, settings: tuple[str, str], said: str) -> None:
+    assert said in refused(tmp_path, PART, *(f"parts.1.{setting}" for setting in settings))
 
 
 def test_a_mistake_has_its_line(tmp_path: Path) -> None:

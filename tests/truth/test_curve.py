@@ -247,7 +247,7 @@ def test_instants_outside(t: float | list[float]) -> None:
 @pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
 def test_bad_rates(rate: float) -> None:
     _, curve = flight_curve(10.0)
-    with pytest.raises(InputError, match="positive, finite"):
+    with pytest.raises(InputError, match="must be one positive number"):
         curve.increments(rate)
 
 

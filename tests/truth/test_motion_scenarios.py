@@ -14,7 +14,7 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
 from sinssim.simulation import run
-from sinssim.truth import fly
+from sinssim.truth.source import fly
 
 DEG = np.pi / 180.0
 MOTIONS: dict[str, dict[str, Any]] = {

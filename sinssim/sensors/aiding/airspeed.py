@@ -2,56 +2,98 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Self
+
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim.data import Array
-from sinssim.scenario.aiding import AirspeedSection
-from sinssim.sensors.aiding.lag import lagged
-from sinssim.sensors.aiding.noise import turn_on, white
-from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
-from sinssim.truth.trajectory import Trajectory
+from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
+from sinssim.sensors.aiding.base.lag import lagged
+from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle, exclude_each_other
 from sinssim.units import PPM
 
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
 
-def airspeed(trajectory: Trajectory, section: AirspeedSection, seed: int = 0) -> Sensed:
-    """Return what an airspeed sensor reads: (1 + k) V + b + ν, with V lagged.
+_SLOWEST_MPS = 15.0
+"""Least airspeed of which there are readings, m/s: 30 kt, where air-data computers begin (ARINC 706). Slower, dynamic
+pressure is below 140 Pa, and the wind may be from any side."""
 
-    Args:
-        trajectory: the true motion of the sensor block.
-        section: the sensor.
-        seed: the run's seed.
 
-    Returns:
-        Speeds. For the filter they are speeds along the forward axis of the velocity over ground less the wind, a lag
-        being so much of a delay.
+class AirspeedSection(AidingSensor):
+    """An airspeed sensor, which measures the magnitude of the velocity through the air; the wind is unknown."""
 
-    Raises:
-        InputError: the motion is over before the first reading, or the seed cannot be used.
-    """
-    s = section
-    time = epochs(trajectory, s, "airspeed")
-    logged = trajectory.channels.get("airspeed_mps")
+    sigma_mps: Noise = Field(default=1.0, description="white noise")
+    bias_mps: Offset | None = Field(default=None, description="fixed constant error")
+    bias_sigma_mps: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    scale_ppm: Offset | None = Field(default=None, description="fixed relative error of the airspeed")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    lag_s: Moment = Field(default=0.0, description="time constant of the sensor's first-order lag")
+    wind_sigma_mps: Spread = Field(
+        default=10.0,
+        description="1σ of the north and east wind, as modelled by the filter; vertical wind is not modelled",
+    )
+    wind_correlation_time_s: CorrelationTime = Field(
+        default=1200.0, description="correlation time of the wind, as modelled by the filter"
+    )
 
-    def speed(t: Array) -> Array:
-        if logged is not None:
-            return np.asarray(np.interp(t, logged.time, logged.values))
-        return np.asarray(np.linalg.norm(trajectory.state(t).velocity_ned, axis=1))
+    @model_validator(mode="after")
+    def _fixed_or_drawn(self) -> Self:
+        exclude_each_other(self, "bias_mps", "bias_sigma_mps")
+        exclude_each_other(self, "scale_ppm", "scale_sigma_ppm")
+        return self
 
-    scale = PPM * turn_on(seed, "airspeed scale", s.scale_ppm, s.scale_sigma_ppm)
-    bias = turn_on(seed, "airspeed bias", s.bias_mps, s.bias_sigma_mps)
-    value = (1.0 + scale) * lagged(speed, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
-    true = {
-        "airspeed bias": np.array([bias]),
-        "airspeed scale": np.array([scale]),
-        "airspeed wind": _wind(trajectory, time),
-    }
-    value = value + white(seed, "airspeed noise", (s.sigma_mps,), len(time))
-    return sensed("airspeed", "speed", s, time, value, (s.sigma_mps,), true, lag=s.lag_s)
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return airspeeds (1 + k) V + b + ν, with V lagged.
+
+        V is the magnitude of the velocity through the air, as a pitot tube gives it at usual angles of attack and
+        sideslip. Below 15 m/s there is no reading. For the filter the readings are the magnitude of the velocity over
+        ground less the wind, and a lag τ is a delay by τ.
+
+        Args:
+            vehicle: the vehicle that carries the sensor.
+
+        Returns:
+            "airspeed".
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        logged = trajectory.channels.get("airspeed_mps")
+
+        def speed(t: Array) -> Array:
+            if logged is not None:
+                return np.asarray(np.interp(t, logged.time, logged.values))
+            return np.asarray(np.linalg.norm(trajectory.state(t).velocity_ned, axis=1))
+
+        scale = PPM * turn_on(seed, "airspeed scale", s.scale_ppm, s.scale_sigma_ppm)
+        bias = turn_on(seed, "airspeed bias", s.bias_mps, s.bias_sigma_mps)
+        value = (1.0 + scale) * lagged(speed, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
+        true = {
+            "airspeed bias": np.array([bias]),
+            "airspeed scale": np.array([scale]),
+            "airspeed wind": _wind(trajectory, time),
+        }
+        value = value + white(seed, "airspeed noise", (s.sigma_mps,), len(time))
+        fast = speed(time) >= _SLOWEST_MPS
+        return [s.readings("airspeed", "airspeed", time, value, (s.sigma_mps,), true, valid=fast, lag=s.lag_s)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the errors of the sensor, and the wind."""
+        yield SensorState("airspeed bias", (math.hypot(self.bias_sigma_mps, self.bias_mps or 0.0),))
+        yield SensorState("airspeed scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))
+        yield SensorState("airspeed wind", (self.wind_sigma_mps,) * 2, self.wind_correlation_time_s)
 
 
 def _wind(trajectory: Trajectory, time: Array) -> Array:
-    """Return the wind to the north and east at some instants, (M, 2) m/s; still air where nobody tells."""
-    found = [trajectory.channels.get(f"wind_{axis}_mps") for axis in ("north", "east")]
+    """Return the wind to the north and east at some instants, (M, 2) m/s; still air if the trajectory logs none."""
+    axes = [trajectory.channels.get(f"wind_{axis}_mps") for axis in ("north", "east")]
     return np.column_stack(
-        [np.zeros(len(time)) if axis is None else np.interp(time, axis.time, axis.values) for axis in found]
+        [np.zeros(len(time)) if axis is None else np.interp(time, axis.time, axis.values) for axis in axes]
     )

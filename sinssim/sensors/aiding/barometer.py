@@ -2,40 +2,65 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from typing import Self
+
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim.data import Array
-from sinssim.scenario.aiding import BarometerSection
-from sinssim.sensors.aiding.lag import lagged
-from sinssim.sensors.aiding.noise import correlated, turn_on, white
-from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
-from sinssim.truth.trajectory import Trajectory
+from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
+from sinssim.sensors.aiding.base.lag import lagged
+from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle, exclude_each_other
 from sinssim.units import PPM
 
 
-def barometer(trajectory: Trajectory, section: BarometerSection, seed: int = 0) -> Sensed:
-    """Return what a barometric altimeter reads: (1 + k) h + b + b(t) + ν, with h lagged.
+class BarometerSection(AidingSensor):
+    """A barometric altimeter, which measures the height above the ellipsoid."""
 
-    Args:
-        trajectory: the true motion of the sensor block.
-        section: the altimeter.
-        seed: the run's seed.
+    sigma_m: Noise = Field(default=1.0, description="white noise")
+    bias_m: Offset = Field(default=0.0, description="constant error that is unknown to the filter")
+    bias_sigma_m: Spread = Field(default=10.0, description="1σ of the Gauss-Markov error of the pressure field")
+    bias_correlation_time_s: CorrelationTime = Field(default=7200.0, description="correlation time of this error")
+    scale_ppm: Offset | None = Field(default=None, description="fixed relative error of the height")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    lag_s: Moment = Field(default=0.0, description="time constant of the sensor's first-order lag")
 
-    Returns:
-        Its heights; for the filter a lag is so much of a delay, which is what it is in a steady climb.
+    @model_validator(mode="after")
+    def _fixed_or_drawn(self) -> Self:
+        exclude_each_other(self, "scale_ppm", "scale_sigma_ppm")
+        return self
 
-    Raises:
-        InputError: the motion is over before the first reading, or the seed cannot be used.
-    """
-    s = section
-    time = epochs(trajectory, s, "baro")
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return heights (1 + k) h + b + b(t) + ν, with h lagged.
 
-    def height(t: Array) -> Array:
-        return trajectory.state(t).height
+        For the filter a lag τ is a delay by τ, which is exact in a steady climb.
 
-    scale = PPM * turn_on(seed, "baro scale", s.scale_ppm, s.scale_sigma_ppm)
-    bias = s.bias_m + correlated(seed, "baro bias", (s.bias_sigma_m,), time, s.bias_correlation_time_s)
-    value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
-    value += white(seed, "baro noise", (s.sigma_m,), len(time))
-    true = {"baro bias": bias, "baro scale": np.array([scale])}
-    return sensed("baro", "baro-height", s, time, value, (s.sigma_m,), true, lag=s.lag_s)
+        Args:
+            vehicle: the vehicle that carries the altimeter.
+
+        Returns:
+            "baro", heights above the ellipsoid.
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+
+        def height(t: Array) -> Array:
+            return trajectory.state(t).height
+
+        scale = PPM * turn_on(seed, "baro scale", s.scale_ppm, s.scale_sigma_ppm)
+        bias = s.bias_m + correlated(seed, "baro bias", (s.bias_sigma_m,), time, s.bias_correlation_time_s)
+        value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
+        value += white(seed, "baro noise", (s.sigma_m,), len(time))
+        true = {"baro bias": bias, "baro scale": np.array([scale])}
+        return [s.readings("baro", "baro-height", time, value, (s.sigma_m,), true, lag=s.lag_s)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the pressure field's error and the scale factor's."""
+        yield SensorState("baro bias", (self.bias_sigma_m,), self.bias_correlation_time_s)
+        yield SensorState("baro scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))

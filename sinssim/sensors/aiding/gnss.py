@@ -1,68 +1,156 @@
-"""A satellite receiver: position and velocity of its antenna, with noise, and with what goes wrong with satellites."""
+"""A satellite receiver: position and velocity of its antenna, with noise, drifts, jumps and ramps."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Self
+
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim import earth
 from sinssim.data import Array
-from sinssim.scenario.aiding import GnssSection
-from sinssim.sensors.aiding.lever_arm import state_at
-from sinssim.sensors.aiding.noise import correlated, white
-from sinssim.sensors.aiding.readings import Sensed, epochs, sensed, within
-from sinssim.truth.trajectory import Trajectory
+from sinssim.section import CorrelationTime, Duration, LeverArm, Moment, Noise, Offset, Section, Spread, Velocity
+from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.sensors.aiding.base.random_errors import correlated, white
+from sinssim.sensors.aiding.base.sensor import (
+    AidingReadings,
+    AidingSensor,
+    SensorState,
+    Vehicle,
+    in_order,
+    within,
+)
 
 _DOWN = np.array([1.0, 1.0, -1.0])
 """North, east, up to north, east, down."""
 
 
-def gnss(trajectory: Trajectory, section: GnssSection, seed: int = 0) -> list[Sensed]:
-    """Return what a satellite receiver gives.
+class _Fault(Section):
+    from_s: Moment = Field(description="time at which the fault begins")
+    to_s: Duration | None = Field(default=None, description="time at which the fault ends; default: never")
 
-    Args:
-        trajectory: the true motion of the sensor block.
-        section: the receiver.
-        seed: the run's seed.
+    @model_validator(mode="after")
+    def _lasts(self) -> Self:
+        if self.to_s is not None:
+            in_order((self.from_s, self.to_s))
+        return self
 
-    Returns:
-        Positions (latitude, longitude, height) and velocities (north, east, down) of the antenna; the section may
-        want only one of them. The lever arm that the filter is told is off by what the section says.
+    @model_validator(mode="after")
+    def _does_something(self) -> Self:
+        sizes = [name for name in type(self).model_fields if name not in _Fault.model_fields]
+        if not any(getattr(self, name) for name in sizes):
+            raise ValueError(f"{', '.join(sizes)} are all 0, so that nothing happens: give one of them")
+        return self
 
-    Raises:
-        InputError: the motion is over before the first fix, or the seed cannot be used.
-    """
-    s = section
-    time = epochs(trajectory, s, "gnss")
-    antenna = state_at(trajectory, time, s.lever_arm_m)
-    off = white(seed, "gnss lever arm", (s.lever_arm_sigma_m,) * 3, 1)[0]
-    arm = {"gnss lever arm": -off}
-    told = np.array(s.lever_arm_m) + off
-    moved, drift = _faults(s, time)
-    given = []
-    if s.position:
-        sigma = (s.position_sigma_m, s.position_sigma_m, s.height_sigma_m)
-        slow = (s.correlated_position_sigma_m, s.correlated_position_sigma_m, s.correlated_height_sigma_m)
-        bias = correlated(seed, "gnss position drift", slow, time, s.correlation_time_s)
-        error = moved + bias + white(seed, "gnss position noise", sigma, len(time))  # north, east, up
-        r1, r2 = earth.radii(antenna.latitude, trajectory.ellipsoid)
-        value = np.column_stack(
-            (
-                antenna.latitude + error[:, 0] / (r1 + antenna.height),
-                antenna.longitude + error[:, 1] / ((r2 + antenna.height) * np.cos(antenna.latitude)),
-                antenna.height + error[:, 2],
+
+class Jump(_Fault):
+    """A constant error of the fixes during an interval."""
+
+    north_m: Offset = Field(default=0.0, description="error to the north")
+    east_m: Offset = Field(default=0.0, description="error to the east")
+    up_m: Offset = Field(default=0.0, description="error upwards")
+
+
+class Ramp(_Fault):
+    """A spoofing ramp: the error of the fixes grows at a constant velocity, which the velocity fixes include."""
+
+    north_mps: Velocity = Field(default=0.0, description="rate of the error to the north")
+    east_mps: Velocity = Field(default=0.0, description="rate of the error to the east")
+    up_mps: Velocity = Field(default=0.0, description="rate of the error upwards")
+
+
+class GnssSection(AidingSensor):
+    """A satellite receiver: position and velocity of its antenna."""
+
+    position: bool = Field(default=True, description="whether the receiver provides positions")
+    velocity: bool = Field(default=True, description="whether the receiver provides velocities")
+    position_sigma_m: Noise = Field(default=1.5, description="white noise of north and east, each")
+    height_sigma_m: Noise = Field(default=3.0, description="white noise of the height")
+    velocity_sigma_mps: Noise = Field(default=0.05, description="white noise of each component of the velocity")
+    correlated_position_sigma_m: Spread = Field(
+        default=0.0, description="Gauss-Markov error of north and east, each (orbits, atmosphere)"
+    )
+    correlated_height_sigma_m: Spread = Field(default=0.0, description="Gauss-Markov error of the height")
+    correlated_velocity_sigma_mps: Spread = Field(
+        default=0.0, description="Gauss-Markov error of each component of the velocity"
+    )
+    correlation_time_s: CorrelationTime = Field(
+        default=300.0, description="correlation time of the Gauss-Markov errors"
+    )
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
+    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error in the assumed value of each of these")
+    jumps: tuple[Jump, ...] = Field(default=(), description="constant errors for a while")
+    ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow: spoofing")
+
+    @model_validator(mode="after")
+    def _gives_something(self) -> Self:
+        if not (self.position or self.velocity):
+            raise ValueError("position = false and velocity = false leave nothing that the receiver gives")
+        return self
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return positions (latitude, longitude, height) and velocities (north, east, down) of the antenna.
+
+        The lever arm that the filter is told is off by what the section says.
+
+        Args:
+            vehicle: the vehicle that carries the receiver.
+
+        Returns:
+            "gnss-position" and "gnss-velocity", or the one of them that the section wants.
+
+        Raises:
+            InputError: the motion is over before the first fix, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        antenna = state_at(trajectory, time, s.lever_arm_m)
+        off = white(seed, "gnss lever arm", (s.lever_arm_sigma_m,) * 3, 1)[0]
+        arm = {"gnss lever arm": -off}
+        assumed = np.array(s.lever_arm_m) + off
+        moved, drift = _faults(s, time)
+        readings = []
+        if s.position:
+            sigma = (s.position_sigma_m, s.position_sigma_m, s.height_sigma_m)
+            bias = correlated(seed, "gnss position drift", s._position_drift, time, s.correlation_time_s)
+            error = moved + bias + white(seed, "gnss position noise", sigma, len(time))  # north, east, up
+            r1, r2 = earth.radii(antenna.latitude, trajectory.ellipsoid)
+            value = np.column_stack(
+                (
+                    antenna.latitude + error[:, 0] / (r1 + antenna.height),
+                    antenna.longitude + error[:, 1] / ((r2 + antenna.height) * np.cos(antenna.latitude)),
+                    antenna.height + error[:, 2],
+                )
             )
-        )
-        true = {"gnss-position bias": bias * _DOWN, **arm}
-        given.append(sensed("gnss-position", "gnss-position", s, time, value, sigma, true, lever_arm=told))
-    if s.velocity:
-        sigma = (s.velocity_sigma_mps,) * 3
-        slow = (s.correlated_velocity_sigma_mps,) * 3
-        bias = correlated(seed, "gnss velocity drift", slow, time, s.correlation_time_s)
-        value = antenna.velocity_ned + drift * _DOWN + bias
-        value += white(seed, "gnss velocity noise", sigma, len(time))
-        true = {"gnss-velocity bias": bias, **arm}
-        given.append(sensed("gnss-velocity", "gnss-velocity", s, time, value, sigma, true, lever_arm=told))
-    return given
+            true = {"gnss-position bias": bias * _DOWN, **arm}
+            readings.append(s.readings("gnss-position", "gnss-position", time, value, sigma, true, lever_arm=assumed))
+        if s.velocity:
+            sigma = (s.velocity_sigma_mps,) * 3
+            bias = correlated(seed, "gnss velocity drift", s._velocity_drift, time, s.correlation_time_s)
+            value = antenna.velocity_ned + drift * _DOWN + bias
+            value += white(seed, "gnss velocity noise", sigma, len(time))
+            true = {"gnss-velocity bias": bias, **arm}
+            readings.append(s.readings("gnss-velocity", "gnss-velocity", time, value, sigma, true, lever_arm=assumed))
+        return readings
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the slow errors of position and velocity, and the error of the lever arm."""
+        if self.position:
+            yield SensorState("gnss-position bias", self._position_drift, self.correlation_time_s)
+        if self.velocity:
+            yield SensorState("gnss-velocity bias", self._velocity_drift, self.correlation_time_s)
+        yield SensorState("gnss lever arm", (self.lever_arm_sigma_m,) * 3)
+
+    @property
+    def _position_drift(self) -> tuple[float, float, float]:
+        """1σ of the slow error, north, east, height, m."""
+        return (self.correlated_position_sigma_m, self.correlated_position_sigma_m, self.correlated_height_sigma_m)
+
+    @property
+    def _velocity_drift(self) -> tuple[float, float, float]:
+        """1σ of the slow error of each component, m/s."""
+        return (self.correlated_velocity_sigma_mps,) * 3
 
 
 def _faults(section: GnssSection, time: Array) -> tuple[Array, Array]:

@@ -2,37 +2,59 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from typing import Self
+
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim import rotation
-from sinssim.scenario.aiding import MagnetometerSection
-from sinssim.sensors.aiding.noise import turn_on, white
-from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
-from sinssim.truth.trajectory import Trajectory
+from sinssim.section import Noise, Offset, Spread
+from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle, exclude_each_other
 from sinssim.units import DEG
 
 
-def magnetometer(trajectory: Trajectory, section: MagnetometerSection, seed: int = 0) -> Sensed:
-    """Return what a magnetic compass reads: ψ + b + A sin ψ + B cos ψ + ν.
+class MagnetometerSection(AidingSensor):
+    """A magnetic compass, which measures the heading of the block after correction for declination."""
 
-    Args:
-        trajectory: the true motion of the sensor block.
-        section: the compass.
-        seed: the run's seed.
+    sigma_deg: Noise = Field(default=0.5, description="white noise")
+    bias_deg: Offset | None = Field(default=None, description="fixed error of declination and mounting")
+    bias_sigma_deg: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    deviation_sigma_deg: Spread = Field(
+        default=0.0, description="1σ of each of the two coefficients of A sin ψ + B cos ψ (hard iron)"
+    )
 
-    Returns:
-        Headings of the block's forward axis from true north, 0 … 2π.
+    @model_validator(mode="after")
+    def _fixed_or_drawn(self) -> Self:
+        exclude_each_other(self, "bias_deg", "bias_sigma_deg")
+        return self
 
-    Raises:
-        InputError: the motion is over before the first reading, or the seed cannot be used.
-    """
-    s = section
-    time = epochs(trajectory, s, "magnetometer")
-    heading = rotation.euler_from_quaternion(trajectory.state(time).q_nb)[2]
-    bias = turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)
-    a, b = (turn_on(seed, "magnetometer deviation", None, s.deviation_sigma_deg, i) for i in range(2))
-    error = DEG * (bias + a * np.sin(heading) + b * np.cos(heading))[:, np.newaxis]
-    true = {"magnetometer bias": DEG * np.array([bias]), "magnetometer deviation": DEG * np.array([a, b])}
-    noise = DEG * white(seed, "magnetometer noise", (s.sigma_deg,), len(time))
-    value = np.mod(heading[:, np.newaxis] + error + noise, 2.0 * np.pi)
-    return sensed("magnetometer", "heading", s, time, value, (DEG * s.sigma_deg,), true)
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return headings ψ + b + A sin ψ + B cos ψ + ν.
+
+        Args:
+            vehicle: the vehicle that carries the compass.
+
+        Returns:
+            "magnetometer", headings of the block's forward axis from true north, 0 … 2π.
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        heading = rotation.euler_from_quaternion(trajectory.state(time).q_nb)[2]
+        bias = turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)
+        a, b = (turn_on(seed, "magnetometer deviation", None, s.deviation_sigma_deg, i) for i in range(2))
+        error = DEG * (bias + a * np.sin(heading) + b * np.cos(heading))[:, np.newaxis]
+        true = {"magnetometer bias": DEG * np.array([bias]), "magnetometer deviation": DEG * np.array([a, b])}
+        noise = DEG * white(seed, "magnetometer noise", (s.sigma_deg,), len(time))
+        value = np.mod(heading[:, np.newaxis] + error + noise, 2.0 * np.pi)
+        return [s.readings("magnetometer", "heading", time, value, (DEG * s.sigma_deg,), true)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the constant error, and the deviation's two coefficients."""
+        yield SensorState("magnetometer bias", (DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0),))
+        yield SensorState("magnetometer deviation", (DEG * self.deviation_sigma_deg,) * 2)

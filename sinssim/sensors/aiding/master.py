@@ -2,51 +2,90 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Self
+
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim import rotation
-from sinssim.data import NavSolution
-from sinssim.scenario.aiding import MasterSection
-from sinssim.sensors.aiding.lever_arm import state_at
-from sinssim.sensors.aiding.noise import turn_on, white
-from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
-from sinssim.truth.trajectory import Trajectory
+from sinssim.section import CorrelationTime, LeverArm, Noise, Spread
+from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.sensors.imu.grades import find_grade
 from sinssim.units import ARCMIN
 
 
-def master(trajectory: Trajectory, section: MasterSection, solution: NavSolution, seed: int = 0) -> list[Sensed]:
-    """Return what a better inertial system gives to the sensor block that is to be aligned.
+class MasterSection(AidingSensor):
+    """A better inertial system on the same vehicle for transfer alignment; it starts at the same time."""
 
-    Args:
-        trajectory: the true motion of the sensor block.
-        section: the better system.
-        solution: what it navigates at its own place, with its own errors, in the block's axes; at least as often as
-            it is read.
-        seed: the run's seed.
+    grade: str = Field(default="laser-navigation", description="grade of its sensors, see `sinssim list grades`")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="from the block to it: forward, right, down")
+    velocity: bool = Field(default=True, description="whether its velocity is used")
+    attitude: bool = Field(default=False, description="whether its attitude is used")
+    velocity_sigma_mps: Noise = Field(
+        default=0.05, description="white noise between the two systems: bending, vibration"
+    )
+    velocity_drift_mps: Spread = Field(
+        default=0.1, description="limit of the 1σ of its own velocity errors, as modelled by the filter"
+    )
+    drift_time_s: CorrelationTime = Field(
+        default=3600.0, description="correlation time of its velocity errors, as modelled by the filter"
+    )
+    attitude_sigma_arcmin: Noise = Field(default=1.0, description="white noise between the two systems, each axis")
+    mounting_sigma_arcmin: Spread = Field(
+        default=0.0, description="1σ of the misalignment between the two systems, each axis"
+    )
 
-    Returns:
-        Its velocities, which are to be compared at the lever arm, and its attitudes, which are the block's but for
-        what the two are mounted askew; the section may want only one of them.
+    @model_validator(mode="after")
+    def _gives_something(self) -> Self:
+        find_grade(self.grade)
+        if not (self.velocity or self.attitude):
+            raise ValueError("velocity = false and attitude = false leave nothing of the better system to use")
+        return self
 
-    Raises:
-        InputError: the motion is over before the first reading, or the seed cannot be used.
-    """
-    s = section
-    rows = np.searchsorted(solution.time, epochs(trajectory, s, "master") - 1e-9).clip(max=len(solution.time) - 1)
-    time = solution.time[rows]
-    given = []
-    if s.velocity:
-        sigma = (s.velocity_sigma_mps,) * 3
-        value = solution.velocity_ned[rows] + white(seed, "master velocity noise", sigma, len(time))
-        drift = solution.velocity_ned[rows] - state_at(trajectory, time, s.lever_arm_m).velocity_ned
-        true = {"master-velocity bias": drift}
-        given.append(sensed("master-velocity", "gnss-velocity", s, time, value, sigma, true, lever_arm=s.lever_arm_m))
-    if s.attitude:
-        askew = np.array(
-            [turn_on(seed, "master mounting", None, ARCMIN * s.mounting_sigma_arcmin, i) for i in range(3)]
-        )
-        sigma = (ARCMIN * s.attitude_sigma_arcmin,) * 3
-        turn = askew + white(seed, "master attitude noise", sigma, len(time))
-        value = rotation.multiply(solution.q_nb[rows], rotation.quaternion_from_rotation_vector(turn))
-        given.append(sensed("master-attitude", "attitude", s, time, value, sigma, {"master-attitude bias": askew}))
-    return given
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return what the better system gives to the sensor block that is to be aligned.
+
+        Its velocities are to be compared at the lever arm; its attitudes are the block's but for the mounting's error.
+
+        Args:
+            vehicle: the vehicle that carries both systems; its `navigate` gives the better system's solution, with its
+                own errors, at least as often as it is read. Without it there are no readings.
+
+        Returns:
+            "master-velocity" and "master-attitude", or the one of them that the section wants.
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        if vehicle.navigate is None:
+            return []
+        solution = vehicle.navigate(s.grade, s.lever_arm_m)
+        rows = np.searchsorted(solution.time, s.epochs(trajectory) - 1e-9).clip(max=len(solution.time) - 1)
+        time = solution.time[rows]
+        readings = []
+        if s.velocity:
+            sigma = (s.velocity_sigma_mps,) * 3
+            value = solution.velocity_ned[rows] + white(seed, "master velocity noise", sigma, len(time))
+            drift = solution.velocity_ned[rows] - state_at(trajectory, time, s.lever_arm_m).velocity_ned
+            true, arm = {"master-velocity bias": drift}, s.lever_arm_m
+            readings.append(s.readings("master-velocity", "gnss-velocity", time, value, sigma, true, lever_arm=arm))
+        if s.attitude:
+            mounting = ARCMIN * s.mounting_sigma_arcmin
+            askew = np.array([turn_on(seed, "master mounting", None, mounting, axis) for axis in range(3)])
+            sigma = (ARCMIN * s.attitude_sigma_arcmin,) * 3
+            turn = askew + white(seed, "master attitude noise", sigma, len(time))
+            value = rotation.multiply(solution.q_nb[rows], rotation.quaternion_from_rotation_vector(turn))
+            true = {"master-attitude bias": askew}
+            readings.append(s.readings("master-attitude", "attitude", time, value, sigma, true))
+        return readings
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the better system's own velocity errors, and the mounting's error."""
+        if self.velocity:
+            yield SensorState("master-velocity bias", (self.velocity_drift_mps,) * 3, self.drift_time_s)
+        if self.attitude:
+            yield SensorState("master-attitude bias", (ARCMIN * self.mounting_sigma_arcmin,) * 3)

@@ -2,36 +2,61 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from typing import Self
+
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim import rotation
-from sinssim.scenario.aiding import OdometerSection
-from sinssim.sensors.aiding.lever_arm import state_at
-from sinssim.sensors.aiding.noise import turn_on, white
-from sinssim.sensors.aiding.readings import Sensed, epochs, sensed
-from sinssim.truth.trajectory import Trajectory
+from sinssim.section import LeverArm, Noise, Offset, Spread
+from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.sensor import (
+    AidingReadings,
+    AidingSensor,
+    SensorState,
+    Vehicle,
+    exclude_each_other,
+)
 from sinssim.units import PPM
 
 
-def odometer(trajectory: Trajectory, section: OdometerSection, seed: int = 0) -> Sensed:
-    """Return what an odometer reads: (1 + k) v_x + ν, v_x being the forward velocity of the wheel.
+class OdometerSection(AidingSensor):
+    """An odometer, which measures the speed of a ground vehicle along the block's forward axis."""
 
-    Args:
-        trajectory: the true motion of the sensor block.
-        section: the odometer.
-        seed: the run's seed.
+    sigma_mps: Noise = Field(default=0.05, description="white noise")
+    scale_ppm: Offset | None = Field(default=None, description="fixed relative error of the speed")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="wheel from the block: forward, right, down")
 
-    Returns:
-        Speeds along the forward axis.
+    @model_validator(mode="after")
+    def _fixed_or_drawn(self) -> Self:
+        exclude_each_other(self, "scale_ppm", "scale_sigma_ppm")
+        return self
 
-    Raises:
-        InputError: the motion is over before the first reading, or the seed cannot be used.
-    """
-    s = section
-    time = epochs(trajectory, s, "odometer")
-    wheel = state_at(trajectory, time, s.lever_arm_m)
-    forward = rotation.rotate(rotation.conjugate(wheel.q_nb), wheel.velocity_ned)[:, :1]
-    scale = PPM * turn_on(seed, "odometer scale", s.scale_ppm, s.scale_sigma_ppm)
-    value = (1.0 + scale) * forward + white(seed, "odometer noise", (s.sigma_mps,), len(time))
-    true = {"odometer scale": np.array([scale])}
-    return sensed("odometer", "speed", s, time, value, (s.sigma_mps,), true, lever_arm=s.lever_arm_m)
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return speeds (1 + k) v_x + ν, v_x being the forward velocity of the wheel.
+
+        Args:
+            vehicle: the vehicle that carries the odometer.
+
+        Returns:
+            "odometer", speeds along the forward axis.
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        wheel = state_at(trajectory, time, s.lever_arm_m)
+        forward = rotation.rotate(rotation.conjugate(wheel.q_nb), wheel.velocity_ned)[:, :1]
+        scale = PPM * turn_on(seed, "odometer scale", s.scale_ppm, s.scale_sigma_ppm)
+        value = (1.0 + scale) * forward + white(seed, "odometer noise", (s.sigma_mps,), len(time))
+        true = {"odometer scale": np.array([scale])}
+        return [s.readings("odometer", "speed", time, value, (s.sigma_mps,), true, lever_arm=s.lever_arm_m)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the scale factor's error."""
+        yield SensorState("odometer scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))

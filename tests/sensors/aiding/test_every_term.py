@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,17 +9,16 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.data import NavSolution
-from sinssim.scenario import aiding as sections
-from sinssim.scenario.aiding import AidingSensor
-from sinssim.sensors import aiding
-from sinssim.sensors.aiding import Sensed
+from sinssim.scenario.sections.aiding import AidingSection
+from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
+from sinssim.sensors.aiding.registry import SENSORS
 from sinssim.truth.curve import Curve
-from sinssim.truth.parked import Parked
+from sinssim.truth.motions.parked import Parked
 from sinssim.truth.trajectory import Trajectory
 from tests.truth.motions import synthetic_flight
 
 STILL, LEVEL = (0.0, 0.0, 0.0), np.array([1.0, 0.0, 0.0, 0.0])
-NONE = 1e-300
+NONE = 1e-12
 """As good as no noise, which must be positive."""
 
 
@@ -35,39 +33,31 @@ def parked(duration: float) -> Parked:
     return Parked(0.9, 0.2, 400.0, LEVEL, duration, STILL, LEVEL)
 
 
-def better(trajectory: Trajectory, section: sections.MasterSection, seed: int) -> list[Sensed]:
-    """Return the readings of a better system that is exact."""
+def exact(trajectory: Trajectory) -> NavSolution:
+    """Return the solution of another inertial system that is exact."""
     time = np.linspace(trajectory.start, trajectory.end, round(20 * (trajectory.end - trajectory.start)) + 1)
     s = trajectory.state(time)
-    exact = NavSolution(
+    return NavSolution(
         time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), "quaternion"
     )
-    return aiding.master(trajectory, section, exact, seed)
 
 
-SENSORS: dict[str, tuple[Callable[..., Any], type[AidingSensor], dict[str, Any]]] = {
-    "gnss": (aiding.gnss, sections.GnssSection, {"correlated_position_sigma_m": 2.0, "lever_arm_sigma_m": 0.1}),
-    "baro": (aiding.barometer, sections.BarometerSection, {}),
-    "magnetometer": (aiding.magnetometer, sections.MagnetometerSection, {"deviation_sigma_deg": 1.0}),
-    "airspeed": (aiding.airspeed, sections.AirspeedSection, {}),
-    "odometer": (aiding.odometer, sections.OdometerSection, {"lever_arm_m": (1.0, 0.5, 0.2)}),
-    "zero_velocity": (aiding.zero_velocity, sections.ZeroVelocitySection, {"during_s": ((0.0, 20.0),)}),
-    "zero_rate": (aiding.zero_rate, sections.ZeroRateSection, {"during_s": ((0.0, 20.0),)}),
-    "attitude": (aiding.attitude_reference, sections.AttitudeSection, {"bias_sigma_arcmin": 3.0}),
-    "star_tracker": (aiding.star_tracker, sections.StarTrackerSection, {}),
-    "master": (better, sections.MasterSection, {"attitude": True}),
+OWN: dict[str, dict[str, Any]] = {
+    "gnss": {"correlated_position_sigma_m": 2.0, "lever_arm_sigma_m": 0.1},
+    "magnetometer": {"deviation_sigma_deg": 1.0},
+    "odometer": {"lever_arm_m": (1.0, 0.5, 0.2)},
+    "zero_velocity": {"during_s": ((0.0, 20.0),)},
+    "zero_rate": {"during_s": ((0.0, 20.0),)},
+    "attitude": {"bias_sigma_arcmin": 3.0},
+    "master": {"attitude": True},
 }
+"""Keys by which a sensor has all of its terms."""
 
 
-def sense(name: str, trajectory: Trajectory, seed: int = 3, **more: Any) -> list[Sensed]:
+def sense(name: str, trajectory: Trajectory, seed: int = 3, **more: Any) -> list[AidingReadings]:
     """Return everything that a sensor gives."""
-    function, section, own = SENSORS[name]
-    given = function(trajectory, section.model_validate({**own, **more}), seed)
-    return given if isinstance(given, list) else [given]
-
-
-def test_the_table_has_every_sensor() -> None:
-    assert set(SENSORS) == set(sections.AidingSection.model_fields)
+    section = AidingSection.model_validate({name: {**OWN.get(name, {}), **more}})
+    return section.sensors()[name].read(Vehicle(trajectory, seed, lambda grade, arm: exact(trajectory)))
 
 
 @pytest.mark.parametrize("name", SENSORS)

@@ -1,0 +1,205 @@
+"""Figures of the ground study: maps of the heading's error, budgets, session lengths, the disturbed base."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim.alignment.axes import Angles, Array, Attitude
+from sinssim.alignment.budget import Method
+from sinssim.recording import style
+from sinssim.recording.figures.alignment import draw_budget, draw_curves
+from sinssim.recording.figures.canvas import new_figure, styled
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.units import ARCMIN, DEG
+
+_COLORS = {name: style.css(style.COLORS[name]) for name in Angles._fields}
+
+
+@styled
+def heading_map(heading: ArrayLike, latitude: ArrayLike, sigma: ArrayLike, title: str) -> Figure:
+    """Draw the heading's standard deviation over heading and latitude.
+
+    Args:
+        heading: (n,) rad.
+        latitude: (m,) rad.
+        sigma: (m, n) rad.
+        title: what it is of.
+
+    Returns:
+        The figure.
+    """
+    figure = new_figure(7.5, 4.8)
+    axes = figure.add_subplot()
+    axes.grid(False)
+    values = np.asarray(sigma) / ARCMIN
+    mesh = axes.pcolormesh(
+        np.asarray(heading) / DEG,
+        np.asarray(latitude) / DEG,
+        values,
+        norm=LogNorm(),
+        cmap="viridis",
+        shading="nearest",
+        rasterized=True,
+    )
+    low, high = np.log10(values.min()), np.log10(values.max())
+    levels = [
+        base * 10.0**power
+        for power in range(int(np.floor(low)), int(np.ceil(high)) + 1)
+        for base in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+        if low < np.log10(base) + power < high
+    ]
+    lines = axes.contour(
+        np.asarray(heading) / DEG,
+        np.asarray(latitude) / DEG,
+        values,
+        levels=levels,
+        colors="white",
+        linewidths=style.THIN,
+    )
+    axes.clabel(lines, fmt=lambda value: f"{value:g}′")
+    bar = figure.colorbar(mesh, ax=axes, label="σ of the heading [arcmin]")
+    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    bar.ax.yaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "235" else "")
+    axes.set(xlabel="heading [°]", ylabel="latitude [°]", title=title, xticks=np.arange(0, 361, 45))
+    return figure
+
+
+@styled
+def budget_bars(budget: dict[str, Angles], title: str) -> Figure:
+    """Draw the error budget: a bar for every source and angle.
+
+    Args:
+        budget: by source, standard deviations of one vehicle, rad.
+        title: what it is of.
+
+    Returns:
+        The figure.
+    """
+    figure = new_figure(10.0, 5.0)
+    draw_budget(budget, list(figure.subplots(1, 4, sharey=True)))
+    figure.suptitle(title)
+    return figure
+
+
+@styled
+def session_curves(
+    attitude: Attitude,
+    latitude: ArrayLike,
+    sigmas: dict[str, ImuErrors],
+    title: str,
+    *,
+    shown: tuple[str, ...] = ("heading", "latitude"),
+    method: Method = "quiet",
+) -> Figure:
+    """Draw standard deviations against session length: all together, and the part that no session averages.
+
+    Args:
+        attitude: of one vehicle, rad.
+        latitude: rad.
+        sigmas: by name, standard deviations of sensor blocks.
+        title: what it is of.
+        shown: angles, a panel each.
+        method: "quiet" or "disturbed".
+
+    Returns:
+        The figure.
+    """
+    figure = new_figure(5.2 * len(shown), 4.4)
+    panels = np.atleast_1d(figure.subplots(1, len(shown)))
+    for panel, name in zip(panels, shown, strict=True):
+        draw_curves(panel, name, attitude, latitude, sigmas, method)
+    figure.suptitle(title)
+    return figure
+
+
+@styled
+def validity_map(
+    x: ArrayLike,
+    y: ArrayLike,
+    departures: dict[str, Array],
+    linear: NDArray[np.bool_],
+    threshold: float,
+    xlabel: str,
+    ylabel: str,
+) -> Figure:
+    """Draw where draws through eq. (1) depart from the first-order theory, on logarithmic axes.
+
+    Args:
+        x: (n,) in the units of `xlabel`.
+        y: (m,) in the units of `ylabel`.
+        departures: by panel, relative departure of σ from the theory, (m, n).
+        linear: where a million draws cannot tell the two apart, (m, n).
+        threshold: departure that is drawn as a line.
+        xlabel, ylabel: axis labels with units.
+
+    Returns:
+        The figure.
+    """
+    figure = new_figure(5.2 * len(departures), 4.6)
+    panels = np.atleast_1d(figure.subplots(1, len(departures), sharey=True))
+    norm = LogNorm(1e-4, 1.0)
+    for panel, (name, departure) in zip(panels, departures.items(), strict=True):
+        values = np.abs(departure)
+        panel.grid(False)
+        panel.pcolormesh(x, y, values, norm=norm, cmap="magma_r", shading="nearest", rasterized=True)
+        panel.contour(x, y, values, levels=[threshold], colors=_COLORS["heading"], linewidths=style.LINE)
+        panel.contour(
+            x, y, linear.astype(float), levels=[0.5], colors=_COLORS["latitude"], linewidths=style.LINE, linestyles="--"
+        )
+        panel.set(xlabel=xlabel, title=f"σ of the {name}", xscale="log", yscale="log")
+        panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    panels[0].set_ylabel(ylabel)
+    panels[0].plot([], [], color=_COLORS["heading"], label=f"departs by {100 * threshold:g} %")
+    panels[0].plot([], [], color=_COLORS["latitude"], ls="--", label="linear to a million draws (left of it)")
+    panels[0].legend(loc="lower right", framealpha=0.95)
+    label = "|σ of the draws / σ of the theory − 1|"
+    bar = figure.colorbar(ScalarMappable(norm, "magma_r"), ax=list(panels), label=label, extend="both")
+    bar.ax.axhline(threshold, color=_COLORS["heading"])
+    figure.suptitle("where the first-order theory holds")
+    return figure
+
+
+@styled
+def disturbed_comparison(
+    quiet_sigma: float, cone_sigma: float, cone_errors: Array, mean_errors: Array, title: str
+) -> Figure:
+    """Draw heading errors on a disturbed base: the cone's and eq. (1)'s of the same data.
+
+    Args:
+        quiet_sigma: σ of eq. (1) on a quiet base, rad.
+        cone_sigma: σ of the cone's heading, predicted, rad.
+        cone_errors: of many runs, rad.
+        mean_errors: eq. (1)'s, of the same runs, rad.
+        title: what it is of.
+
+    Returns:
+        The figure.
+    """
+    figure = new_figure(9.0, 4.2)
+    left, right = figure.subplots(1, 2)
+    limit = 4.0 * cone_sigma / ARCMIN
+    left.hist(
+        cone_errors / ARCMIN, bins=np.linspace(-limit, limit, 41), density=True, color=_COLORS["heading"], alpha=0.5
+    )
+    grid = np.linspace(-limit, limit, 400)
+    for sigma, color, label in (
+        (cone_sigma, _COLORS["heading"], "theory of the cone"),
+        (quiet_sigma, style.SOFT, "eq. (1) on a quiet base, theory"),
+    ):
+        s = sigma / ARCMIN
+        left.plot(grid, np.exp(-0.5 * (grid / s) ** 2) / (s * np.sqrt(2 * np.pi)), color=color, label=label)
+    left.set(
+        xlabel="heading error [arcmin]",
+        ylabel="probability density [1/arcmin]",
+        title="gravity's cone in inertial space",
+    )
+    left.set_ylim(0.0, 1.35 * left.get_ylim()[1])
+    left.legend()
+    right.hist(mean_errors / DEG, bins=40, density=True, color=_COLORS["roll"], alpha=0.6)
+    right.set(xlabel="heading error [°]", ylabel="probability density [1/°]", title="eq. (1) on the same data")
+    figure.suptitle(title)
+    return figure

@@ -1,0 +1,342 @@
+"""Tests whether the vehicle stood still in a session, and bounds the effect of motion too small to be refused.
+
+Eq. (1) takes the mean rate of the gyros for the Earth's. A base that has turned by d between the first instant and the
+last adds d/T to that mean, whatever it did between: one second of arc in 300 s is 1.2′ of heading at 50° of latitude.
+Two things guard against it.
+
+**A test.** All that the record shows is compared with what the noise of the sensors explains. That noise is the grade's
+where a grade is given, and never the record's own: a sway would excuse itself. The gyros' angle may leave a straight
+line no farther than a Brownian bridge does; the specific force of a part of the session may lie no farther from the
+mean; sums over parts of 1, 2, 4 … samples may not vary more than white noise lets them; and the net turn d, measured as
+below, must be zero within its error. One session in `1/FALSE_ALARM` of a vehicle that stands still is refused.
+
+**A variance.** Gyros cannot tell a steady turn from the Earth's, accelerometers can: over the first τ seconds and the
+last ones they show the plumb line, and the gyros carry it to the first and to the last instant. The change between the
+two is d about the horizontal axes, with the standard deviation
+
+    σ_d² = [2 N_a²/(g² τ) + N_g² (2τ/3 − τ²/T) + pulses and drifts] / (1 − τ/T)²
+
+for white noises N_a and N_g, least at one τ, which is taken. Of d nothing is known beforehand, so that the measured d̂
+leaves it a mean square of d̂² + σ_d² (the posterior of a flat prior), and (d̂ d̂ᵀ + σ_d²)/T² goes into the covariance of
+the mean rate. This holds for motion of every kind, slower than the session or faster. About the vertical nothing but
+the gyros measures, and a slow turn is not seen. The base is taken to turn there by no more than it may tilt. Nothing
+but that bound is known of d, so that its square, the largest mean square within the bound, goes into the covariance. A
+steady turn about the vertical that is larger spoils the latitude and leaves the heading.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sinssim.alignment.axes import Angles, Array
+from sinssim.alignment.budget import Expected
+from sinssim.alignment.determination import Determination, determine
+from sinssim.alignment.drift import largest_drift
+from sinssim.alignment.session import check_session, mean_readings, pulse, white_level
+from sinssim.alignment.theory import Coefficients
+from sinssim.data import ImuData
+from sinssim.errors import InputError
+from sinssim.units import ARCSEC
+
+FALSE_ALARM = 1e-3
+"""Probability with which a session of a vehicle that stands still is refused."""
+
+_PARTS = (2, 20)  # into which a session is cut to compare mean specific forces: a slow sinking, a jolt
+_FEWEST_PARTS = 4  # of which a variance is worth a test
+_ROUNDING = 0.01 * ARCSEC  # what arithmetic and the digits of a log leave of an angle
+# Limits of a session without a grade, whose noise is only seen: a departure that is let pass whatever the noise is.
+_UNKNOWN_TURN = 5.0 * ARCSEC
+_UNKNOWN_TILT = 1.5 * ARCSEC
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Departure of a quantity that is constant on a vehicle at rest, and its limit.
+
+    Attributes:
+        what: a clause that ends before the size: "its specific force turns by".
+        size: of the departure, rad.
+        limit: what the noise of the sensors explains, rad.
+        time: when, s; None of a departure that has no one instant.
+    """
+
+    what: str
+    size: float
+    limit: float
+    time: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Stillness:
+    """Observed motion of the vehicle in a session, and its limits.
+
+    Attributes:
+        departures: of all that was tested.
+        graded: whether the limits are those of a known grade.
+        net_turn: d̂ from the first instant to the last about the horizontal axes, forward-right-down, (3,) rad.
+        net_turn_sigma: σ_d of each of its two components, rad.
+        net_turn_limit: the largest |d̂| that noise explains, rad.
+        duration: T, s.
+        up: direction of the mean specific force, (3,).
+    """
+
+    departures: tuple[Departure, ...]
+    graded: bool
+    net_turn: Array
+    net_turn_sigma: float
+    net_turn_limit: float
+    duration: float
+    up: Array
+
+    @property
+    def worst(self) -> Departure:
+        """The departure that is largest against its limit."""
+        return max(self.departures, key=lambda found: found.size / found.limit)
+
+    @property
+    def moved(self) -> bool:
+        """Whether noise does not explain the departures."""
+        return self.worst.size > self.worst.limit
+
+    @property
+    def turn_covariance(self) -> Array:
+        """Mean square of the unknown net turn of an accepted session, forward-right-down, (3, 3) rad²."""
+        level, vertical = np.eye(3) - np.outer(self.up, self.up), np.outer(self.up, self.up)
+        tilted = np.outer(self.net_turn, self.net_turn) + self.net_turn_sigma**2 * level
+        return np.asarray(tilted + self.net_turn_limit**2 * vertical)
+
+    def require(self) -> None:
+        """Refuse a session whose vehicle moved.
+
+        Raises:
+            InputError: what was seen, what the noise explains, and what to do.
+        """
+        if not self.moved:
+            return
+        worst = self.worst
+        when = "" if worst.time is None else f"at {worst.time:.6g} s "
+        explains = "the noise of the sensors' grade" if self.graded else "the noise in the record"
+        raise InputError(
+            f"the vehicle moved during the session: {when}{worst.what} {worst.size / ARCSEC:.4g} arcsec, where "
+            f"{explains} explains up to {worst.limit / ARCSEC:.3g} arcsec. Align it as a disturbed base (--disturbed, "
+            "align_disturbed), or take a part of the session in which it stands still."
+        )
+
+
+def motion_errors(c: Coefficients, still: Stillness) -> Angles:
+    """Return the standard deviations of the angles of eq. (1) by motion too small to be refused.
+
+    Args:
+        c: coefficients of one vehicle.
+        still: what its session shows.
+
+    Returns:
+        Heading and latitude by the mean rate; roll and pitch by the turn itself, of which half the mean square lies
+        between the session's mean and its last instant if it sways, a quarter if it sinks; rad.
+    """
+    turn = still.turn_covariance
+    rate = turn / still.duration**2
+    tilt = np.sqrt(0.25 * float(np.trace(turn) - still.up @ turn @ still.up))  # on average of the horizontal axes
+    heading, latitude = (np.sqrt(float(by @ rate @ by)) for by in (c.m, c.p))
+    return Angles(*(np.asarray(value) for value in (heading, tilt, tilt, latitude)))
+
+
+class _Noise(NamedTuple):
+    """Noise of the sensors alone: white noise N, the weight of a pulse, a change within the session."""
+
+    white: float
+    quantum: float
+    known: float
+    sigma: float
+
+    @property
+    def change(self) -> float:
+        """Largest change of a reading within the session."""
+        return self.known + 3.0 * self.sigma
+
+
+def determine_session(imu: ImuData, expected: Expected | None = None, start: float = 0.0) -> Determination:
+    """Determine heading, roll, pitch and latitude from a session of a vehicle that stood still, eq. (1).
+
+    Args:
+        imu: the session's increments; a few hundred seconds average the noise.
+        expected: of the sensor block's errors, if they are known; see `sinssim.alignment.expected_errors`.
+        start: time from when the sensors were switched on to the session's first sample, s.
+
+    Returns:
+        The determination.
+
+    Raises:
+        InputError: unusable increments, a vehicle that moved during the session, or as `determine`.
+    """
+    result = determine(*mean_readings(imu), None if expected is None else expected.instrument_sigmas)
+    stillness(imu, expected, start).require()
+    return result
+
+
+def stillness(imu: ImuData, expected: Expected | None = None, start: float = 0.0) -> Stillness:
+    """Compare a session with a vehicle at rest.
+
+    Args:
+        imu: the session's increments.
+        expected: of the sensor block's errors; without it the record's own noise has to serve, and no covariance can
+            be stated.
+        start: time from when the sensors were switched on to the session's first sample, s.
+
+    Returns:
+        Departures and limits, and the net turn.
+
+    Raises:
+        InputError: unusable increments.
+    """
+    imu = check_session(imu)
+    elapsed = imu.time - imu.time[0]
+    duration = float(elapsed[-1])
+    accel = imu.dvel.sum(axis=0) / duration
+    gravity = float(np.linalg.norm(accel))
+    up = accel / gravity
+    gyro, tilt = _noises(imu, expected, start, gravity)
+    # the direction of the specific force turns against the block; turn by which the block has tilted, times the time
+    level = np.cross(imu.dvel, up) / gravity
+    angle = np.concatenate([np.zeros((1, 3)), np.cumsum(imu.dtheta, axis=0)])
+    bridge = angle - np.outer(elapsed / duration, angle[-1])
+    net, sigma, window = _net_turn(bridge, level, elapsed, up, gyro, tilt)
+    count = len(imu)
+    octaves = [2**k for k in range(int(np.log2(count / _FEWEST_PARTS)) + 1)] if expected is not None else []
+    # the net turn, which alone tells of slow motion, has half of the false alarms; all the others share the rest
+    each = 0.5 * FALSE_ALARM / (3 + sum(_PARTS) + 6 * max(len(octaves), 1))
+    # a sway smaller than σ_d adds no more to the net turn than is stated; unknown noise states nothing
+    harmless = _ROUNDING if expected is None else sigma + _ROUNDING
+    departures = [
+        _of_bridge(bridge, imu.time, gyro, duration, harmless, each),
+        _of_tilt(level, imu.time, tilt, harmless, each),
+    ]
+    # what is known of the drifts is of one axis, the turn of two; 1 − τ/T as of the net turn
+    known = np.sqrt(2.0) * (tilt.known + 0.5 * gyro.known * window) / (1.0 - window / duration)
+    largest = float(known) + sigma * float(np.sqrt(-2.0 * np.log(0.5 * FALSE_ALARM)))
+    if expected is not None:
+        what = "from its first instant to its last the base turns by"
+        departures.append(Departure(what, float(np.linalg.norm(net)), largest + _ROUNDING))
+        interval = duration / count
+        departures += [_of_sums(np.diff(bridge, axis=0), size, interval, gyro, harmless**2, each) for size in octaves]
+        for size in octaves:
+            # a sway that is let pass, or the velocity of one, which the window of the net turn averages to as little
+            allowed = 0.5 * (harmless * max(size * interval, window)) ** 2
+            departures.append(_of_sums(level, size, interval, tilt, allowed, each, parts=True))
+    if expected is None:
+        departures = [
+            Departure(d.what, d.size, float(np.hypot(d.limit, floor)), d.time)
+            for d, floor in zip(departures, (_UNKNOWN_TURN, _UNKNOWN_TILT), strict=True)
+        ]
+    return Stillness(tuple(departures), expected is not None, net, sigma, largest, duration, up)
+
+
+def _noises(imu: ImuData, expected: Expected | None, start: float, gravity: float) -> tuple[_Noise, _Noise]:
+    """Return the noise of gyros, and of accelerometers as tilts."""
+    duration = float(imu.time[-1] - imu.time[0])
+    if expected is None:
+        return (
+            _Noise(white_level(imu.dtheta, duration), pulse(imu.dtheta), 0.0, 0.0),
+            _Noise(white_level(imu.dvel, duration) / gravity, pulse(imu.dvel) / gravity, 0.0, 0.0),
+        )
+    drift = largest_drift(expected, duration, start)
+    gyro, accel = expected.sigma.gyro, expected.sigma.accel
+    return (
+        _Noise(gyro.random_walk, gyro.quantum, drift.rate, drift.rate_sigma),
+        _Noise(
+            accel.random_walk / gravity, accel.quantum / gravity, drift.force / gravity, drift.force_sigma / gravity
+        ),
+    )
+
+
+def _net_turn(
+    bridge: Array, level: Array, elapsed: Array, up: Array, gyro: _Noise, tilt: _Noise
+) -> tuple[Array, float, float]:
+    """Return d̂ about the horizontal axes, σ_d of each component, and τ."""
+    duration, count = float(elapsed[-1]), len(level)
+    sizes = np.unique(np.geomspace(1.0, max(1, count // 2), 60).astype(int))
+    tau = elapsed[sizes]
+    variance = 2.0 * tilt.white**2 / tau + gyro.white**2 * (2.0 * tau / 3.0 - tau**2 / duration)
+    variance += (tilt.quantum / tau) ** 2 / 3.0 + gyro.quantum**2 / 6.0
+    variance += tilt.sigma**2 + (0.5 * gyro.sigma * tau) ** 2
+    variance /= (1.0 - tau / duration) ** 2
+    best = int(np.argmin(variance))
+    size = int(sizes[best])
+    inside = 0.5 * (bridge[1:] + bridge[:-1]) * np.diff(elapsed)[:, None]
+
+    def plumb(part: slice, at: Array, span: float) -> Array:
+        turned = inside[part].sum(axis=0) / span
+        return np.asarray(level[part].sum(axis=0) / span - turned + at)
+
+    first = plumb(slice(0, size), bridge[0], float(elapsed[size]))
+    last = plumb(slice(count - size, count), bridge[-1], float(elapsed[-1] - elapsed[count - size]))
+    net = (last - first) / (1.0 - float(tau[best]) / duration)
+    return net - up * (up @ net), float(np.sqrt(variance[best])), float(tau[best])
+
+
+def _of_bridge(
+    bridge: Array, time: Array, gyro: _Noise, duration: float, sigma: float, probability: float
+) -> Departure:
+    """Compare the gyros' angle with a straight line: a Brownian bridge exceeds x with 2 exp(−2x²/N²T)."""
+    noise = gyro.white * np.sqrt(0.5 * np.log(2.0 / probability) * duration)
+    k, axis = np.unravel_index(int(np.argmax(np.abs(bridge))), bridge.shape)
+    # a rate that stays in a range of width c takes the angle no farther than cT/4 from its line
+    limit = noise + gyro.quantum + 0.25 * gyro.change * duration + sigma
+    what = "its gyros' angle departs from a steady turn by"
+    return Departure(what, float(np.abs(bridge[k, axis])), float(limit), float(time[k]))
+
+
+def _of_tilt(level: Array, time: Array, tilt: _Noise, sigma: float, probability: float) -> Departure:
+    """Compare the mean specific forces of segments with that of the whole session."""
+    found = []
+    for parts in _PARTS:
+        edges = np.linspace(0, len(level), parts + 1).astype(int)
+        spans = np.diff(time[edges])
+        departure = np.linalg.norm(np.add.reduceat(level, edges[:-1], axis=0) / spans[:, None], axis=1)
+        worst = int(np.argmax(departure))
+        span = float(spans[worst])
+        limit = tilt.white * np.sqrt(-2.0 * np.log(probability) / span) + tilt.quantum / span
+        limit += np.sqrt(2.0) * tilt.change + sigma
+        middle = float(time[edges[worst]] + 0.5 * span)
+        found.append(Departure("its specific force turns by", float(departure[worst]), float(limit), middle))
+    return max(found, key=lambda one: one.size / one.limit)
+
+
+def _of_sums(
+    increments: Array,
+    size: int,
+    interval: float,
+    noise: _Noise,
+    allowed: float,
+    probability: float,
+    parts: bool = False,
+) -> Departure:
+    """Compare the variance of sums over so many samples with that of white noise, pulses and drift.
+
+    Args:
+        increments: (N, 3) rad, or tilts times the interval, rad s.
+        size: samples in a sum.
+        interval: between samples, s.
+        noise: of the sensors.
+        allowed: variance of motion that does not matter.
+        probability: of a false alarm.
+        parts: whether the sums are to be told as the mean tilts of the parts.
+    """
+    from scipy.special import chdtri
+
+    count, span = len(increments) // size, size * interval
+    sums = increments[: count * size].reshape(count, size, 3).sum(axis=1)
+    variance = float(sums.var(axis=0, ddof=1).max())
+    white = noise.white**2 * span * float(chdtri(count - 1, probability)) / (count - 1)
+    # a reading within a range of width c has a variance of c²/4 at most, a sum between pulses an error of one at most
+    limit = white + noise.quantum**2 + (0.5 * noise.change * span) ** 2 + allowed
+    unit = span if parts else 1.0
+    what = (
+        f"its specific force, averaged over {span:.3g} s, varies in direction (1σ) by"
+        if parts
+        else f"its gyros' angle over {span:.3g} s varies (1σ) by"
+    )
+    return Departure(what, float(np.sqrt(variance)) / unit, float(np.sqrt(limit)) / unit)

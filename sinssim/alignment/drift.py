@@ -1,0 +1,61 @@
+"""Largest change of readings at rest within a session by the drifts of the sensors."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sinssim.alignment.axes import Array
+from sinssim.alignment.budget import INSTANTS, Expected
+from sinssim.earth.models import OMEGA_IE
+from sinssim.sensors.imu.errors import TriadErrors
+from sinssim.units import G0
+
+
+class Drift(NamedTuple):
+    """Largest change of readings within a session of a vehicle that stands still.
+
+    Attributes:
+        rate: what is known of the change of a rate, rad/s.
+        rate_sigma: standard deviation of the rest, rad/s.
+        force: what is known of the change of a specific force, m/s².
+        force_sigma: standard deviation of the rest, m/s².
+    """
+
+    rate: float
+    rate_sigma: float
+    force: float
+    force_sigma: float
+
+
+def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Drift:
+    """Return the largest change of a reading at rest within a session by the drifts of the sensors.
+
+    Args:
+        expected: of the sensor block's errors.
+        duration: length of the session, s.
+        start: time from when the sensors were switched on to its first sample, s.
+
+    Returns:
+        The largest over the axes.
+    """
+    ends = np.array([start, start + duration])
+    change = abs(float(np.diff(expected.mean.warm_up.temperature(ends))[0]))
+
+    def of_triad(mean: TriadErrors, sigma: TriadErrors, reading: float) -> tuple[float, float]:
+        def driven(of: TriadErrors) -> Array:  # per degree, and by the ramp
+            warmed = np.hypot(of.bias_temperature, of.scale_temperature * reading) * change
+            return np.asarray(np.hypot(warmed, of.ramp * duration))
+
+        remembered = np.exp(-duration / sigma.correlation_time)
+        wandered = sigma.rate_walk**2 * duration + 2.0 * sigma.instability**2 * (1.0 - remembered)
+        # of a density B²/(πf): between means over a second that lie T apart, (2B²/π)(ln T + 3/2)
+        wandered += sigma.flicker**2 * 2.0 / np.pi * (np.log(max(duration, 1.0)) + 1.5)
+        return float(np.max(driven(mean))), float(np.max(np.sqrt(driven(sigma) ** 2 + wandered)))
+
+    rate, rate_sigma = of_triad(expected.mean.gyro, expected.sigma.gyro, OMEGA_IE)
+    if (shift := expected.mean.null_shift) is not None:
+        instants = start + duration * np.linspace(0.0, 1.0, INSTANTS)
+        rate += float(np.ptp(shift.bias(expected.mean.warm_up.temperature(instants))))
+    return Drift(rate, rate_sigma, *of_triad(expected.mean.accel, expected.sigma.accel, G0))

@@ -1,0 +1,194 @@
+"""Initial state of navigation, and initial covariance P₀ of the fine-alignment filter, from a determination."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.alignment.axes import Array, Attitude
+from sinssim.alignment.base_motion import Stillness
+from sinssim.alignment.budget import OF_GYROS, Method, cone_coefficients, reading_variances
+from sinssim.alignment.determination import Determination
+from sinssim.alignment.readings_at_rest import ideal_readings
+from sinssim.alignment.theory import coefficients
+from sinssim.arguments import POSITIVE, check_kind, names, number, vector
+from sinssim.data import NavState
+from sinssim.errors import InputError, check_name
+from sinssim.sensors.imu.errors import ImuErrors
+
+_BODY, _ANGLES = ("forward", "right", "down"), ("xy", "xz", "yx", "yz", "zx", "zy")
+
+STATES = tuple(
+    f"{quantity} {axis}"
+    for quantity, axes in (
+        ("position", ("north", "east", "down")),
+        ("velocity", ("north", "east", "down")),
+        ("attitude", ("north", "east", "down")),
+        ("gyro bias", _BODY),
+        ("accelerometer bias", _BODY),
+        ("gyro scale", _BODY),
+        ("accelerometer scale", _BODY),
+        ("gyro misalignment", _ANGLES),
+        ("accelerometer misalignment", _ANGLES),
+    )
+    for axis in axes
+)
+"""The states of P₀: position [m], velocity [m/s], attitude φ with C_determined = (I − [φ×]) C_true [rad], and of the
+sensors, as eq. (2) has them, gyro bias [rad/s], accelerometer bias [m/s²] (what is added to the true reading), relative
+scale-factor errors and misalignments [rad]."""
+
+
+def initial_state(
+    determination: Determination, longitude: float, height: float, latitude: float | None = None
+) -> NavState:
+    """Return the state from which navigation starts: the determined attitude, at rest.
+
+    Args:
+        determination: of one vehicle.
+        longitude: rad.
+        height: above the ellipsoid, m.
+        latitude: rad, if it is known better than it was determined.
+
+    Returns:
+        The state.
+
+    Raises:
+        InputError: an angle that is needed is undetermined, or the determination is of many vehicles.
+    """
+    from sinssim import rotation
+
+    _check_usable(determination, need_latitude=latitude is None)
+    d = determination
+    return NavState(
+        np.asarray(d.latitude if latitude is None else _known(latitude), dtype=np.float64),
+        np.asarray(number("longitude", longitude, "rad")),
+        np.asarray(number("height", height, "m")),
+        np.zeros(3),
+        rotation.quaternion_from_euler(d.roll, d.pitch, d.heading),
+    )
+
+
+# Long: the blocks of P₀ follow one another in the order of the states.
+def initial_covariance(
+    determination: Determination,
+    sigma: ImuErrors,
+    duration: float,
+    *,
+    height: float = 0.0,
+    latitude: float | None = None,
+    position_sigma: ArrayLike = (10.0, 10.0, 10.0),
+    velocity_sigma: ArrayLike = (0.01, 0.01, 0.01),
+    method: Method = "quiet",
+    rate_hz: float = 100.0,
+    states: Sequence[str] = STATES[:15],
+    still: Stillness | None = None,
+) -> Array:
+    """Return P₀ of states, with the correlations between the attitude and the sensor errors.
+
+    Args:
+        determination: of one vehicle.
+        sigma: standard deviations of the sensor block's errors.
+        duration: length of the session, s.
+        height: above the ellipsoid, m.
+        latitude: rad, if it is known; otherwise the determined latitude is the position, with its own error.
+        position_sigma: standard deviations of the position, north, east, down, m; north only of a known latitude.
+        velocity_sigma: standard deviations of the velocity, north, east, down, m/s.
+        method: "quiet" for eq. (1), "disturbed" for the inertial fit, whose latitude is known if it is given here.
+        rate_hz: samples per second, for flicker noise.
+        states: which of `STATES`, n names; by default navigation and the biases.
+        still: what the session showed of the base's motion, for "quiet"; None for a base that is known not to move.
+
+    Returns:
+        (n, n), symmetric and positive semi-definite.
+
+    Raises:
+        InputError: an angle that is needed is undetermined, the determination is of many vehicles, or an argument
+            cannot be used; the message names it.
+    """
+    from sinssim import earth, rotation
+
+    _check_usable(determination, need_latitude=latitude is None)
+    check_name("method", method, get_args(Method))
+    if still is not None:
+        check_kind("still", still, Stillness, "Stillness, as stillness() gives it, or None")
+    wanted = names("states", "state", states, STATES)
+    duration, height = number("duration", duration, "s", low=POSITIVE), number("height", height, "m")
+    d = determination
+    phi = float(d.latitude) if latitude is None else _known(latitude)
+    attitude = Attitude(d.heading, d.roll, d.pitch)
+    c = coefficients(attitude, phi, gravity=d.gravity)
+    if method != "quiet":
+        c = cone_coefficients(c, phi, d.gravity, known=latitude is not None)
+    gyro, accel = ideal_readings(*attitude, phi, gravity=d.gravity)
+    rate, force = np.zeros(3), np.zeros(3)
+    variances = reading_variances(sigma, gyro, accel, duration, method, rate_hz=rate_hz)
+    for source, variance in variances.items():
+        of = rate if source in OF_GYROS else force
+        of += variance
+
+    # Rows: heading, roll, pitch, latitude; columns: errors of the six mean readings.
+    zero = np.zeros(3)
+    angles = np.stack([np.r_[c.m, c.n], np.r_[zero, c.q], np.r_[zero, c.l], np.r_[c.p, c.r]])
+    sin_k, cos_k = np.sin(float(d.heading)), np.cos(float(d.heading))
+    sin_t, cos_t = np.sin(float(d.pitch)), np.cos(float(d.pitch))
+    # Heading turns about down, pitch about the horizontal axis to the right, roll about the nose; φ is minus that.
+    turns = -np.array([[0.0, cos_t * cos_k, -sin_k], [0.0, cos_t * sin_k, cos_k], [1.0, -sin_t, 0.0]])
+    moved = np.zeros((6, 6))
+    if still is not None:
+        moved[:3, :3] = still.turn_covariance / still.duration**2
+    by_reading = np.zeros((9, 6))
+    by_reading[6:] = turns @ angles[:3]
+    if latitude is None:
+        meridian, _ = earth.radii(phi)
+        by_reading[0] = (float(meridian) + height) * angles[3]
+    covariance = np.zeros((len(STATES), len(STATES)))
+    covariance[:9, :9] = by_reading @ (np.diag(np.r_[rate, force]) + moved) @ by_reading.T
+    if still is not None:  # from the session's mean, which is determined, to its last instant
+        c_nb = rotation.dcm_from_quaternion(rotation.quaternion_from_euler(d.roll, d.pitch, d.heading))
+        covariance[6:9, 6:9] += 0.5 * c_nb @ still.turn_covariance @ c_nb.T
+
+    # The readings' errors by the errors of the sensors: biases, scale factors, misalignments row by row.
+    mean = np.r_[gyro, accel]
+    by_error = np.hstack([np.eye(6), np.diag(mean), np.zeros((6, 12))])
+    apart = ~np.eye(3, dtype=bool)
+    for row in range(6):
+        block = mean[:3] if row < 3 else mean[3:]
+        by_error[row, 12 + 2 * row : 14 + 2 * row] = block[apart[row % 3]]
+    g, a = sigma.gyro, sigma.accel
+    variance = np.r_[g.bias, a.bias, g.scale, a.scale, g.misalignment[apart], a.misalignment[apart]] ** 2
+    covariance[:9, 9:] = by_reading @ by_error * variance
+    covariance[9:, :9] = covariance[:9, 9:].T
+    covariance[9:, 9:] = np.diag(variance)
+    known = _spread("position_sigma", position_sigma, "m") ** 2
+    known[0] = 0.0 if latitude is None else known[0]
+    covariance[:3, :3] += np.diag(known)
+    covariance[3:6, 3:6] += np.diag(_spread("velocity_sigma", velocity_sigma, "m/s") ** 2)
+    where = [STATES.index(state) for state in wanted]
+    return np.asarray(0.5 * (covariance + covariance.T))[np.ix_(where, where)]
+
+
+def _known(latitude: float) -> float:
+    return number("latitude", latitude, "rad", low=-0.5 * np.pi, high=0.5 * np.pi)
+
+
+def _spread(name: str, sigma: ArrayLike, unit: str) -> Array:
+    values = vector(name, sigma, 3, f"north, east, down, {unit}")
+    if np.any(values < 0.0):
+        raise InputError(f"{name} = {values.tolist()} {unit} must be standard deviations: zero or more.")
+    return values
+
+
+def _check_usable(determination: Determination, need_latitude: bool) -> None:
+    check_kind("determination", determination, Determination, "a Determination, as determine() gives it")
+    d = determination
+    if np.ndim(d.heading) != 0:
+        raise InputError("navigation starts from one vehicle; take one element of the determination.")
+    names = ["heading", "roll", "pitch", *(["latitude"] if need_latitude else [])]
+    missing = [name for name in names if not np.isfinite(getattr(d, name))]
+    if missing:
+        raise InputError(
+            f"navigation cannot start: {', '.join(missing)} not determined. {' '.join(determination.warnings)}".rstrip()
+        )

@@ -1,0 +1,21 @@
+"""The command line: one command a file in `commands/`, the terminal, and the process around both."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sinssim.lazy import on_first_use
+
+if TYPE_CHECKING:
+    from sinssim.__main__ import program
+    from sinssim.cli.process import main
+
+__all__ = ["main", "program"]
+
+__getattr__, __dir__ = on_first_use(
+    __name__,
+    {
+        "main": "sinssim.cli.process",
+        "program": "sinssim.__main__",
+    },
+)

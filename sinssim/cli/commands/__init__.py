@@ -1,0 +1,1 @@
+"""One file a command: its function `command` is registered under the file's name."""

@@ -1,0 +1,86 @@
+"""`sinssim align`: aligns a parked vehicle and gives the expected error."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Settings, ToTime
+from sinssim.cli.terminal import console, print_json
+
+
+# Long, as every option is a parameter and the docstring is the help.
+def command(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO_OR_LOG",
+            help="A scenario's TOML file or name, or a recorded log (text, .parquet, .npz).",
+            show_default=False,
+        ),
+    ],
+    columns: ColumnsFile = None,
+    grade: Annotated[
+        str | None,
+        typer.Option("--grade", help="Grade of a log's sensors, for the expected error; see `sinssim list grades`."),
+    ] = None,
+    start: FromTime = None,
+    end: ToTime = None,
+    disturbed: Annotated[
+        bool, typer.Option("--disturbed", help="Align a swaying vehicle on the cone that gravity describes.")
+    ] = False,
+    latitude: Annotated[
+        float | None, typer.Option("--latitude", metavar="DEG", help="Latitude, if known (for --disturbed).")
+    ] = None,
+    settings: Settings = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the expected errors (.svg, .png or .pdf).")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE", help="Record the session for `sinssim view` (.rrd).")
+    ] = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Find heading, roll, pitch and latitude of a parked vehicle, and the expected error of each by source.
+
+    A session lasts a few hundred seconds, and the vehicle stands still. A session in which it moved is refused, unless
+    it only swayed and --disturbed is given. The angles are those of the sensor block.
+
+    Examples:
+
+        sinssim align parked --to 300 --record parked.rrd
+        sinssim align runs/parked/streams/imu_measured.parquet --grade laser-standard --to 600
+        sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
+        sinssim align log.npz --columns log.toml --disturbed --latitude 50
+    """
+    from sinssim.alignment.report import align_source
+
+    report = align_source(
+        source,
+        columns=columns,
+        grade=grade,
+        start=start,
+        end=end,
+        method="disturbed" if disturbed else "quiet",
+        latitude=None if latitude is None else math.radians(latitude),
+        settings=tuple(settings or ()),
+    )
+    if plot is not None:
+        from sinssim.recording.figures.alignment import session_figure
+        from sinssim.recording.figures.canvas import save
+
+        save(session_figure(report), plot)
+    if record is not None:
+        from sinssim.recording.rerun.alignment import record_alignment
+
+        record_alignment(record, report)
+    if as_json:
+        print_json(report.to_json())
+    else:
+        from sinssim.recording.tables.alignment import show
+
+        show(report, console())

@@ -1,0 +1,101 @@
+"""`sinssim allan`: identifies the noise of sensors at rest, and of any other column of a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Quiet, ToTime
+from sinssim.cli.terminal import console, one_bar, print_json
+
+
+# Long, as every option is a parameter and the docstring is the help.
+def command(
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LOG",
+            help="A recorded log (text, .parquet, .npz) of sensors at rest, or a run directory.",
+            show_default=False,
+        ),
+    ],
+    columns: ColumnsFile = None,
+    channel: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--channel",
+            metavar="NAME[=UNIT]",
+            help="gyro_x … accel_z, or gyro or accel for all three; or any column of the log with its unit "
+            "(pressure=hPa), which may be left out if the name ends in it (pressure_hpa). May be given several times.",
+            show_default="all gyros and accelerometers",
+        ),
+    ] = None,
+    start: FromTime = None,
+    end: ToTime = None,
+    correlation_time: Annotated[
+        float | None,
+        typer.Option(
+            "--correlation-time",
+            metavar="S",
+            help="Known correlation time of a Gauss-Markov bias, s.",
+            show_default="estimated, if there is such a bias",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the Allan deviations (.svg, .png or .pdf).")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE", help="Record everything for `sinssim view` (.rrd).")
+    ] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Identify the noise of sensors at rest: Allan deviation, and the terms Q, N, B, K, R with 95 % bands.
+
+    The terms are quantisation, random walk, bias instability, rate random walk and ramp of every channel. They are
+    estimated by maximum likelihood and given in the units of data sheets and scenarios. A term that the record does not
+    show is called not observable.
+
+    Any other column of a log is taken for readings of a quantity: pressure, temperature, a clock's frequency.
+
+    Examples:
+
+        sinssim allan runs/parked
+        sinssim allan log.csv --columns log.toml --channel gyro --plot allan.svg
+        sinssim allan weather.csv --columns weather.toml --channel pressure=hPa --channel air_c
+        sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
+    """
+    from sinssim.noise_identification.report import noise_report
+
+    if plot is not None:
+        from sinssim.recording.figures.canvas import check_format
+
+        check_format(plot)
+    with one_bar(show=not quiet) as progress:
+        report = noise_report(
+            log,
+            columns=columns,
+            channels=tuple(channel or ()),
+            start=start,
+            end=end,
+            correlation_time=correlation_time,
+            progress=progress,
+        )
+    if plot is not None:
+        from sinssim.recording.figures.canvas import save
+        from sinssim.recording.figures.noise import noise_figure
+
+        save(noise_figure(report), plot)
+    if record is not None:
+        from sinssim.recording.rerun.noise import record_noise
+
+        record_noise(record, report)
+    if as_json:
+        print_json(report.to_json())
+    elif not quiet:
+        from sinssim.recording.tables.noise import show
+
+        show(report, console(least_width=120))

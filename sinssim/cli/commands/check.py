@@ -1,0 +1,40 @@
+"""`sinssim check`: checks a scenario and shows its plan."""
+
+from __future__ import annotations
+
+from sinssim.cli.options import Debug, Json, ScenarioName, Settings
+from sinssim.cli.terminal import print_json
+
+
+def command(scenario: ScenarioName, settings: Settings = None, as_json: Json = False, debug: Debug = False) -> None:
+    """Check a scenario without flying it, and show its plan.
+
+    Checks everything that is known beforehand: the file, the aircraft, every leg, every name. If anything is wrong,
+    every mistake is listed and the exit code is 2.
+
+    Example:
+
+        sinssim check my_flight.toml --set flight.aircraft=f16
+    """
+    from sinssim.scenario import load_scenario
+    from sinssim.scenario.duration import check_times, expected_duration
+    from sinssim.scenario.route import check_route
+    from sinssim.scenario.summary import plan_lines
+
+    plan = load_scenario(scenario, settings or ())
+    check_times(plan)
+    check_route(plan)
+    resolved, about_filter = plan, list[str]()
+    if plan.filter is not None:
+        from sinssim.estimation.from_scenario import filter_states
+        from sinssim.estimation.from_scenario.memory import check_memory
+
+        resolved = filter_states.with_states(plan)
+        check_memory(resolved)
+        about_filter += filter_states.choice(plan)
+        about_filter += (f"note        {sentence}" for sentence in filter_states.notes(plan))
+    if as_json:
+        duration = expected_duration(plan)
+        print_json({"expected_duration_s": round(duration), "scenario": resolved.model_dump()})
+    else:
+        print("\n".join((*plan_lines(resolved), *about_filter)))

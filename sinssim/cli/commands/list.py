@@ -1,0 +1,129 @@
+"""`sinssim list`: lists the names that scenarios and options accept."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from sinssim.cli.options import Debug, Json
+from sinssim.cli.terminal import print_json
+from sinssim.errors import SinssimError
+
+
+class Listing(StrEnum):
+    """What can be listed."""
+
+    AIRCRAFT = "aircraft"
+    SCENARIOS = "scenarios"
+    STUDIES = "studies"
+    ALGORITHMS = "algorithms"
+    FRAMES = "frames"
+    GRAVITY = "gravity"
+    GRADES = "grades"
+    VIEWS = "views"
+    AIDING = "aiding"
+    STATES = "states"
+
+
+def command(
+    kind: Annotated[Listing, typer.Argument(help="What to list.", show_default=False)],
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """List the names that scenarios and options accept, each with a sentence.
+
+    Aircraft, scenarios and studies in the folders `aircraft`, `scenarios` and `scenarios/studies` of the current folder
+    come before those of the package; so do views in the folders that the environment variable SINSSIM_VIEWS names.
+
+    Example:
+
+        sinssim list grades
+    """
+    names = names_of(kind)
+    if as_json:
+        print_json(names)
+        return
+    width = max((len(name) for name in names), default=0)
+    for name, sentence in names.items():
+        print(f"{name:<{width}}  {sentence}".rstrip())
+    sys.stdout.flush()  # so that an error of standard output is the last line
+    if kind is Listing.GRADES:
+        print("What a grade means, term by term: sinssim sensors GRADE", file=sys.stderr)
+
+
+def names_of(kind: Listing) -> Mapping[str, str]:
+    """Return names with a sentence each.
+
+    Args:
+        kind: what is listed.
+
+    Returns:
+        Sentences by name.
+    """
+    match kind:
+        case Listing.ALGORITHMS:
+            from sinssim.algorithms import SCENARIO_ALGORITHMS
+
+            return SCENARIO_ALGORITHMS
+        case Listing.FRAMES:
+            from sinssim.frames import FRAMES
+
+            return FRAMES
+        case Listing.GRAVITY:
+            from sinssim.earth.models import GRAVITY_MODELS
+
+            return GRAVITY_MODELS
+        case Listing.GRADES:
+            from sinssim.sensors.imu.grades import GRADES
+
+            return GRADES
+        case Listing.STATES:
+            from sinssim.scenario.sections.filter import FILTER_STATES
+
+            return FILTER_STATES
+        case Listing.AIDING:
+            from sinssim.scenario.sections.aiding import describe_sensors
+
+            return describe_sensors()
+        case Listing.VIEWS:
+            from sinssim.scenario.content import list_content
+
+            return {name: _first_sentence(file) for name, file in list_content("viz").items()}
+        case Listing.AIRCRAFT:
+            return _descriptions("aircraft")
+        case Listing.SCENARIOS:
+            return _descriptions("scenarios")
+        case Listing.STUDIES:
+            return _descriptions("studies")
+
+
+def _descriptions(kind: Literal["aircraft", "scenarios", "studies"]) -> dict[str, str]:
+    """Return the descriptions in the TOML files of a content folder."""
+    from sinssim.scenario.content import list_content
+
+    return {name: _description(file) for name, file in list_content(kind).items()}
+
+
+def _description(file: Path) -> str:
+    """Return a TOML file's description; a broken file must not hide the others."""
+    from sinssim.scenario.toml_file import read_toml
+
+    try:
+        return str(read_toml(file)[1].get("description", ""))
+    except SinssimError as error:
+        return f"(cannot be used: {error})"
+
+
+def _first_sentence(file: Path) -> str:
+    """Return the first line of a Python file's docstring, without running the file."""
+    import ast
+
+    try:
+        return (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").split("\n")[0]
+    except (OSError, ValueError, SyntaxError) as error:
+        return f"(cannot be used: {type(error).__name__}: {error})"

@@ -1,0 +1,55 @@
+"""`sinssim sensors`: explains a grade of sensors."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json
+from sinssim.cli.terminal import console, print_json
+
+
+def command(
+    grade: Annotated[str, typer.Argument(metavar="GRADE", help="See `sinssim list grades`.", show_default=False)],
+    latitude: Annotated[
+        float, typer.Option("--latitude", metavar="DEG", min=-90.0, max=90.0, help="Latitude of the vehicle.")
+    ] = 45.0,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Replace a value of the grade, by its key in a scenario's [imu]; may be given several times.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Explain a grade of sensors: each error, and the position error that it alone causes in one hour.
+
+    Closed forms give the errors without a simulation: a vehicle at rest navigates unaided from a perfect start. Errors
+    that appear only in motion are given for one turn or one acceleration. See docs/sensors.md.
+
+    Examples:
+
+        sinssim sensors laser-standard --latitude 60
+        sinssim sensors tactical --set gyro_bias_sigma_deg_h=0.3 --set gyro_quantum_arcsec=2.0
+    """
+    from sinssim.scenario.load import override
+    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.scenario.toml_file import validate
+
+    data: dict[str, object] = {"grade": grade}
+    overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
+    section = validate(ImuSection, data, "", f"sensors {grade}", overridden)
+    from sinssim.recording.tables.expectation import show, to_json
+    from sinssim.sensors.expectation import expect
+
+    expectation = expect(section, math.radians(latitude))
+    if as_json:
+        print_json(to_json(expectation))
+    else:
+        show(expectation, console())

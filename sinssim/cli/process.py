@@ -1,0 +1,79 @@
+"""The command line as a process: signals, errors as one paragraph on standard error, exit codes."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+from typing import NoReturn, TypeVar
+
+import typer
+
+from sinssim.cli.app import app
+from sinssim.cli.options import traceback_wanted, want_traceback
+from sinssim.cli.terminal import notes
+from sinssim.errors import SinssimError
+from sinssim.system.encoding import standard_streams
+from sinssim.system.signals import interruptible
+
+E = TypeVar("E", bound=BaseException)
+
+READER_GONE = 128 + 13
+"""Exit code when whoever reads standard output has enough: that of a program that SIGPIPE ends (`yes | head -1`)."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; errors raised on purpose become one paragraph on standard error and an exit code.
+
+    Args:
+        arguments: command-line arguments without the program's name; those of the process by default.
+
+    Raises:
+        SystemExit: always, with the exit code.
+    """
+    want_traceback(False)
+    standard_streams()
+    # A shell's `&` makes a program ignore SIGINT: the Ctrl-C then is another program's.
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    try:
+        with interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
+            app(args=None if arguments is None else list(arguments), prog_name="sinssim")
+    except KeyboardInterrupt as interrupt:
+        _interrupted(interrupt)
+    except SystemExit as end:
+        if end.code == 130 and (cause := _behind(end, KeyboardInterrupt)):
+            _interrupted(cause)
+        if end.code == 1 and _behind(end, BrokenPipeError):
+            sys.exit(READER_GONE)
+        raise
+    except SinssimError as error:
+        if traceback_wanted():
+            raise
+        _fail(f"{error} {notes(error)}".rstrip(), error.exit_code)
+    except MemoryError as error:
+        if traceback_wanted():
+            raise
+        _fail(f"not enough memory: {error}. Fewer samples need less: a shorter scenario or log, or a lower rate.", 1)
+    except OSError as error:  # standard output on a full disk, no room for temporary files
+        if traceback_wanted():
+            raise
+        _fail(f"the operating system refused: {error}.", 1)
+
+
+def _interrupted(interrupt: BaseException) -> NoReturn:
+    print(f"Interrupted. {notes(interrupt)}".rstrip(), file=sys.stderr)
+    sys.exit(130)
+
+
+def _behind(end: BaseException, kind: type[E]) -> E | None:
+    """Return the error of a kind that ended the command line, if one did: typer makes an exit code of some."""
+    cause: BaseException | None = end
+    while cause is not None and not isinstance(cause, kind):
+        cause = cause.__cause__ or cause.__context__
+    return cause
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+    print(message, file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,170 @@
+"""Radii of curvature, and geodetic, Earth-fixed and inertial coordinates over arrays."""
+
+from __future__ import annotations
+
+from math import sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.arguments import numbers
+from sinssim.data import Array
+from sinssim.earth.kernels import EarthParameters, ecef_to_geodetic_k, geodetic_to_ecef_k, parameters, q_en_k, radii_k
+from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.errors import InputError
+from sinssim.jit import kernel
+
+
+def as_columns(*values: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+    given = [numbers("the array", value) for value in values]
+    try:
+        arrays = np.broadcast_arrays(*given)
+    except ValueError as error:
+        shapes = ", ".join(str(value.shape) for value in given)
+        raise InputError(f"arrays of the shapes {shapes} do not fit together.") from error
+    # copies: numpy warns when numba asks whether a broadcast view of one element is writeable
+    return arrays[0].shape, [array.copy().reshape(-1) for array in arrays]
+
+
+def as_vectors(r: ArrayLike) -> tuple[tuple[int, ...], Array]:
+    array = numbers("the array of vectors", r)
+    if array.shape[-1:] != (3,):
+        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {array.shape}.")
+    return array.shape[:-1], np.ascontiguousarray(array).reshape(-1, 3)
+
+
+@kernel
+def _radii_rows(p: EarthParameters, latitude: Array, r1: Array, r2: Array) -> None:
+    for i in range(latitude.shape[0]):
+        r1[i], r2[i] = radii_k(p, sin(latitude[i]))
+
+
+@kernel
+def _to_ecef_rows(p: EarthParameters, latitude: Array, longitude: Array, height: Array, out: Array) -> None:
+    for i in range(latitude.shape[0]):
+        out[i] = geodetic_to_ecef_k(p, latitude[i], longitude[i], height[i])
+
+
+@kernel
+def _to_geodetic_rows(p: EarthParameters, r: Array, latitude: Array, longitude: Array, height: Array) -> None:
+    for i in range(latitude.shape[0]):
+        latitude[i], longitude[i], height[i] = ecef_to_geodetic_k(p, r[i, 0], r[i, 1], r[i, 2])
+
+
+@kernel
+def _q_en_rows(latitude: Array, longitude: Array, out: Array) -> None:
+    for i in range(out.shape[0]):
+        out[i] = q_en_k(latitude[i], longitude[i])
+
+
+def radii(latitude: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array, Array]:
+    """Return the radii of curvature.
+
+    Args:
+        latitude: geodetic latitude, (...) rad.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Radius of the meridian R₁ and of the prime vertical R₂, (...) m.
+    """
+    shape, (lat,) = as_columns(latitude)
+    r1, r2 = np.empty_like(lat), np.empty_like(lat)
+    _radii_rows(parameters(ellipsoid), lat, r1, r2)
+    return r1.reshape(shape), r2.reshape(shape)
+
+
+def geodetic_to_ecef(
+    latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid = WGS84
+) -> Array:
+    """Return Earth-centred Earth-fixed coordinates.
+
+    Args:
+        latitude, longitude: geodetic, (...) rad.
+        height: above the ellipsoid, (...) m.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Positions, (..., 3) m.
+    """
+    shape, (lat, lon, h) = as_columns(latitude, longitude, height)
+    out = np.empty((len(lat), 3))
+    _to_ecef_rows(parameters(ellipsoid), lat, lon, h, out)
+    return out.reshape(*shape, 3)
+
+
+def ecef_to_geodetic(r: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array, Array, Array]:
+    """Return geodetic coordinates of Earth-fixed positions, exact to rounding (Bowring 1976).
+
+    Args:
+        r: positions, (..., 3) m, further than 1000 km from the Earth's centre.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Latitude in [−π/2, π/2] and longitude in (−π, π], (...) rad; height, (...) m.
+
+    Raises:
+        InputError: for a position too near to the Earth's centre, where geodetic latitude has no meaning.
+    """
+    shape, rows = as_vectors(r)
+    if len(rows) and not (np.min(np.einsum("ij,ij->i", rows, rows)) > 1e12):
+        row = int(np.argmin(np.einsum("ij,ij->i", rows, rows)))
+        raise InputError(
+            f"position {rows[row]} m (row {row}) lies within 1000 km of the Earth's centre or is not a number: it has "
+            "no geodetic latitude. Earth-fixed coordinates in metres are expected."
+        )
+    latitude, longitude, height = (np.empty(len(rows)) for _ in range(3))
+    _to_geodetic_rows(parameters(ellipsoid), rows, latitude, longitude, height)
+    return latitude.reshape(shape), longitude.reshape(shape), height.reshape(shape)
+
+
+def q_en(latitude: ArrayLike, longitude: ArrayLike) -> Array:
+    """Return the quaternion that takes north-east-down coordinates into Earth-fixed ones.
+
+    Args:
+        latitude, longitude: geodetic, (...) rad.
+
+    Returns:
+        Unit quaternions, (..., 4).
+    """
+    shape, (lat, lon) = as_columns(latitude, longitude)
+    out = np.empty((len(lat), 4))
+    _q_en_rows(lat, lon, out)
+    return out.reshape(*shape, 4)
+
+
+def _about_z(r: ArrayLike, angle: ArrayLike) -> Array:
+    v, turn = numbers("the array of vectors", r), numbers("the time", angle)
+    if v.shape[-1:] != (3,):
+        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {v.shape}.")
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack(
+        np.broadcast_arrays(c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1], v[..., 2]), axis=-1
+    )
+
+
+def ecef_to_eci(r_e: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return Earth-fixed vectors in the inertial frame that coincides with the Earth-fixed one at t = 0.
+
+    Args:
+        r_e: vectors, (..., 3).
+        time: (...) s; broadcasts.
+        ellipsoid: gives the rotation rate.
+
+    Returns:
+        Vectors, (..., 3).
+    """
+    return _about_z(r_e, ellipsoid.omega * np.asarray(time, dtype=np.float64))
+
+
+def eci_to_ecef(r_i: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return inertial vectors in the Earth-fixed frame, which coincides with the inertial one at t = 0.
+
+    Args:
+        r_i: vectors, (..., 3).
+        time: (...) s; broadcasts.
+        ellipsoid: gives the rotation rate.
+
+    Returns:
+        Vectors, (..., 3).
+    """
+    return _about_z(r_i, -ellipsoid.omega * np.asarray(time, dtype=np.float64))

@@ -1,0 +1,201 @@
+"""Compares a run's errors with its covariance, and its inertial noise with the assumed noise, against the truth.
+
+NEES of one run. Its errors change slowly, so that their mean square is no mean of independent numbers. But how slowly
+the filter knows itself: of its errors eₖ after the readings of row k
+
+    eₖ₊₁ = Ψₖ₊₁ eₖ + what is new,   Ψ = Π (I − K H) Φ from row to row,   E[eₖ eⱼᵀ] = Ψₖ … Ψⱼ₊₁ Pⱼ  for k > j.  (1)
+
+With yₖ = Bₖ eₖ, the errors of a block in units of their covariance (Bₖ Pₖ Bₖᵀ = 1, b components), the mean of |yₖ|²
+over R rows, per component, has the expectation 1 and the variance
+
+    2/(Rb)² Σₖ Σⱼ ‖E[yₖ yⱼᵀ]‖² = 2/(Rb)² Σₖ (b + 2 tr(Bₖ Nₖ Bₖᵀ)),   Nₖ₊₁ = Ψₖ₊₁ (Nₖ + Gₖ Gₖᵀ) Ψₖ₊₁ᵀ,  Gₖ = Pₖ Bₖᵀ   (2)
+
+with N₀ = 0. A multiple of χ² with as many degrees of freedom as give that variance has the same first two moments
+(Satterthwaite, Biometrics Bulletin 2, 1946, 110).
+
+Noise of the inertial sensors. Between two rows the errors xₖ of inertial navigation, those of the compensated
+parameters with them, run as xₖ₊₁ = Φ xₖ + w, the w of one row independent of the next. Differences of two neighbours,
+free of what lasts and has no state, are compared with their covariance, the sum of both Q: of attitude, velocity and
+instability. It tells noise that is told wrong even where all readings drown it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.estimation.checks.consistency import FALSE_ALARM, ChiSquare, chi2_test
+from sinssim.estimation.checks.consistency import nees as normalised_squares
+from sinssim.estimation.model import ErrorModel
+from sinssim.estimation.result import History
+
+ALL = "all states"
+"""What NEES calls them."""
+
+_ROWS = 600
+"""About so many rows, evenly spread, are looked at for NEES."""
+
+_SECOND_ORDER = 0.3
+"""Rows count whose noise is so many times larger than what the linear model leaves out, which is no noise."""
+
+_MATTERS = 0.1
+"""Noise is told wrong if its variance is off by more: as much as readings between two samples make."""
+
+_THERE = 1e-9
+"""Least part of Q, that of sensors without noise of their own is what other sensors leave: it is singular."""
+
+_NOISES = {
+    "attitude": "gyro noise",
+    "velocity": "accelerometer noise",
+    "gyro instability": "gyro instability",
+    "accelerometer instability": "accelerometer instability",
+}
+
+
+class Judged(NamedTuple):
+    """A test and its verdict, as those of `SensorConsistency`: "consistent", "optimistic" or "pessimistic"."""
+
+    test: ChiSquare
+    verdict: str
+
+
+@dataclass(frozen=True)
+class ActualConsistency:
+    """What the truth says of a filter.
+
+    Attributes:
+        nees: by block, and of all states: NEES of the run per state. A block is never "pessimistic", as a start without
+            an error is no fault of the filter; of all states together there is no verdict: where a filter has no state
+            for a scale factor, that the sum of a tilt and a bias is wrong shows there, and hurts nobody.
+        noise: of each noise of the inertial sensors, its variance over the one that the filter was told.
+        sentences: what speaks against the filter, for a person.
+    """
+
+    nees: dict[str, Judged]
+    noise: dict[str, Judged]
+    sentences: tuple[str, ...]
+
+
+def actual_consistency(model: ErrorModel, history: History, errors: Array) -> ActualConsistency:
+    """Judge a filter by its actual errors.
+
+    Args:
+        model: the error model.
+        history: of one run.
+        errors: actual errors of `history.navigation` and `history.compensated`, (R, n).
+
+    Returns:
+        The tests; a sound filter fails one of them with the probability `FALSE_ALARM`.
+    """
+    squares, noises = dict(_nees(model, history, errors)), dict(_noise(model, history, errors))
+    level = FALSE_ALARM / max(len(squares) + len(noises), 1)
+    nees, noise, sentences = {}, {}, []
+    for name, test in squares.items():
+        # of a two-sided probability, the half that is above
+        larger = name != ALL and test.value > 1.0 and 0.5 * test.probability < level
+        nees[name] = Judged(test, "optimistic" if larger else "consistent")
+        if larger:
+            sentences.append(
+                f"{name}: the errors are larger than the filter believes, NEES per state {test.value:.3g} (95 % band "
+                f"{test.lower:.3g} … {test.upper:.3g})."
+            )
+    for name, test in noises.items():
+        wrong = test.probability < level and abs(test.value - 1.0) > _MATTERS
+        verdict = "consistent" if not wrong else "optimistic" if test.value > 1.0 else "pessimistic"
+        noise[name] = Judged(test, verdict)
+        if wrong:
+            sentences.append(
+                f"{name}: {verdict}, the noise is {np.sqrt(test.value):.3g} times what the filter was told (95 % band "
+                f"{np.sqrt(test.lower):.3g} … {np.sqrt(test.upper):.3g})."
+            )
+    return ActualConsistency(nees, noise, tuple(sentences))
+
+
+def _nees(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[str, ChiSquare]]:
+    """Yield the NEES of all states and of each block."""
+    e, p = errors - history.state, history.covariance
+    known = np.einsum("kii->ki", p).min(axis=0, initial=np.inf) <= 0.0  # exactly, always
+    if not len(e) or not np.isfinite(e).all():
+        return
+    step = max(len(e) // _ROWS, 1)
+    rows = np.arange(len(e) - 1, -1, -step)[::-1]
+    decay = _thinned(history.decay[1:], rows)
+    for name, part in ((ALL, slice(0, model.size)), *model.slices.items()):
+        states = np.arange(model.size)[part][~known[part]]
+        if not len(states):
+            continue
+        try:
+            yield name, _of_block(name, e[rows], p[rows], decay, states)
+        except np.linalg.LinAlgError:  # states that are tied to each other: their errors have no density
+            continue
+
+
+def _of_block(name: str, e: Array, p: Array, decay: Array, states: NDArray[np.intp]) -> ChiSquare:
+    count, n = e.shape
+    size = len(states)
+    own = p[:, states][:, :, states]
+    scale = np.sqrt(np.einsum("kii->ki", own))
+    root = np.linalg.cholesky(own / (scale[:, :, None] * scale[:, None, :]))
+    b = np.zeros((count, size, n))
+    b[:, :, states] = np.linalg.inv(root) / scale[:, None, :]
+    g = p @ b.transpose(0, 2, 1)
+    across, total = np.zeros((n, n)), 0.0
+    for k in range(count):  # (2)
+        if k:
+            across = decay[k - 1] @ (across + g[k - 1] @ g[k - 1].T) @ decay[k - 1].T
+        total += size + 2.0 * float(np.sum((b[k] @ across) * b[k]))
+    freedom = (count * size) ** 2 / total
+    mean = float(np.mean(normalised_squares(e[:, states], own))) / size
+    return chi2_test(f"NEES, {name}", mean * freedom, freedom)
+
+
+def _thinned(decay: Array, rows: NDArray[np.intp]) -> Array:
+    """Return Ψ from each of some rows to the next of them."""
+    found = np.empty((len(rows) - 1, *decay.shape[1:]))
+    for i, (first, last) in enumerate(pairwise(rows.tolist())):
+        product = decay[first]
+        for k in range(first + 1, last):
+            product = decay[k] @ product
+        found[i] = product
+    return found
+
+
+def _noise(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[str, ChiSquare]]:
+    """Yield the noises of the inertial sensors, each over what was told."""
+    fed, interval = history.fed_back[1:], np.diff(history.time)
+    w = errors[1:] + fed - np.einsum("kij,kj->ki", history.transition[1:], errors[:-1])
+    attitude = model.slices["attitude"]
+    q = history.noise[1:]
+    turned = np.linalg.norm(errors[:-1, attitude], axis=1)
+    # of second order: rotations that are put together, and the specific force along a tilted axis
+    left_out = {
+        "attitude": 0.5 * turned * np.linalg.norm(fed[:, attitude], axis=1),
+        "velocity": 0.5 * units.G0 * turned**2 * interval,
+    }
+    pulse = {"attitude": model.gyro_quantum, "velocity": model.accel_quantum}
+    noise = {"attitude": model.gyro_noise, "velocity": model.accel_noise}
+    usable, pair = np.isfinite(w).all(axis=1), np.arange(0, len(w) - 1, 2)
+    for block in ("attitude", "velocity"):
+        least = np.sqrt(np.einsum("kii->ki", q[:, model.slices[block], model.slices[block]]).min(axis=1))
+        usable &= left_out[block] <= _SECOND_ORDER * least
+    for block, name in _NOISES.items():
+        part = model.slices.get(block)
+        if part is None:
+            continue
+        # a pulse's rounding at either end
+        own = q[:, part, part] + np.eye(3) * pulse.get(block, 0.0) ** 2 / 6.0
+        least = np.einsum("kii->ki", own).min(axis=1)
+        there = (least > 0.0) & (noise.get(block, np.inf) ** 2 * interval + pulse.get(block, 0.0) ** 2 > _THERE * least)
+        pairs = pair[usable[pair] & usable[pair + 1] & there[pair]]
+        if not len(pairs):
+            continue
+        difference = w[pairs + 1, part] - w[pairs, part]
+        squares = normalised_squares(difference, own[pairs] + own[pairs + 1])
+        yield name, chi2_test(name, float(squares.sum()), 3 * len(squares))

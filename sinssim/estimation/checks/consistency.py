@@ -1,0 +1,266 @@
+"""Consistency of a filter: NIS, whiteness of innovations and NEES against their χ² distributions.
+
+Of a filter that is told the truth about all noise, the innovations νₖ are independent, with the covariances Sₖ that it
+says (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.4). So
+
+    NIS         Σ νᵀS⁻¹ν is χ² with as many degrees of freedom as there are components in all
+    whiteness   of e = L⁻¹ν with S = LLᵀ, N readings of k components, the autocorrelations ρ(l) = Σ eᵢᵀeᵢ₊ₗ/(Nk) are
+                normal with the variance 1/(Nk), and Nk Σ ρ² over m lags is χ² with m degrees of freedom
+    slow part   the sum of e over W readings has the variance W: its mean square over windows tells errors of the
+                process noise, and a slow drift of the readings, which drown in the single reading's noise (the
+                averaged innovations of Diesel and Luu, GPS/IRS AIME, Proc. ION GPS 1995)
+    NEES        with the truth: xᵀP⁻¹x is χ² with n degrees of freedom, its mean over independent runs too
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import binom, chi2
+
+from sinssim.data import Array
+from sinssim.estimation.result import Estimate, Innovations
+from sinssim.estimation.smoother import scaled_solve
+
+FALSE_ALARM = 0.01
+"""Probability with which a sound filter is called inconsistent, in all tests of all sensors together."""
+
+LAGS = 20
+"""Lags of the test of whiteness."""
+
+WINDOWS = (16, 64, 256)
+"""Lengths of the windows of the slow part, readings."""
+
+_FEWEST = 8
+"""Fewest windows, or readings, that are tested."""
+
+
+@dataclass(frozen=True)
+class ChiSquare:
+    """One χ² test.
+
+    Attributes:
+        name: what is tested.
+        value: the statistic over its degrees of freedom, 1 if all is right.
+        lower, upper: its 95 % band.
+        probability: of a value at least as unlikely, two-sided, if all is right.
+    """
+
+    name: str
+    value: float
+    lower: float
+    upper: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class SensorConsistency:
+    """What one sensor's innovations say.
+
+    Attributes:
+        sensor: its name.
+        count: readings that were compared with the prediction.
+        rejected: how many of them the gate rejected.
+        expected: how many it should reject.
+        tests: NIS, whiteness, slow parts; none with too few readings.
+        autocorrelation: ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk).
+        autocorrelation_sigma: that 1σ.
+        verdict: "consistent", "optimistic" (the noise is larger than the filter believes), "pessimistic" (smaller),
+            "coloured" (NIS right, innovations not white), or "unknown" (too few readings).
+    """
+
+    sensor: str
+    count: int
+    rejected: int
+    expected: float
+    tests: tuple[ChiSquare, ...]
+    autocorrelation: Array
+    autocorrelation_sigma: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """What all innovations of a run say, without the truth.
+
+    Attributes:
+        sensors: one entry for each.
+        consistent: whether nothing speaks against the filter.
+        sentences: what does, for a person.
+    """
+
+    sensors: tuple[SensorConsistency, ...]
+    consistent: bool
+    sentences: tuple[str, ...]
+
+
+def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
+    """Compare a statistic with its χ² distribution.
+
+    Args:
+        name: what is tested.
+        statistic: the sum of squares.
+        freedom: degrees of freedom.
+
+    Returns:
+        The test.
+    """
+    lower, upper = (float(chi2.ppf(p, freedom)) / freedom for p in (0.025, 0.975))
+    probability = 2.0 * min(chi2.cdf(statistic, freedom), chi2.sf(statistic, freedom))
+    return ChiSquare(name, statistic / freedom, lower, upper, min(float(probability), 1.0))
+
+
+def _whitened(innovations: Innovations) -> Array:
+    """Return e = L⁻¹ν of the readings that were taken in, (N, k)."""
+    used = innovations.accepted
+    if not used.any():
+        return np.zeros((0, innovations.value.shape[1]))
+    value, covariance = innovations.value[used], innovations.covariance[used]
+    try:
+        root = np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError:  # a filter that breaks down may end with one
+        size = np.linalg.eigvalsh(covariance)
+        sound = size[:, 0] > 1e-12 * size[:, -1]
+        root, value = np.linalg.cholesky(covariance[sound]), value[sound]
+    return np.asarray(np.linalg.solve(root, value[..., None])[..., 0])
+
+
+def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> SensorConsistency:
+    """Test the innovations of one sensor.
+
+    Args:
+        innovations: of the sensor.
+        level: probability with which a sound filter may fail.
+
+    Returns:
+        The tests and the verdict.
+    """
+    compared = ~np.isnan(innovations.nis)
+    count, rejected = int(compared.sum()), int((compared & ~innovations.accepted).sum())
+    e = _whitened(innovations)
+    k, bound = e.shape[1], innovations.bound
+    allowed = float(chi2.sf(bound, k)) if np.isfinite(bound) else 0.0
+    # what a gate lets pass is smaller than what comes: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
+    e = e / np.sqrt(chi2.cdf(bound, k + 2) / chi2.cdf(bound, k))
+    if len(e) < _FEWEST and not rejected:
+        return SensorConsistency(
+            innovations.sensor, count, rejected, allowed * count, (), np.zeros(0), np.nan, "unknown"
+        )
+    tests, rho = [], np.zeros(0)
+    if len(e) >= _FEWEST:
+        tests.append(chi2_test("NIS", float(np.sum(e * e)), e.size))
+        lags = min(LAGS, len(e) // 4)
+        rho = np.array([np.sum(e[:-lag] * e[lag:]) for lag in range(1, lags + 1)]) / e.size
+        # (N+2)/(N−l): the small-sample correction of Ljung and Box (Biometrika 65, 1978)
+        weight = (len(e) + 2.0) / (len(e) - np.arange(1, lags + 1))
+        tests.append(chi2_test("whiteness", float(e.size * np.sum(weight * rho**2)), lags))
+        for window in WINDOWS:
+            number = len(e) // window
+            if number >= _FEWEST:
+                sums = e[: number * window].reshape(number, window, k).sum(axis=1) / np.sqrt(window)
+                tests.append(chi2_test(f"slow part, {window} readings", float(np.sum(sums**2)), number * k))
+    too_many = float(binom.sf(rejected - 1, count, allowed)) if rejected else 1.0
+    each = level / (len(tests) + 1)
+    verdict = "consistent"
+    if too_many < each:
+        verdict = "optimistic"
+    elif tests and tests[0].probability < each:
+        verdict = "optimistic" if tests[0].value > 1.0 else "pessimistic"
+    else:
+        failed = [test for test in tests[1:] if test.probability < each]
+        slow = [test for test in failed if test.name != "whiteness"]
+        if slow:
+            verdict = "optimistic" if slow[-1].value > 1.0 else "pessimistic"
+        elif failed and failed[0].value > 1.0:
+            verdict = "coloured"
+    return SensorConsistency(
+        innovations.sensor, count, rejected, allowed * count, tuple(tests), rho,
+        float(1.0 / np.sqrt(max(e.size, 1))), verdict,
+    )  # fmt: skip
+
+
+_MEANING = {
+    "optimistic": "there is more noise than the filter was told",
+    "pessimistic": "there is less noise than the filter was told",
+    "coloured": "the innovations are not white: something that the model lacks is in them",
+}
+
+
+def consistency(estimate: Estimate) -> Consistency:
+    """Judge a filter by its own innovations.
+
+    Args:
+        estimate: of one run.
+
+    Returns:
+        The verdicts.
+    """
+    level = FALSE_ALARM / max(len(estimate.innovations), 1)
+    sensors = tuple(sensor_consistency(i, level) for i in estimate.innovations)
+    sentences = []
+    for s in sensors:
+        if s.verdict not in _MEANING:
+            continue
+        numbers = ", ".join(f"{t.name} {t.value:.3g} (95 % band {t.lower:.3g} … {t.upper:.3g})" for t in s.tests)
+        gate = f"{s.rejected} of {s.count} readings rejected where {s.expected:.2g} are expected"
+        sentences.append(f"{s.sensor}: {s.verdict}, {_MEANING[s.verdict]}: {numbers or 'no reading taken in'}; {gate}.")
+    if estimate.divergence is not None:
+        sentences.append(f"The filter diverged at t = {estimate.divergence.time:.2f} s: {estimate.divergence.reason}.")
+    return Consistency(sensors, not sentences, tuple(sentences))
+
+
+def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array:
+    """Return the normalised squared errors of an estimate.
+
+    Args:
+        errors: actual errors, (..., n); see `sinssim.estimation.state_errors`.
+        covariance: P, (..., n, n).
+        states: which states, all if not given.
+
+    Returns:
+        xᵀP⁻¹x, (...); states whose variance is zero do not count, nor does what is tied to others.
+    """
+    part = states or slice(0, errors.shape[-1])
+    x, p = errors[..., part], covariance[..., part, part]
+    p = np.broadcast_to(p, (*x.shape, x.shape[-1]))
+    x = np.where(np.einsum("...ii->...i", p) > 0.0, x, 0.0)
+    n = x.shape[-1]
+    solved = scaled_solve(p.reshape(-1, n, n), x.reshape(-1, n, 1)).reshape(x.shape)
+    return np.asarray(np.einsum("...i,...i->...", x, solved))
+
+
+@dataclass(frozen=True)
+class Anees:
+    """NEES of an ensemble of runs, each epoch's mean over the runs, per degree of freedom.
+
+    Attributes:
+        name: which states.
+        value: (K,); 1 is right, above is optimistic.
+        lower, upper: 95 % band of one epoch.
+        inside: share of the epochs inside it.
+    """
+
+    name: str
+    value: Array
+    lower: float
+    upper: float
+    inside: float
+
+
+def anees(name: str, values: Sequence[Array], freedom: int) -> Anees:
+    """Return the average NEES of an ensemble.
+
+    Args:
+        name: which states.
+        values: NEES of each run at the same epochs, M times (K,).
+        freedom: number of states n.
+
+    Returns:
+        The average and its band.
+    """
+    runs = len(values)
+    mean = np.mean(values, axis=0) / freedom
+    lower, upper = (float(chi2.ppf(p, runs * freedom)) / (runs * freedom) for p in (0.025, 0.975))
+    return Anees(name, mean, lower, upper, float(np.mean((mean >= lower) & (mean <= upper))))

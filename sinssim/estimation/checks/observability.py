@@ -1,0 +1,86 @@
+"""Observability of the states along a motion: singular values of the observability matrix, reduction of σ.
+
+With Ψₖ = Φ(tₖ, t₀) the readings tell of x(t₀) what the matrix with the rows R^(−½) Hₖ Ψₖ tells; its information is
+O = Σ Ψₖᵀ Hₖᵀ R⁻¹ Hₖ Ψₖ. Scaled by the standard deviations σ₀ from which the states start, D = diag(σ₀), its singular
+values √eig(D O D) are pure numbers: how many standard deviations of the measurement noise a deviation by one σ₀ along
+that direction makes (normalised as Ham and Brown do, IEEE Trans. AES 19, 1983, 269). No noise drives the states in
+this: it is what the motion would let be seen. What the filter made of it, noise and all, is how its own σ came down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.estimation.model import ErrorModel
+from sinssim.estimation.result import History
+
+HALVED = 0.5
+"""Part of σ₀ to which σ must come down for a state to count as observable."""
+
+
+@dataclass(frozen=True)
+class Observability:
+    """What the readings of a time say about the states at its beginning.
+
+    Attributes:
+        states: their names, n.
+        time: instants up to which readings count, (R,) s.
+        singular: singular values up to each, the largest first, (R, n).
+        directions: the directions of the last ones in units of σ₀, a row each, (n, n).
+        limit: 1σ over σ₀ to which the readings would bring each state if no noise drove the states, (n,).
+        reduction: 1σ by the filter at the end over σ₀, (n,).
+        seen: whether the limit is at most `HALVED`, (n,).
+        observable: whether the reduction is, too; what is seen and not observable drowns in noise, (n,).
+    """
+
+    states: tuple[str, ...]
+    time: Array
+    singular: Array
+    directions: Array
+    limit: Array
+    reduction: Array
+    seen: NDArray[np.bool_]
+    observable: NDArray[np.bool_]
+
+
+def observability(
+    model: ErrorModel, history: History, begin: float = -np.inf, end: float = np.inf, *, every: int = 10
+) -> Observability:
+    """Return what a flight, or a part of it, makes observable.
+
+    Args:
+        model: the error model; its sigma is σ₀.
+        history: of an estimate.
+        begin, end: the part, s.
+        every: singular values are computed at every so many of the history's rows.
+
+    Returns:
+        The observability.
+    """
+    rows = np.flatnonzero((history.time >= begin) & (history.time <= end))
+    n = model.size
+    transition, gramian = np.eye(n), np.zeros((n, n))
+    known = np.where(model.sigma > 0.0, model.sigma, 0.0)
+    times, singular, directions = [], [], np.eye(n)
+    for k, row in enumerate(rows):
+        if k:
+            gramian += transition.T @ history.information[row] @ transition
+            transition = history.transition[row] @ transition
+        if k % every == 0 or k == len(rows) - 1:
+            values, vectors = np.linalg.eigh(known[:, None] * gramian * known)
+            times.append(history.time[row])
+            singular.append(np.sqrt(np.maximum(values[::-1], 0.0)))
+            directions = vectors[:, ::-1].T
+    last = singular[-1] if singular else np.zeros(n)
+    # diagonal of (I + D O D)⁻¹, by its eigenvectors
+    limit = np.sqrt(np.sum(directions**2 / (1.0 + last[:, None] ** 2), axis=0))
+    sigma = np.sqrt(history.covariance[rows[-1]].diagonal()) if len(rows) else model.sigma
+    reduction = np.divide(sigma, model.sigma, out=np.ones(n), where=model.sigma > 0.0)
+    seen = (limit <= HALVED) & (model.sigma > 0.0)
+    observable = seen & (reduction <= HALVED)
+    every_one = np.array(singular).reshape(-1, n)
+    return Observability(model.states, np.array(times), every_one, directions, limit, reduction, seen, observable)

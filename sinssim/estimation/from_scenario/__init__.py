@@ -1,0 +1,1 @@
+"""The filter of a scenario: its states, assumed noise, memory and run."""

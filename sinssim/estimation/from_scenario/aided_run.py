@@ -1,0 +1,139 @@
+"""The run of a scenario's filter: emulated readings of the aiding sensors, initial alignment, estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import ImuData, Measurements, NavSolution, NavState
+from sinssim.errors import InputError, SinssimError
+from sinssim.estimation import ErrorModel
+from sinssim.estimation.estimate import estimate
+from sinssim.estimation.from_scenario.filter_model import filter_model
+from sinssim.estimation.from_scenario.filter_states import inertial_sigma
+from sinssim.estimation.from_scenario.memory import ROWS
+from sinssim.estimation.from_scenario.true_parameters import InertialParameters
+from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
+from sinssim.estimation.initial_alignment.start import Start, at_rest, in_motion
+from sinssim.frames import FILTER_ALGORITHM
+from sinssim.sensors.aiding.base.sensor import Vehicle
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.section import LeverArm
+    from sinssim.sensors.sets.true_errors import TrueErrors
+    from sinssim.truth.trajectory import Trajectory
+
+_APART = 1 << 41
+"""Far from the seeds of scenarios and of calibrations."""
+
+
+def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: NavState, errors: TrueErrors) -> Aided:
+    """Emulate a scenario's aiding sensors, estimate by its filter, and compare with the truth.
+
+    Args:
+        scenario: with an [aiding] and a [filter] section.
+        trajectory: the true motion.
+        imu: increments that the engine navigates on.
+        initial: state that navigation starts from.
+        errors: the true errors of the inertial sensors in this run.
+
+    Returns:
+        The aided solution; of a filter that diverged, what there was until then.
+
+    Raises:
+        InputError: a sensor that cannot read in so short a run, a coarse alignment of a vehicle that moves, rates that
+            do not fit together.
+    """
+    section, aiding = scenario.filter, scenario.aiding
+    assert section is not None
+    assert aiding is not None
+    vehicle = Vehicle(trajectory, scenario.seed, partial(_navigate_beside, scenario, trajectory))
+    sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
+    model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
+    measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
+    start = Start(imu, initial, None)
+    if section.alignment_s is not None:
+        start = _aligned(scenario, trajectory, start, measurements, model)
+    solution = estimate(
+        start.imu,
+        start.state,
+        [_after(m, float(start.imu.time[0])) for m in measurements],
+        model,
+        covariance=start.covariance,
+        loop=section.loop,
+        rate_hz=section.rate_hz,
+        gate=section.gate or None,
+        smooth=section.smooth,
+        history=True,
+        row_s=0.0 if section.smooth else float(imu.time[-1] - imu.time[0]) / ROWS,
+        algorithm=FILTER_ALGORITHM,
+        gravity=scenario.navigation.gravity,
+        ellipsoid=trajectory.ellipsoid.name,
+    )
+    return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
+
+
+def _navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
+    """Return what another inertial system of the vehicle navigates, from the true state at its own place."""
+    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.strapdown import navigate
+    from sinssim.truth.motions.vibration import Vibrating
+
+    place = Vibrating(trajectory, (), lever_arm)
+    ideal = place.increments(scenario.imu.rate_hz)
+    imu = emulate(ideal, ImuSection(grade=grade, rate_hz=scenario.imu.rate_hz), scenario.seed + _APART)
+    return navigate(
+        imu,
+        place.state(place.start),
+        algorithm="quaternion",
+        gravity=scenario.navigation.gravity,
+        ellipsoid=trajectory.ellipsoid.name,
+        vertical="baro-loop",
+        height=place.state(ideal.time).height,
+    )
+
+
+def _aligned(
+    scenario: Scenario, trajectory: Trajectory, start: Start, measurements: Sequence[Measurements], model: ErrorModel
+) -> Start:
+    """Return where the filter starts after the scenario's coarse alignment."""
+    section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
+    assert section is not None
+    assert section.alignment_s is not None
+    count = int(np.searchsorted(imu.time, imu.time[0] + section.alignment_s - 1e-9))
+    if count >= len(imu):
+        raise InputError(
+            f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
+            "filter needs a part of it after the alignment."
+        )
+    if section.alignment == "at-rest":
+        try:
+            return at_rest(imu, start.state, model, sigma, count)
+        except SinssimError as error:
+            raise InputError(
+                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must stand that long, with gyros that feel "
+                f"the Earth turn, and {error}"
+            ) from error
+    fixes = {m.kind: m for m in measurements if m.label in ("gnss-position", "gnss-velocity")}
+    gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
+    try:
+        return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
+    except SinssimError as error:
+        raise type(error)(f"filter.alignment_s = {section.alignment_s:g}: {error}") from error
+
+
+def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:
+    """Return readings with the noise that the filter is told, a factor times the true."""
+    return replace(measurements, sigma=factor * measurements.sigma)
+
+
+def _after(measurements: Measurements, start: float) -> Measurements:
+    """Return the readings after the filter's start."""
+    m, later = measurements, measurements.time > start + 1e-9
+    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later], sigma=m.sigma[later])

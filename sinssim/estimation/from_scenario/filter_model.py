@@ -1,0 +1,70 @@
+"""The error model of a scenario's filter: its states, their standard deviations and correlation times.
+
+The standard deviations are those that the emulated errors were drawn from. An error that a scenario gives as a number
+is unknown to the filter, with a standard deviation as large as the number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import units
+from sinssim.estimation.from_scenario.filter_states import inertial_sigma, states
+from sinssim.estimation.model import Block, ErrorModel, error_model
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.scenario.sections.aiding import AidingSection
+
+_LEAST_POSITION_M, _LEAST_VELOCITY_MPS, _LEAST_ANGLE_ARCMIN = 0.1, 0.01, 0.1
+"""What the filter is told of an initial state that is exact: no covariance is singular."""
+
+
+def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
+    """Return the error model of a scenario's filter.
+
+    Args:
+        scenario: with an [aiding] and a [filter] section.
+        duration: of the run, s.
+
+    Returns:
+        Navigation, the inertial sensors' blocks that the section names or that matter, and those of the aiding sensors.
+    """
+    f, start = scenario.filter, scenario.navigation.initial_error
+    assert f is not None
+    assert scenario.aiding is not None
+
+    def told(given: float | None, least: float, *known: float) -> float:
+        return max(least, math.hypot(*known)) if given is None else given
+
+    own, s = f.initial_sigma, start
+    north = told(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
+    east = told(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
+    height = told(own.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
+    velocity = [
+        told(own.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
+        for v in (s.velocity_north_mps, s.velocity_east_mps, s.velocity_down_mps)
+    ]
+    tilt = told(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
+    heading = told(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
+    return error_model(
+        inertial_sigma(scenario),
+        position=(north, east, height),
+        velocity=velocity,
+        attitude=np.array([tilt, tilt, heading]) * units.ARCMIN,
+        imu=states(scenario),
+        extra=_sensor_blocks(scenario.aiding, f.measurement_noise_factor),
+        duration=duration,
+    )
+
+
+def _sensor_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
+    """Yield the states of the aiding sensors' errors, where there are such errors."""
+    for sensor in aiding.sensors().values():
+        for state in sensor.states():
+            if any(state.sigma):
+                yield Block(state.block, factor * np.array(state.sigma), correlation_time=state.correlation_time)

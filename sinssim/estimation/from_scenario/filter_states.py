@@ -1,0 +1,248 @@
+"""Chooses the default states of a scenario's filter: inertial errors that the planned motion makes noticeable.
+
+An error of 1σ that multiplies an input u(t) adds σ u(t) to a reading with white noise of density N. The input is 1 for
+a bias, the rates of the motion for the gyros' scale factors and misalignments, and the specific force for those of the
+accelerometers. The largest signal-to-noise ratio d that any filter can have for it, whatever the aiding sensors, is
+that of the matched filter,
+
+    d² = Σ σ² ∫u² dt / N²,
+
+summed over the errors of a block. What a filter leaves out disturbs it by no more: its innovations, and its errors in
+units of their covariance, are projections of that signal, so that νᵀS⁻¹ν over the run and xᵀP⁻¹x are noncentral χ² with
+a noncentrality of at most d² on the mean. A block is a state if d² exceeds `LEFT_OUT`, a bias if the sensors have one.
+Noisy readings hide more than that; a state too many makes a filter slower, and not worse.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.earth.models import OMEGA_IE
+from sinssim.estimation.model import error_model
+from sinssim.scenario.excitation import Excitation, excitation
+from sinssim.scenario.sections.filter import FILTER_STATES
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, with_triads
+from sinssim.sensors.imu.terms import FIELDS
+from sinssim.units import DEG_H
+
+if TYPE_CHECKING:
+    from sinssim.alignment.budget import Expected
+    from sinssim.scenario import Scenario
+
+LEFT_OUT = 0.3
+"""Largest d² of a block that is left out: it makes the NEES of three states at most 1.1 per state where 1 is right,
+which no single run tells from 1."""
+
+PRODUCTS = 3.0
+"""Smallest d of what is of second order in the errors that is told to a person: 3σ of the noise."""
+
+_TRIADS = {"gyro": "gyros", "accelerometer": "accelerometers"}
+
+
+class Weight(NamedTuple):
+    """How much one block matters.
+
+    Attributes:
+        block: its name.
+        ratio: d, its largest signal-to-noise ratio over the run; infinite without noise.
+        needed: whether a filter needs it.
+    """
+
+    block: str
+    ratio: float
+    needed: bool
+
+
+def weights(scenario: Scenario) -> tuple[Weight, ...]:
+    """Return how much each block of the inertial sensors' errors matters in a scenario.
+
+    Args:
+        scenario: with a [filter] section.
+
+    Returns:
+        One entry for each block of `sinssim.scenario.sections.filter.FILTER_STATES`.
+
+    Raises:
+        InputError: the aircraft's description is not right.
+    """
+    motion, sigma = excitation(scenario), inertial_sigma(scenario)
+    model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
+    found = []
+    for block in model.blocks:
+        if block.name not in FILTER_STATES:
+            continue
+        triad, _, what = block.name.partition(" ")
+        size = float(np.max(np.square(block.sigma) + np.square(block.density) * motion.duration))
+        noise = model.gyro_noise if triad == "gyro" else model.accel_noise
+        squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
+        found.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
+    return tuple(found)
+
+
+def _input(motion: Excitation, triad: str, what: str) -> float:
+    """Return ∫u² dt of all three axes."""
+    if what == "bias":
+        return 3.0 * motion.duration
+    return motion.rate if triad == "gyro" else motion.force
+
+
+def _ratio_squared(signal: float, noise: float) -> float:
+    """Return ∫(σu)² dt over N²; infinite without noise."""
+    return signal / noise**2 if noise > 0.0 else math.inf if signal > 0.0 else 0.0
+
+
+def states(scenario: Scenario) -> tuple[str, ...]:
+    """Return the blocks of the inertial sensors' errors that a scenario's filter has.
+
+    Args:
+        scenario: with a [filter] section.
+
+    Returns:
+        Those that the section names, or by default those that matter.
+    """
+    assert scenario.filter is not None
+    if scenario.filter.states is not None:
+        return scenario.filter.states
+    return tuple(weight.block for weight in weights(scenario) if weight.needed)
+
+
+def with_states(scenario: Scenario) -> Scenario:
+    """Return a scenario with the states of its filter written out.
+
+    Args:
+        scenario: any scenario.
+
+    Returns:
+        The scenario, with the default of `filter.states` in place; itself where nothing is to be chosen.
+    """
+    section = scenario.filter
+    if section is None or section.states is not None:
+        return scenario
+    return scenario.model_copy(update={"filter": section.model_copy(update={"states": states(scenario)})})
+
+
+def choice(scenario: Scenario) -> tuple[str, ...]:
+    """Say which states a scenario's filter has by default, and why.
+
+    Args:
+        scenario: any scenario.
+
+    Returns:
+        Whole lines, one for each block; none where the scenario has no filter or names its states.
+    """
+    if scenario.filter is None or scenario.filter.states is not None:
+        return ()
+    lines = ["states by the sensors and the planned motion: signal over the sensors' noise, at best, 1σ, whole run"]
+    for block, ratio, needed in weights(scenario):
+        why = "no such error" if ratio == 0.0 else _times(ratio)
+        lines.append(f"  {block:<27} {'a state' if needed else 'left out':<9} {why}")
+    return tuple(lines)
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}" if math.isfinite(ratio) else "no noise hides it"
+
+
+def hints(scenario: Scenario) -> Iterator[str]:
+    """Say what would explain a filter that is not consistent, as far as its states do.
+
+    Args:
+        scenario: with a [filter] section.
+
+    Yields:
+        Whole sentences.
+    """
+    own, every = states(scenario), weights(scenario)
+    missing = [weight for weight in every if weight.needed and weight.block not in own]
+    if missing:
+        which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
+        yield (
+            f"Errors of the sensors that matter on this motion are not among filter.states: {which}. Add them, or "
+            "leave filter.states out, and they are chosen."
+        )
+    else:
+        yield from _products(scenario)
+
+
+def notes(scenario: Scenario) -> Iterator[str]:
+    """Say what a scenario asks of its filter that its sensors cannot give.
+
+    Args:
+        scenario: with a [filter] section.
+
+    Yields:
+        Whole sentences.
+    """
+    section, parked = scenario.filter, scenario.parked
+    if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
+        return
+    gyro = inertial_sigma(scenario).gyro
+    drift = math.hypot(float(np.max(gyro.bias)), gyro.instability, gyro.random_walk / math.sqrt(section.alignment_s))
+    north = OMEGA_IE * math.cos(math.radians(parked.latitude_deg))
+    if drift > north:  # one radian of heading
+        yield (
+            f"filter.alignment_s: the gyros are off by {drift / DEG_H:.3g} deg/h (1σ) where the Earth's rate to the "
+            f"north is {north / DEG_H:.3g} deg/h; they cannot find the heading by it, and the run will most likely end "
+            "there. Better gyros would do, or an initial heading and [aiding.magnetometer] in place of alignment_s."
+        )
+
+
+def _products(scenario: Scenario) -> Iterator[str]:
+    """Say where errors are so large that their products count, of which a linear filter knows nothing."""
+    motion, sigma = excitation(scenario), inertial_sigma(scenario)
+    for name, triad, of in (("gyro", sigma.gyro, motion.rate), ("accelerometer", sigma.accel, motion.force)):
+        product = float(np.max(triad.scale)) ** 2 + 2.0 * float(np.max(triad.misalignment)) ** 2
+        ratio = math.sqrt(_ratio_squared(product**2 * of, triad.random_walk))
+        if ratio > PRODUCTS:
+            yield (
+                f"The errors of the {_TRIADS[name]} are too large for a linear filter: the squares of scale factors "
+                f"({1e6 * float(np.max(triad.scale)):.3g} ppm) and misalignments "
+                f"({1e3 * float(np.max(triad.misalignment)):.3g} mrad), which no state describes, make up to "
+                f"{_times(ratio)} times their noise over the run. A calibration before it ([compensation]) would do."
+            )
+
+
+def inertial_sigma(scenario: Scenario) -> ImuErrors:
+    """Return the standard deviations of the inertial sensors' errors that a scenario's filter is told.
+
+    Args:
+        scenario: with a [filter] section.
+
+    Returns:
+        Of what is left after the calibration, if there is one; noises in the section's parts of the true.
+    """
+    from sinssim.alignment.budget import expected_errors
+    from sinssim.scenario.sections.imu import ImuSection
+
+    assert scenario.filter is not None
+    noise = expected_errors(scenario.imu)
+    calibrated = scenario.compensation
+    kept = noise
+    if calibrated is not None:
+        kept = expected_errors(ImuSection(grade="ideal", **calibrated.model_dump()))
+    factor = scenario.filter.inertial_noise_factor
+
+    def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
+        def size(of: Expected, field: str) -> Array:  # what is fixed and what is drawn, together
+            return np.asarray(np.hypot(getattr(getattr(of.mean, name), field), getattr(getattr(of.sigma, name), field)))
+
+        own: TriadErrors = getattr(noise.sigma, name)
+        return replace(
+            own,
+            **{
+                term.field: size(kept if term.calibrated else noise, term.field)
+                for term in FIELDS.values()
+                if term.drawn
+            },
+            random_walk=factor * own.random_walk,
+            instability=factor * own.instability,
+        )
+
+    sigma = with_triads(scenario.imu, triad("gyro"), triad("accel"))
+    return sigma if calibrated is None else replace(sigma, arms=np.zeros((3, 3)), delay=0.0)

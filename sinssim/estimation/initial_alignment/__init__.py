@@ -1,0 +1,1 @@
+"""Initial alignment of the filter, at rest or in motion."""

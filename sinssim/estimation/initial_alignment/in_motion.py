@@ -1,0 +1,244 @@
+"""Alignment in motion without prior heading: attitude from velocity increments of accelerometers and satellites.
+
+In the inertial frame i, Earth-fixed at the first fix, the velocity changes by gravitation γ and by the specific force,
+which the gyros carry in the inertial frame b₀, the block at the first sample:
+
+    β(t) = v_i(t) − v_i(0) − ∫γ dt = C_ib₀ α(t),   α(t) = ∫C_b₀b f dt
+
+with β from fixes and α from the increments. The constant C_ib₀ is the rotation that takes the changes of α over windows
+of time into those of β best (Wahba's problem), whatever the attitude is: no error needs to be small. The method is
+optimisation-based alignment by velocity integration (Wu and Pan, IEEE Trans. AES 49, 2013, 1006), in inertial axes. An
+antenna on a lever arm l moves by C_b₀b (ω × l) besides, which goes with α.
+
+What comes out is good to some degrees of heading, and what spoils it are mostly the sensors' biases, which no small
+angle ties to the attitude. So it is no more than the place where the filter starts: at the first fix, with a covariance
+so wide that it says little, through all the data once more. That uses the fixes twice, the first time for a tenth of
+what they say.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import earth, rotation
+from sinssim.alignment.disturbed import inertial_curve
+from sinssim.checks import checked_increments
+from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
+from sinssim.errors import InputError, RunError
+from sinssim.estimation.nominal import Gyros
+from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+
+WINDOW = 20.0
+"""Length of the windows, s: long enough for fixes to show a change of velocity, short enough for many of them."""
+
+WIDER = 3.0
+"""Factor by which the filter is told larger standard deviations than those of the alignment."""
+
+WORST = np.radians(7.0)
+"""Largest 1σ of an angle that a filter is started with, rad; wider it is 21°."""
+
+
+@dataclass(frozen=True)
+class InMotion:
+    """Where the filter can start.
+
+    Attributes:
+        edge: number of the edge of the IMU's intervals at which it can, the one nearest to the first fix.
+        state: there.
+        covariance: of its errors, widened: position and velocity north, east, down, attitude φ, (9, 9).
+        sigma: 1σ of the attitude about north, east, down as it was found, not widened, (3,) rad.
+        residual: root mean square of the changes of velocity over a window that the rotation leaves, m/s.
+    """
+
+    edge: int
+    state: NavState
+    covariance: Array
+    sigma: Array
+    residual: float
+
+
+@dataclass(frozen=True)
+class _Fixes:
+    """Fixes in i.
+
+    Attributes:
+        time: (M,) s.
+        place, speed: as they were measured, (M, 3).
+        beta: (M, 3) m/s.
+        arm: of the antenna, (3,) m.
+        q_ni: from i into north, east, down at the first fix, (4,).
+    """
+
+    time: Array
+    place: Array
+    speed: Array
+    beta: Array
+    arm: Array
+    q_ni: Array
+
+    @property
+    def span(self) -> int:
+        """Number of fixes in a window."""
+        return max(int(np.searchsorted(self.time - self.time[0], WINDOW)), 1)
+
+    def changes(self, of: Array) -> Array:
+        """Return the changes over the windows, (M − span, 3)."""
+        return np.asarray(of[self.span :] - of[: -self.span])
+
+
+def align_in_motion(
+    imu: ImuData,
+    position: Measurements,
+    velocity: Measurements,
+    sigma: ImuErrors,
+    *,
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+) -> InMotion:
+    """Find the attitude of a moving vehicle of which nothing is known.
+
+    Args:
+        imu: increments from before the first to after the last fix that is to be used; a minute or two.
+        position: "gnss-position".
+        velocity: "gnss-velocity" at the same instants.
+        sigma: standard deviations of the sensor block's errors.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid.
+
+    Returns:
+        State and covariance at the first fix.
+
+    Raises:
+        InputError: fixes that do not belong together or are too few.
+        RunError: the vehicle hardly accelerated, so that some angle stays unknown.
+    """
+    checked_increments(imu)
+    shape = ellipsoid_by_name(ellipsoid)
+    fixes = _fixes(imu, position, velocity, gravity, shape)
+    q_nb, along, residual = _attitude(imu, fixes)
+    c_ni = rotation.dcm_from_quaternion(fixes.q_ni)
+    attitude = c_ni @ _noise(fixes, along, float(np.max(velocity.sigma)), sigma) @ c_ni.T
+    # and what one standard deviation of each bias does: solved again without it
+    bias = np.concatenate([np.broadcast_to(sigma.gyro.bias, 3), np.broadcast_to(sigma.accel.bias, 3)])
+    for k in np.flatnonzero(bias):
+        one = np.where(np.arange(6) == k, bias, 0.0)
+        freed = compensate(imu, ImuErrors(TriadErrors(bias=one[:3]), TriadErrors(bias=one[3:])))
+        turned = rotation.multiply(_attitude(freed, fixes)[0], rotation.conjugate(q_nb))
+        by_bias = rotation.rotation_vector_from_quaternion(turned)
+        attitude += np.outer(by_bias, by_bias)
+    attitude = 0.5 * (attitude + attitude.T)
+    worst = float(np.sqrt(np.linalg.eigvalsh(attitude)[-1]))
+    if not worst <= WORST:
+        raise RunError(
+            f"alignment in motion from t = {fixes.time[0]:.6g} s to {fixes.time[-1]:.6g} s: the vehicle accelerated "
+            "too little to show its attitude to these sensors; it would be wrong by "
+            f"{np.degrees(worst):.3g}° (1σ). Turns or changes of speed are needed, or a longer time with them."
+        )
+    covariance = np.zeros((9, 9))
+    covariance[range(3), range(3)] = position.sigma[0] ** 2
+    covariance[range(3, 6), range(3, 6)] = velocity.sigma[0] ** 2
+    covariance[6:, 6:] = attitude
+    edge = _edges(imu, fixes)[0]
+    return InMotion(
+        int(edge),
+        _block(imu, fixes, q_nb, float(imu.time[edge]), shape),
+        WIDER**2 * covariance,
+        np.sqrt(attitude.diagonal()),
+        residual,
+    )
+
+
+def _edges(imu: ImuData, fixes: _Fixes) -> NDArray[np.intp]:
+    """Return the number of the edge nearest to each fix."""
+    after = np.clip(np.searchsorted(imu.time, fixes.time), 1, len(imu.time) - 1)
+    before_is_nearer = imu.time[after] - fixes.time > fixes.time - imu.time[after - 1]
+    return np.asarray(after - before_is_nearer)
+
+
+def _fixes(imu: ImuData, position: Measurements, velocity: Measurements, gravity: str, ellipsoid: Ellipsoid) -> _Fixes:
+    for m, kind in ((position, "gnss-position"), (velocity, "gnss-velocity")):
+        if m.kind != kind:
+            raise InputError(f"alignment in motion needs measurements of kind {kind!r}, not {m.kind!r}.")
+    _, first, second = np.intersect1d(position.time, velocity.time, return_indices=True)
+    time, place, speed = position.time[first], position.value[first], velocity.value[second]
+    used = np.isfinite(place).all(axis=1) & np.isfinite(speed).all(axis=1)
+    used &= (time >= imu.time[0]) & (time <= imu.time[-1])
+    time, place, speed = time[used], place[used], speed[used]
+    if len(time) < 3 or time[-1] - time[0] < 2.0 * WINDOW:
+        lasting = float(time[-1] - time[0]) if len(time) else 0.0
+        raise InputError(
+            f"alignment in motion has {len(time)} instants with position and velocity over {lasting:.6g} s within the "
+            f"inertial data; at least {2.0 * WINDOW:g} s of them are needed."
+        )
+    since = time - time[0]
+    r_e = earth.geodetic_to_ecef(place[:, 0], place[:, 1], place[:, 2], ellipsoid)
+    v_e = rotation.rotate(earth.q_en(place[:, 0], place[:, 1]), speed)
+    v_e += ellipsoid.omega * np.stack([-r_e[:, 1], r_e[:, 0], np.zeros(len(r_e))], axis=1)  # ω_ie × r
+    pull = earth.ecef_to_eci(earth.gravitation_ecef(r_e, gravity, ellipsoid), since, ellipsoid)
+    fallen = np.zeros_like(pull)
+    fallen[1:] = np.cumsum(0.5 * (pull[1:] + pull[:-1]) * np.diff(time)[:, None], axis=0)
+    q_in = earth.q_en(place[0, 0], place[0, 1])
+    arm = np.asarray(velocity.lever_arm, dtype=np.float64)
+    beta = earth.ecef_to_eci(v_e, since, ellipsoid) - fallen
+    return _Fixes(time, place, speed, beta, arm, rotation.conjugate(q_in))
+
+
+def _attitude(imu: ImuData, fixes: _Fixes) -> tuple[Array, Array, float]:
+    """Return q_nb at the first fix, the windows' changes of β along which it was found, and their rms residual."""
+    from scipy.spatial.transform import Rotation
+
+    q_b0b, pushed = inertial_curve(imu)
+    alpha = np.stack([np.interp(fixes.time, imu.time, axis) for axis in pushed.T], axis=1)
+    edges = _edges(imu, fixes)
+    if fixes.arm.any():
+        alpha += rotation.rotate(q_b0b[edges], np.cross(Gyros(imu).at(fixes.time, ImuErrors()), fixes.arm))
+    change = fixes.changes(alpha)
+    best, distance = Rotation.align_vectors(fixes.changes(fixes.beta), change)
+    q_ib = rotation.multiply(best.as_quat(scalar_first=True), q_b0b[edges[0]])
+    along = np.asarray(best.apply(change))
+    return rotation.multiply(fixes.q_ni, q_ib), along, float(distance) / np.sqrt(change.size)
+
+
+def _noise(fixes: _Fixes, along: Array, velocity_sigma: float, sigma: ImuErrors) -> Array:
+    """Return the covariance of the attitude in i from the noise of fixes and sensors, (3, 3).
+
+    A small turn δ moves the change c of a window by δ × c. The fit is δ = U Σ c × e of the windows' errors e, with
+    U⁻¹ = Σ A and A = |c|² I − c cᵀ. A fix's error is in two windows, at the end of one and at the beginning of another;
+    the accelerometers' noise between two fixes is in all windows around them; the gyros' turns all windows after them.
+    """
+    span = fixes.span
+    count, step = len(fixes.time), float(np.mean(np.diff(fixes.time)))
+    squares = np.sum(along * along, axis=1)[:, None, None] * np.eye(3) - along[:, :, None] * along[:, None, :]
+    u = np.linalg.inv(np.sum(squares, axis=0) + 1e-9 * np.eye(3))
+
+    def crossed(weight: Array) -> Array:
+        return np.asarray(np.sum(weight * weight) * np.eye(3) - weight.T @ weight)
+
+    of_fix = np.zeros((count, 3))
+    of_fix[span:] += along
+    of_fix[:-span] -= along
+    total = np.concatenate([np.zeros((1, 3)), np.cumsum(along, axis=0)])
+    between = np.arange(count - 1)
+    around = total[np.minimum(between + 1, len(along))] - total[np.maximum(between - span + 1, 0)]
+    later = np.cumsum(squares[::-1], axis=0)[::-1]
+    inner = velocity_sigma**2 * crossed(of_fix) + sigma.accel.random_walk**2 * step * crossed(around)
+    inner += sigma.gyro.random_walk**2 * step * np.einsum("kij,klj->il", later, later)
+    return np.asarray(u @ inner @ u)
+
+
+def _block(imu: ImuData, fixes: _Fixes, q_nb: Array, instant: float, ellipsoid: Ellipsoid) -> NavState:
+    """Return the state of the block near the first fix; its antenna is on a lever arm."""
+    place, speed = fixes.place[0], fixes.speed[0]
+    q_en = earth.q_en(place[0], place[1])
+    q_eb = rotation.multiply(q_en, q_nb)
+    antenna = earth.geodetic_to_ecef(place[0], place[1], place[2], ellipsoid)
+    block = antenna - rotation.rotate(q_eb, fixes.arm) + (instant - fixes.time[0]) * rotation.rotate(q_en, speed)
+    spin = rotation.rotate(rotation.conjugate(q_eb), np.array([0.0, 0.0, ellipsoid.omega]))
+    turning = Gyros(imu).at(fixes.time[:1], ImuErrors())[0] - spin
+    velocity = speed - rotation.rotate(q_nb, np.cross(turning, fixes.arm))
+    return NavState(*earth.ecef_to_geodetic(block, ellipsoid), velocity, q_nb)

@@ -1,0 +1,120 @@
+"""State and covariance of the filter after a coarse alignment, at rest or in motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sinssim.alignment.base_motion import stillness
+from sinssim.alignment.budget import Expected
+from sinssim.alignment.determination import determine
+from sinssim.alignment.initial_conditions import STATES, initial_covariance, initial_state
+from sinssim.alignment.session import mean_readings
+from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.estimation.initial_alignment.in_motion import align_in_motion
+from sinssim.estimation.model import ErrorModel
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a filter starts.
+
+    Attributes:
+        imu: the samples from there on.
+        state: there.
+        covariance: of the first states' errors, (m, m); None for that of the error model.
+    """
+
+    imu: ImuData
+    state: NavState
+    covariance: Array | None
+
+
+def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors, count: int) -> Start:
+    """Align a vehicle that stands by eq. (1), gravity and the Earth's rate.
+
+    Args:
+        imu: all increments.
+        initial: where it stands; its attitude is not used.
+        model: the error model.
+        sigma: standard deviations of the sensor block's errors.
+        count: number of samples that the alignment takes.
+
+    Returns:
+        The start at the end of these samples, with the covariance that the constant errors of the sensors have with
+        what they spoiled.
+
+    Raises:
+        InputError: the vehicle moved.
+    """
+    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    expected = Expected(ImuErrors(warm_up=sigma.warm_up), sigma)
+    seconds = float(session.time[-1] - session.time[0])
+    found = determine(*mean_readings(session), expected.instrument_sigmas)
+    still = stillness(session, expected)
+    still.require()
+    latitude, height = float(initial.latitude), float(initial.height)
+    start = initial_state(found, float(initial.longitude), height, latitude)
+    tied = [state for state in model.states if state in STATES]
+    places = [model.states.index(state) for state in tied]
+    covariance = np.diag(model.sigma**2)
+    covariance[np.ix_(places, places)] = initial_covariance(
+        found,
+        replace(sigma, gyro=_held(sigma.gyro, "gyro", model), accel=_held(sigma.accel, "accelerometer", model)),
+        seconds,
+        height=height,
+        latitude=latitude,
+        position_sigma=model.sigma[:3],
+        velocity_sigma=model.sigma[3:6],
+        rate_hz=count / seconds,
+        states=tied,
+        still=still,
+    )
+    return Start(_from(imu, count), start, covariance)
+
+
+def _held(triad: TriadErrors, name: str, model: ErrorModel) -> TriadErrors:
+    """Return a triad's errors with all that the model's bias stands for as a bias, which the session's mean holds."""
+    where = model.slices.get(f"{name} bias")
+    if where is None:
+        return triad
+    none = np.zeros(3)
+    return replace(triad, bias=model.sigma[where], bias_temperature=none, ramp=none, flicker=0.0)
+
+
+def in_motion(
+    imu: ImuData,
+    position: Measurements,
+    velocity: Measurements,
+    sigma: ImuErrors,
+    count: int,
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+) -> Start:
+    """Align a vehicle that moves by what accelerometers and satellites see alike.
+
+    Args:
+        imu: all increments.
+        position: "gnss-position".
+        velocity: "gnss-velocity" at the same instants.
+        sigma: standard deviations of the sensor block's errors.
+        count: number of samples that the alignment takes.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid.
+
+    Returns:
+        The start at the first fix.
+
+    Raises:
+        InputError: too few fixes.
+        RunError: the vehicle hardly turned.
+    """
+    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    found = align_in_motion(session, position, velocity, sigma, gravity=gravity, ellipsoid=ellipsoid)
+    return Start(_from(imu, found.edge), found.state, found.covariance)
+
+
+def _from(imu: ImuData, edge: int) -> ImuData:
+    return ImuData(imu.time[edge:], imu.dtheta[edge:], imu.dvel[edge:])

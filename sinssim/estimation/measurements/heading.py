@@ -1,0 +1,40 @@
+"""Heading of the forward axis: atan2(c_E, c_N), residual −φ_D + c_D (c_N φ_N + c_E φ_E)/(c_N² + c_E²).
+
+c is the forward axis in north, east, down. A compass's deviation A sin ψ + B cos ψ belongs to the reading.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.estimation.dynamics import PHI
+from sinssim.estimation.measurements.kind import Comparison, MeasurementKind
+
+
+class Heading(MeasurementKind):
+    """Heading of the forward axis [rad]."""
+
+    columns = ("heading_rad",)
+    axes = ("",)
+    unit = "rad"
+    rounding = "gyros"
+    own_errors: ClassVar = {"deviation": (("sin", "cos"), "rad")}
+
+    def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
+        """Compare modulo a turn; see the base."""
+        north, east, down = at.c_nb[:, 0, 0], at.c_nb[:, 1, 0], at.c_nb[:, 2, 0]
+        deviation = at.states("deviation")
+        if deviation is not None:
+            forward = at.c_nb[:, :, 0]
+            wave = forward[:, 1::-1] / np.hypot(forward[:, 0], forward[:, 1])[:, None]  # sin ψ, cos ψ
+            value = value - wave @ at.known("deviation")[:, None]
+        off = np.arctan2(east, north)[:, None] - value
+        h = at.zeros(1)
+        level = down / (north**2 + east**2)
+        h[:, 0, PHI] = np.stack([level * north, level * east, np.full_like(level, -1.0)], axis=1)
+        if deviation is not None:
+            h[:, 0, deviation] -= wave
+        return np.mod(off + np.pi, 2.0 * np.pi) - np.pi, h

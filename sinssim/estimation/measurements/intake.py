@@ -1,0 +1,231 @@
+"""Checks the readings, sorts them by their time of validity, and lays out the filter's epochs.
+
+What no filter could use is an error: an unknown kind, shapes that do not belong together, a standard deviation that is
+no positive number (R would not be positive definite), a reading that arrives before it is valid. Single readings that
+cannot be used are left out, each with the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.arguments import POSITIVE, doubles, number
+from sinssim.checks import first_not_finite
+from sinssim.data import Array, Measurements
+from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.estimation.measurements.kind import measurement_kind
+from sinssim.estimation.model import BLOCKS, OF_SENSORS, ErrorModel
+
+_SAME = 1e-6
+"""Instants nearer than this are one epoch, s: in it a jet moves by less than a millimetre."""
+
+
+@dataclass(frozen=True)
+class CheckedMeasurements:
+    """The readings of one sensor in the order of their validity.
+
+    Attributes:
+        data: all of them.
+        reason: why one cannot be used, "" if it can, M sentences.
+        epoch: number of the epoch of each that can be used, (M,); −1 of the others.
+        interval: over which a zero-rate reading is a mean, (M,) s.
+        variance: diagonal of R, (M, k): what is told of the reading, and the noise of the inertial sensors that is in
+            what it is compared with and in no state.
+    """
+
+    data: Measurements
+    reason: list[str]
+    epoch: NDArray[np.intp]
+    interval: Array
+    variance: Array
+
+    @cached_property
+    def usable(self) -> NDArray[np.intp]:
+        """Numbers of the readings that can be used, (U,)."""
+        return np.flatnonzero([not reason for reason in self.reason])
+
+    @cached_property
+    def _epoch_of_usable(self) -> NDArray[np.intp]:
+        return self.epoch[self.usable]
+
+    def between(self, first: int, last: int) -> NDArray[np.intp]:
+        """Return the numbers of the usable readings at the epochs first … last."""
+        begin, end = np.searchsorted(self._epoch_of_usable, (first, last + 1))
+        return self.usable[begin:end]
+
+
+@dataclass(frozen=True)
+class Epochs:
+    """The instants at which the filter predicts.
+
+    Attributes:
+        time: (E,) s, the first being the start of the data.
+        edge: number of the last edge of the IMU's intervals that is not after each, (E,).
+        on_edge: whether it is that edge, (E,).
+        second: whether it is on the grid of whole multiples of a second, (E,).
+    """
+
+    time: Array
+    edge: NDArray[np.intp]
+    on_edge: NDArray[np.bool_]
+    second: NDArray[np.bool_]
+
+
+def take_in(
+    measurements: Sequence[Measurements], model: ErrorModel, time: Array, rate_hz: float
+) -> tuple[list[CheckedMeasurements], Epochs]:
+    """Check readings and lay out the epochs: those of the prediction's rate, and all instants of validity.
+
+    Args:
+        measurements: one entry for each sensor and kind.
+        model: the error model.
+        time: edges of the IMU's intervals, (N+1,) s.
+        rate_hz: rate of the covariance's prediction; the next whole number of samples is taken.
+
+    Returns:
+        The readings, as many entries as measurements, and the epochs.
+
+    Raises:
+        InputError: measurements that cannot be used, two sensors of one name, a block of a sensor that there is not.
+    """
+    rate_hz = number("rate_hz", rate_hz, "predictions of the covariance a second", low=POSITIVE)
+    if isinstance(measurements, Measurements):
+        raise InputError(
+            "measurements must be a sequence with an entry for each sensor: [measurements] of a single one."
+        )
+    if not isinstance(measurements, Sequence) or not all(isinstance(m, Measurements) for m in measurements):
+        raise InputError(f"measurements must be a list of Measurements, not {shortened(repr(measurements))}.")
+    for m in measurements:
+        measurement_kind(m.kind)
+        if not isinstance(m.name, str):
+            raise InputError(f"name = {shortened(repr(m.name))} of measurements of {m.kind!r} must be text.")
+    _check_blocks(measurements, model)
+    count = len(time) - 1
+    stride = max(round(count / float(time[-1] - time[0]) / rate_hz), 1)
+    grid = np.unique(np.append(np.arange(0, count, stride), count))
+    readings = [_checked(m, model, time) for m in measurements]
+    wanted = [r.data.time[r.usable] for r in readings]
+    wanted += [(r.data.time - r.interval)[r.usable] for r in readings if measurement_kind(r.data.kind).mean_rate]
+    instants = np.unique(np.concatenate([time[:1], *wanted]))
+    near = np.clip(np.searchsorted(time, instants), 1, count)
+    near -= time[near] - instants > instants - time[near - 1]
+    snapped = np.abs(time[near] - instants) <= _SAME
+    edges = np.union1d(grid, near[snapped])
+    loose = instants[~snapped]
+    loose = loose[np.diff(loose, prepend=-np.inf) > _SAME]
+
+    instant = np.concatenate([time[edges], loose])
+    order = np.argsort(instant)
+    edge = np.concatenate([edges, np.searchsorted(time, loose, side="right") - 1])[order]
+    on_edge = (np.arange(len(instant)) < len(edges))[order]
+    per_second = max(round(count / float(time[-1] - time[0]) / stride), 1) * stride
+    second = on_edge & ((edge % per_second == 0) | (edge == count))
+    epochs = Epochs(instant[order], edge, on_edge, second)
+    for reading in readings:
+        reading.epoch[reading.usable] = _nearest(epochs.time, reading.data.time[reading.usable])
+    return readings, epochs
+
+
+def _nearest(sorted_times: Array, instants: Array) -> NDArray[np.intp]:
+    if len(sorted_times) == 1:
+        return np.zeros(len(instants), dtype=np.intp)
+    after = np.clip(np.searchsorted(sorted_times, instants), 1, len(sorted_times) - 1)
+    before_is_nearer = sorted_times[after] - instants > instants - sorted_times[after - 1]
+    return np.asarray(after - before_is_nearer)
+
+
+def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> None:
+    """Raise for sensors of one name, and for blocks of sensors that there are not."""
+    labels = [m.label for m in measurements]
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise InputError(f"two sensors are called {twice!r}; give each a name of its own.")
+    for block in model.blocks:
+        if block.name in BLOCKS:
+            continue
+        what = next(end for end in OF_SENSORS if block.name.endswith(end))
+        sensor = block.name.removesuffix(what)
+        if sensor not in labels:
+            raise unknown_name(f"sensor of the block {block.name!r}", sensor, labels)
+        name = measurements[labels.index(sensor)].kind
+        kind = measurement_kind(name)
+        sizes = {" bias": kind.errors} | {f" {error}": len(axes) for error, (axes, _) in kind.own_errors.items()}
+        sizes |= {" scale": 1} if kind.components == 1 else {}
+        if block.size != sizes.get(what):
+            fitting = ", ".join(f"{sensor}{error!s} ({size})" for error, size in sizes.items())
+            raise InputError(
+                f"block {block.name!r} has {block.size} states; readings of {sensor!r} are of kind {name!r}, whose "
+                f"blocks of states are {fitting}."
+            )
+
+
+def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> CheckedMeasurements:
+    kind, label = measurement_kind(m.kind), m.label
+    time, arrival, value, sigma, arm = (
+        doubles(f"measurements of {label!r}: {name}", getattr(m, name))
+        for name in ("time", "arrival", "value", "sigma", "lever_arm")
+    )
+    count = len(time)
+    shapes = ((count,), (count,), (count, kind.components), (count, kind.errors), (3,))
+    found = (time.shape, arrival.shape, value.shape, sigma.shape, arm.shape)
+    if found != shapes:
+        raise InputError(
+            f"measurements of {label!r}: time, arrival, value, sigma and lever_arm have the shapes {found}; {count} "
+            f"readings of kind {m.kind!r} have {shapes}."
+        )
+    for name, array in (("time", time), ("arrival", arrival), ("lever_arm", arm)):
+        row = first_not_finite(array)
+        if row is not None:
+            raise InputError(f"measurements of {label!r}: {name}[{row}] = {array[row]} is not a finite number.")
+    bad = ~(np.isfinite(sigma) & (sigma > 0.0)).all(axis=1)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(
+            f"measurements of {label!r}: sigma[{row}] = {sigma[row]} at t = {time[row]:.6g} s; every 1σ must be a "
+            "positive number, or R is not positive definite."
+        )
+    if np.any(arrival < time):
+        row = int(np.argmax(arrival < time))
+        raise InputError(
+            f"measurements of {label!r}: reading {row} is valid at t = {time[row]:.6f} s and arrives at "
+            f"{arrival[row]:.6f} s, before that; nothing can be measured in the future."
+        )
+    order = np.argsort(time, kind="stable")
+    data = replace(m, time=time[order], arrival=arrival[order], value=value[order], sigma=sigma[order], lever_arm=arm)
+    reason = _reasons(data, imu_time)
+    interval = np.diff(data.time, prepend=imu_time[0])
+    if kind.mean_rate and count:
+        usual = float(np.min(interval[interval > _SAME], initial=np.inf))
+        interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, as long as the others
+    variance = data.sigma**2 + kind.noise(model, np.maximum(interval, _SAME))[:, None]
+    return CheckedMeasurements(data, reason, np.full(count, -1, dtype=np.intp), interval, variance)
+
+
+def _reasons(data: Measurements, imu_time: Array) -> list[str]:
+    """Return why each reading cannot be used, "" for one that can."""
+    finite = np.asarray(np.isfinite(data.value).all(axis=1))
+    begin = float(imu_time[0]) - _SAME
+    kind = measurement_kind(data.kind)
+    if kind.mean_rate:
+        begin = float(imu_time[0]) + _SAME  # nothing has been sensed before that it could be compared with
+    reasons: list[str] = []
+    last = -np.inf
+    for k, t in enumerate(data.time.tolist()):
+        if not finite[k]:
+            reason = "not a finite number"
+        elif t < begin:
+            reason = "valid before the inertial data begin"
+        elif t > imu_time[-1] + _SAME:
+            reason = "valid after the inertial data end"
+        elif t - last <= _SAME:
+            reason = "a second reading of the same instant"
+        else:
+            reason = kind.fault(data.value[k])
+            last = last if reason else t
+        reasons.append(reason)
+    return reasons

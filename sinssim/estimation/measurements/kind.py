@@ -1,0 +1,241 @@
+"""The base of every kind of measurement: what a reading of an aiding sensor tells about the errors.
+
+The residual is what inertial navigation predicts less the reading, so that to first order residual = H x + noise with
+the errors x of `sinssim.estimation.model`. A sensor's own bias b and scale factor k belong to the reading,
+(1 + k) z + b, and enter H with the opposite sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array, Measurements, NavState
+from sinssim.earth.models import Ellipsoid
+from sinssim.errors import check_name
+from sinssim.estimation.dynamics import PHI, R, earth_rate, earth_rate_slope, rate_error, skew
+from sinssim.estimation.model import ErrorModel
+from sinssim.sensors.aiding.registry import KINDS, load_class
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Inertial navigation at the instants of some readings.
+
+    Attributes:
+        state: M rows.
+        rate_b: inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s.
+        ellipsoid: reference ellipsoid.
+    """
+
+    state: NavState
+    rate_b: Array
+    ellipsoid: Ellipsoid
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What readings of one sensor are compared with.
+
+    Attributes:
+        prediction: inertial navigation at their instants.
+        model: the error model.
+        parameters: values of the sensors' parameters that are compensated already, by block.
+        label: name of the sensor.
+        lever_arm: from the block to the sensor, body axes, (3,) m.
+    """
+
+    prediction: Prediction
+    model: ErrorModel
+    parameters: Mapping[str, Array]
+    label: str
+    lever_arm: Array
+
+    @property
+    def state(self) -> NavState:
+        """Inertial navigation, M rows."""
+        return self.prediction.state
+
+    @property
+    def ellipsoid(self) -> Ellipsoid:
+        """Reference ellipsoid."""
+        return self.prediction.ellipsoid
+
+    @cached_property
+    def c_nb(self) -> Array:
+        """Attitude, from body axes to north, east, down, (M, 3, 3)."""
+        return rotation.dcm_from_quaternion(self.state.q_nb)
+
+    @property
+    def c_bn(self) -> Array:
+        """Its transpose, (M, 3, 3)."""
+        return np.asarray(self.c_nb.transpose(0, 2, 1))
+
+    def zeros(self, components: int) -> Array:
+        """Return an H without any entries, (M, components, n)."""
+        return np.zeros((len(self.c_nb), components, self.model.size))
+
+    def states(self, error: str) -> slice | None:
+        """Return where the model has the states of the sensor's own error, "bias" for example; None if it has none."""
+        return self.model.slices.get(f"{self.label} {error}")
+
+    def known(self, error: str) -> Array:
+        """Return what is compensated already of the sensor's own error."""
+        return self.parameters[f"{self.label} {error}"]
+
+    def turning(self) -> Array:
+        """Return the rate relative to the Earth in body axes, (M, 3) rad/s."""
+        rate = earth_rate(self.state.latitude, self.ellipsoid)
+        return np.asarray(self.prediction.rate_b - np.einsum("kij,kj->ki", self.c_bn, rate))
+
+    def turning_error(self) -> Array:
+        """Return W: W x is the error of that rate, (M, 3, n).
+
+        It is made of the gyros' errors and of the Earth's rate resolved with a wrong attitude at a wrong place.
+        """
+        state, ellipsoid = self.state, self.ellipsoid
+        out = rate_error(self.model, self.prediction.rate_b)
+        out[:, :, PHI] += self.c_bn @ skew(earth_rate(state.latitude, ellipsoid))
+        out[:, :, R] -= self.c_bn @ earth_rate_slope(state.latitude, state.height, ellipsoid)
+        return out
+
+
+class MeasurementKind:
+    """A kind of measurement.
+
+    Attributes:
+        columns: names of the reading's components with their units, as the recorded streams have them.
+        axes: of the residual and of sigma, as the streams have them; "" for the only one.
+        unit: of the residual, as the streams have it.
+        rounding: the inertial sensors whose pulses are rounded in what the reading is compared with.
+        mean_rate: whether the reading is compared with the gyros' mean rate since the reading before it.
+        at_antenna: whether the reading is of the satellite antenna, so that the states "gnss lever arm" belong to it.
+        own_errors: errors of the sensor that only this kind has: axes and unit of each, as the streams have them.
+    """
+
+    columns: ClassVar[tuple[str, ...]]
+    axes: ClassVar[tuple[str, ...]]
+    unit: ClassVar[str]
+    rounding: ClassVar[Literal["gyros", "accelerometers"] | None] = None
+    mean_rate: ClassVar[bool] = False
+    at_antenna: ClassVar[bool] = False
+    own_errors: ClassVar[Mapping[str, tuple[tuple[str, ...], str]]] = {}
+
+    @property
+    def components(self) -> int:
+        """Number of the reading's components."""
+        return len(self.columns)
+
+    @property
+    def errors(self) -> int:
+        """Number of components of the residual and of sigma."""
+        return len(self.axes)
+
+    def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
+        """Compare readings, free of the sensor's known errors, with inertial navigation.
+
+        Args:
+            at: what they are compared with.
+            value: M readings, (M, components).
+
+        Returns:
+            Residuals, prediction less reading, (M, errors), and H, (M, errors, n), zero for the sensor's own errors.
+        """
+        raise NotImplementedError
+
+    def less_bias(self, value: Array, bias: Array) -> Array:
+        """Return readings less a bias of the sensor, (M, components)."""
+        return value - bias
+
+    def observe(self, at: Comparison, value: Array) -> tuple[Array, Array]:
+        """Return residuals and H of readings, with the sensor's own bias and scale factor.
+
+        Args:
+            at: what they are compared with.
+            value: M readings as the sensor gives them, (M, components).
+
+        Returns:
+            Residuals, (M, errors), and H, (M, errors, n).
+        """
+        bias, scale = at.states("bias"), at.states("scale")
+        if bias is not None:
+            value = self.less_bias(value, at.known("bias"))
+        if scale is not None:
+            value = value / (1.0 + at.known("scale"))
+        residual, h = self.compare(at, value)
+        if bias is not None:
+            h[:, :, bias] -= np.eye(self.errors)
+        if scale is not None:
+            h[:, :, scale] -= value[:, :, None]
+        return residual, h
+
+    def noise(self, model: ErrorModel, interval: Array) -> Array:
+        """Return what the inertial sensors' own noise adds to R.
+
+        In velocity and attitude the rounding of the last pulse comes and goes with every sample, with the variance
+        Q²/12; the random walk is process noise.
+
+        Args:
+            model: the error model.
+            interval: from the reading before to each, (M,) s.
+
+        Returns:
+            Variance of every component, (M,).
+        """
+        quanta = {"gyros": model.gyro_quantum, "accelerometers": model.accel_quantum, None: 0.0}
+        return np.full(len(interval), quanta[self.rounding] ** 2 / 12.0)
+
+    def fault(self, value: Array) -> str:
+        """Return why a reading cannot be used, "" if it can.
+
+        Args:
+            value: the reading, all of whose components are finite, (components,).
+        """
+        return ""
+
+
+def measurement_kind(name: str) -> MeasurementKind:
+    """Return a kind of measurement by its name.
+
+    Args:
+        name: one of `sinssim.sensors.aiding.registry.KINDS`.
+
+    Returns:
+        The kind.
+
+    Raises:
+        InputError: an unknown name, or a file that cannot be used.
+    """
+    check_name("kind of measurement", name, KINDS)
+    return _loaded(name)
+
+
+@cache
+def _loaded(name: str) -> MeasurementKind:
+    return load_class("sinssim.estimation.measurements", KINDS[name], MeasurementKind)()
+
+
+def observe(
+    measurements: Measurements, prediction: Prediction, model: ErrorModel, parameters: Mapping[str, Array]
+) -> tuple[Array, Array]:
+    """Return residuals and H of readings.
+
+    Args:
+        measurements: M readings of one sensor.
+        prediction: inertial navigation at their instants.
+        model: the error model.
+        parameters: values of the sensors' parameters that are compensated already, by block.
+
+    Returns:
+        Residuals, prediction less reading, (M, k), and H, (M, k, n).
+    """
+    kind = measurement_kind(measurements.kind)
+    arm = np.asarray(measurements.lever_arm, dtype=np.float64)
+    if kind.at_antenna and "gnss lever arm" in model.slices:
+        arm = arm + parameters["gnss lever arm"]
+    return kind.observe(Comparison(prediction, model, parameters, measurements.label, arm), measurements.value)

@@ -1,0 +1,29 @@
+"""Names that a package offers and loads on first use, so that importing the package stays light."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+def on_first_use(package: str, home: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return the `__getattr__` and `__dir__` of a package whose names live in modules below it.
+
+    Args:
+        package: full name of the package.
+        home: full name of the module that holds each offered name.
+
+    Returns:
+        The two functions.
+    """
+    own = vars(sys.modules[package])
+
+    def load(name: str) -> Any:
+        if name not in home:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        own[name] = value = getattr(importlib.import_module(home[name]), name)
+        return value
+
+    return load, lambda: sorted({*own, *home})

@@ -1,0 +1,272 @@
+"""Identifies the coefficients of the noise terms from one record, with confidence bands.
+
+The whole record's likelihood (`noise_likelihood`) is maximised over the coefficients. Nothing estimates better:
+overlapping Allan variances hold the same information, less its independence. Terms are then dropped one by one, the
+least missed first, as long as the likelihood stays within the factor that makes the confidence bands (`noise_limits`):
+a term that the record is described without is not observable in it, and gets an upper limit and no value.
+
+Drift within one sample looks like white noise: a random walk below that is not told from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.arguments import POSITIVE, doubles, number
+from sinssim.checks import first_not_finite
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.noise_identification.bands import Bands, rounding
+from sinssim.noise_identification.confidence import LIMIT, coefficient_bands, correlation_times, ramp_band
+from sinssim.noise_identification.likelihood import Likelihood
+from sinssim.noise_identification.terms import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, NoiseTerm, gauss_markov
+from sinssim.noise_identification.weights import Weighed, weigh
+
+FEWEST_SAMPLES = 256
+"""Samples below which no term can be told from another."""
+
+_SMALLEST, _LARGEST = 1e-50, 1e50  # spread of samples in any unit; beyond, their squares are no numbers any more
+_LONGEST = 1e6  # records, after which a bias of that correlation time is a constant or a walk
+_QUICKEST = 100.0  # samples in the shortest correlation time that is looked for
+_TIMES = 25  # correlation times that are tried
+_DETECTED = 10.0  # twice the gain in the logarithm of the likelihood for which a Gauss-Markov term is taken in
+_POSSIBLE = 5.0  # for which it is mentioned; without such a bias one record of twenty gains as much
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One coefficient.
+
+    Attributes:
+        value: most likely value, SI; None if the record is described as well without the term.
+        low, high: 95 % band, SI.
+    """
+
+    value: float | None
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class NoiseFit:
+    """The noise terms identified from the record of one channel.
+
+    Attributes:
+        estimates: by symbol, Q [rad], N [rad/√s], B [rad/s], K [rad/s/√s], R [rad/s²], and sigma_b [rad/s] if there is
+            such a term; the same with m/s for rad for accelerometers.
+        likely: the same coefficients as numbers, 0 for those that have no value: what is drawn.
+        correlation_time: τ_b of the Gauss-Markov term, s, None without.
+        correlation_band: its 95 % band, s, if it comes from the record.
+        interval: T, s.
+        count: increments in the record.
+        mean: mean rate, rad/s or m/s².
+        misfit: relative uncertainty of the spectrum that makes up for what the terms do not describe, 0 if they do.
+        aside: ranges of frequencies that the terms do not describe and that were left out, Hz.
+        exchangeable: symbols of terms that are there although zero is in their band: others may stand in for them.
+        possible: σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that the record hints at, but does not show.
+    """
+
+    estimates: dict[str, Estimate]
+    likely: dict[str, float]
+    correlation_time: float | None
+    correlation_band: tuple[float, float] | None
+    interval: float
+    count: int
+    mean: float
+    misfit: float
+    aside: tuple[tuple[float, float], ...]
+    exchangeable: tuple[str, ...]
+    possible: tuple[float, float] | None
+
+    @property
+    def terms(self) -> list[tuple[NoiseTerm, float]]:
+        """The noise terms with their most likely coefficients, the ramp left out."""
+        terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
+        if self.correlation_time is not None:
+            terms.append(gauss_markov(self.correlation_time))
+        return [(term, self.likely[term.symbol]) for term in terms]
+
+    def allan_deviation(self, tau: Array, symbol: str | None = None) -> Array:
+        """Return the Allan deviation of the fit.
+
+        Args:
+            tau: averaging times, (M,) s.
+            symbol: of one term; all together if not given.
+
+        Returns:
+            (M,) rad/s or m/s².
+        """
+        tau = np.asarray(tau, dtype=np.float64)
+        parts = {term.symbol: c**2 * term.allan_variance(tau) for term, c in self.terms}
+        parts["R"] = 0.5 * (self.likely["R"] * tau) ** 2
+        return np.asarray(np.sqrt(parts[symbol] if symbol is not None else sum(parts.values())))
+
+
+def fit_noise(increments: Array, interval: float, correlation_time: float | None = None) -> NoiseFit:
+    """Identify the noise of one channel of a sensor at rest.
+
+    Args:
+        increments: integrals of the rate over equal intervals, (N,) rad or m/s.
+        interval: T, s.
+        correlation_time: τ_b of a first-order Gauss-Markov bias, s, if there is one and its time is known: it is then
+            the last term to be done without. If not given, such a term is looked for, and taken in if the record calls
+            for it.
+
+    Returns:
+        The coefficients and their bands.
+
+    Raises:
+        InputError: too few samples, one that is not finite, all of them alike, numbers that are no sensor's, or a
+            correlation time shorter than an interval or far longer than the record.
+    """
+    increments = doubles("increments", increments)
+    interval = number("interval", interval, "s", low=POSITIVE)
+    if correlation_time is not None:
+        correlation_time = number("correlation_time", correlation_time, "s", low=POSITIVE)
+    if increments.ndim != 1:
+        raise InputError(f"increments of one channel are one row, (N,), not an array of shape {increments.shape}.")
+    bad = first_not_finite(increments)
+    if bad is not None:
+        raise InputError(f"sample {bad} is {increments[bad]}, not a finite number.")
+    if len(increments) < FEWEST_SAMPLES:
+        raise InputError(
+            f"{len(increments)} samples are too few to tell noise terms apart; at least {FEWEST_SAMPLES} are needed."
+        )
+    length = len(increments) * interval
+    if correlation_time is not None and not interval <= correlation_time <= _LONGEST * length:
+        raise InputError(
+            f"a correlation time of {correlation_time:g} s cannot be told; it must be at least the interval, "
+            f"{interval:g} s, and at most a million times the record, {_LONGEST * length:g} s."
+        )
+    mean = float(np.mean(increments))
+    if is_constant(increments):
+        raise InputError(f"all {len(increments)} samples are {mean:.6g}: a constant channel has no noise to identify.")
+    spread = float(np.ptp(increments))
+    if not _SMALLEST < spread < _LARGEST:
+        raise InputError(f"samples that differ by up to {spread:.3g} rad or m/s are no sensor's; are they in SI units?")
+    bands = Bands(increments - mean, interval, float(np.max(np.abs(increments))))
+    terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
+    if correlation_time is not None:
+        terms.append(gauss_markov(correlation_time))
+    fit = weigh(bands, terms)
+    times = [] if correlation_time is None else [correlation_time]
+    possible = None
+    if correlation_time is None and not bands.rounded:
+        time, sigma, gain = _search(fit.whole)
+        if gain > _DETECTED:
+            other = weigh(bands, [*terms, gauss_markov(time)])
+            white = fit.model.index("N")
+            # One that takes the white noise's place is no bias but the sensor's bandwidth.
+            if white in _needed(other.model, ()) or white not in _needed(fit.model, ()):
+                fit, times = other, correlation_times(other.model, time)
+        elif gain > _POSSIBLE:
+            possible = (sigma, time)
+    return _result(fit, times, mean / interval, possible)
+
+
+def is_constant(increments: Array) -> bool:
+    """Return whether a channel's increments are all the same but for the rounding of numbers in a computer."""
+    return float(np.ptp(increments)) <= rounding(len(increments)) * float(np.max(np.abs(increments)))
+
+
+def _search(model: Likelihood) -> tuple[float, float, float]:
+    """Search for a Gauss-Markov bias in addition to the terms of a model.
+
+    Returns:
+        Its correlation time, its σ_b, and twice the gain in the logarithm of the likelihood.
+    """
+    from scipy.optimize import minimize_scalar
+
+    bands = model.bands
+    length = bands.count * bands.interval
+
+    def gain(log_time: float) -> float:
+        return 2.0 * (model.extended(gauss_markov(math.exp(log_time))).top - model.top)
+
+    grid = np.linspace(math.log(_QUICKEST * bands.interval), math.log(0.5 * length), _TIMES)
+    gains = [gain(x) for x in grid]
+    i = int(np.argmax(gains))
+    if i == 0 or gains[i] < _POSSIBLE:  # at the first, something quicker than a bias is to be described
+        return 0.0, 0.0, 0.0
+    around = (grid[i - 1], grid[min(i + 1, _TIMES - 1)])
+    top = minimize_scalar(lambda x: -gain(x), bounds=around, method="bounded", options={"xatol": 1e-3})
+    time = math.exp(top.x)
+    return time, math.sqrt(model.extended(gauss_markov(time)).best[-1]), -float(top.fun)
+
+
+def _needed(model: Likelihood, last: Sequence[str]) -> set[int]:
+    """Return the terms that the record requires; the others are removed one by one, the least significant first.
+
+    Args:
+        model: all terms.
+        last: symbols of terms that go only after all others that can.
+
+    Returns:
+        Numbers of the terms that stay.
+    """
+    stay, top = set(range(len(model.terms))), model.top
+    while len(stay) > 1:
+        losses = {}
+        for i in stay:
+            held = {j: 0.0 for j in range(len(model.terms)) if j not in stay or j == i}
+            losses[i] = 2.0 * (top - model.solve(held, start=model.best)[1])
+        dispensable = [i for i in stay if losses[i] < LIMIT]
+        if not dispensable:
+            break
+        drop = min(dispensable, key=lambda i: (model.terms[i].symbol in last, losses[i]))
+        stay.remove(drop)
+        top -= 0.5 * losses[drop]
+    return stay
+
+
+def _result(fit: Weighed, times: Sequence[float], mean: float, possible: tuple[float, float] | None) -> NoiseFit:
+    model, bands = fit.model, fit.model.bands
+    stay = set() if bands.rounded else _needed(model, ("N", "sigma_b") if len(times) == 1 else ("N",))
+    squares, _ = model.solve({i: 0.0 for i in range(len(model.terms)) if i not in stay}, start=model.best)
+    likely = {term.symbol: math.sqrt(c) for term, c in zip(model.terms, squares, strict=True)}
+    limits = coefficient_bands(model, times)
+    # What drift adds to white noise by how it passes within a sample, at most; the rounding of numbers in a computer.
+    inside = 0.5 * likely["K"] * bands.interval + 0.7 * likely["B"] * math.sqrt(bands.interval)
+    if times:
+        inside += likely["sigma_b"] * math.sqrt(0.5 / times[0]) * bands.interval
+    if likely["N"] < inside:
+        limits["N"] = (0.0, max(limits["N"][1], inside))
+        stay -= {model.index("N")}
+        likely["N"] = 0.0
+    estimates = {}
+    for i, term in enumerate(model.terms):
+        low, high = limits[term.symbol]
+        value = likely[term.symbol] if i in stay else None
+        # The band is that of all terms, the value that of those which stay.
+        estimates[term.symbol] = (
+            Estimate(None, low, high) if value is None else Estimate(value, min(low, value), max(high, value))
+        )
+    ramp, low, high = (bands.ramp + r for r in ramp_band(model))
+    seen = low > 0.0 or high < 0.0
+    estimates["R"] = Estimate(ramp if seen else None, low, high)
+    likely["R"] = ramp if seen else 0.0
+    return NoiseFit(
+        estimates,
+        likely,
+        times[0] if times else None,
+        (min(times), max(times)) if len(times) > 1 else None,
+        bands.interval,
+        bands.count,
+        mean,
+        fit.misfit,
+        _ranges(bands, fit.aside),
+        tuple(sorted(model.terms[i].symbol for i in stay if limits[model.terms[i].symbol][0] == 0.0)),
+        possible,
+    )
+
+
+def _ranges(bands: Bands, aside: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+    """Return bands that are left out as ranges of frequency, Hz, neighbours joined."""
+    steps = np.flatnonzero(np.diff(np.concatenate([[0], aside.astype(np.int8), [0]])))
+    hertz = bands.edges / (2.0 * bands.count * bands.interval)
+    return tuple((float(hertz[a]), float(hertz[b])) for a, b in zip(steps[0::2], steps[1::2], strict=True))

@@ -1,0 +1,313 @@
+"""Allan deviation and noise terms of every channel of a log, in datasheet units.
+
+The numbers are those that a scenario's [imu] takes: what is identified from a real sensor can be emulated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.noise_identification.allan import AllanDeviation, allan_deviation, confidence_band, degrees_of_freedom
+from sinssim.noise_identification.channels import Channel, chosen_channels, clock, even_increments, part
+from sinssim.noise_identification.fit import NoiseFit, fit_noise, is_constant
+from sinssim.noise_identification.units import NAMES, SYMBOLS, Units, label, number
+from sinssim.sensors.log import SUFFIXES, Samples, read_samples, slow
+from sinssim.units import G0
+
+_SPIKE = 10.0  # standard deviations; normal noise reaches six in a hundred million samples
+_ENOUGH = 100_000  # samples that tell a standard deviation well enough
+_NOT_THESE = 0.5  # relative misfit of the spectrum above which the record is not that of a sensor at rest
+_AT_REST = 0.05  # of gravity, by which the specific force of a poor sensor at rest may be off
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """One channel's noise.
+
+    Attributes:
+        channel: which.
+        deviation: its Allan deviation.
+        freedom: equivalent degrees of freedom of each Allan variance, (M,).
+        low, high: 95 % band of the Allan deviation, (M,) rad/s or m/s², or the unit of another quantity.
+        fit: its noise terms.
+        spike: time of the sample that is farthest off its neighbours, s, and how far, in standard deviations; None if
+            that is as far as noise goes.
+    """
+
+    channel: Channel
+    deviation: AllanDeviation
+    freedom: Array
+    low: Array
+    high: Array
+    fit: NoiseFit
+    spike: tuple[float, float] | None
+
+    @property
+    def name(self) -> str:
+        """For example gyro_x, or the name of the log's column."""
+        return self.channel.name
+
+    @property
+    def units(self) -> Units:
+        """The units of the terms."""
+        return self.channel.units
+
+    @property
+    def symbols(self) -> list[str]:
+        """The fitted terms in the order of the tables."""
+        return [symbol for symbol in SYMBOLS if symbol in self.fit.estimates]
+
+    @property
+    def lowest(self) -> tuple[float, float]:
+        """Lowest Allan deviation, what data sheets call in-run bias stability, rad/s or m/s², and its τ, s.
+
+        The lowest of what is sure: where the band's upper end is lowest.
+        """
+        i = int(np.argmin(self.high))
+        return float(self.deviation.deviation[i]), float(self.deviation.tau[i])
+
+    def remarks(self) -> Iterator[str]:
+        """Return remarks on the numbers."""
+        fit = self.fit
+        if fit.exchangeable:
+            yield (
+                f"{' and '.join(map(label, fit.exchangeable))} described the record best, but zero is in the band: "
+                "another term that is not seen could stand in."
+            )
+        if fit.possible is not None:
+            sigma, time = fit.possible
+            unit, size = self.units.rate
+            yield (
+                f"A Gauss-Markov bias of σ_b = {number(sigma / size)} {unit} and τ_b = {time:.3g} s may be behind "
+                "this; the record does not decide. If it is known, give its --correlation-time."
+            )
+        pulse = math.sqrt(12.0) * fit.likely["Q"]
+        inertial = self.channel.triad is not None
+        steady = "the sensor stood still" if inertial else "the quantity was steady"
+        moves = fit.likely["N"] * math.sqrt(fit.interval)
+        # readings of another quantity are rounded themselves, not their integral: that is white noise, no Q
+        if inertial and moves < 0.5 * pulse and fit.misfit <= _NOT_THESE:
+            moved = moves / pulse
+            by = f"by {moved:.2g} pulses only" if moved > 0.0 else "by less than half a pulse, if at all"
+            yield (
+                f"Between samples the random walk moves the output {by}. Unless the sensor moves by more (dither "
+                "does), rounding errors follow one another and are no white noise: Q, and with it N, is then not to be "
+                "trusted."
+            )
+        if self.spike is not None:
+            time, size = self.spike
+            yield (
+                f"The sample at {time:.9g} s is {size:.3g} standard deviations off its neighbours: a spike or a jolt. "
+                "Its power counts as noise; take a part without it (--from, --to)."
+            )
+        for low, high in fit.aside:
+            yield (
+                f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) is none of these terms and "
+                "was left out: vibration, a filter, a resonance."
+            )
+        if fit.misfit > _NOT_THESE:
+            yield (
+                "These terms do not describe this record: bands of its spectrum depart from them by "
+                f"{100.0 * fit.misfit:.0f} % rms. Take a part in which {steady} (--from, --to)."
+            )
+        elif fit.misfit > 0.0:
+            yield (
+                f"These terms describe the spectrum to {100.0 * fit.misfit:.2g} % only; the bands of the terms allow "
+                f"for that. Is it sure that {steady}, at one temperature?"
+            )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain numbers with their units."""
+        unit, size = self.units.rate
+        named = self.units.named
+        terms: dict[str, Any] = {}
+        for symbol in self.symbols:
+            estimate = self.fit.estimates[symbol]
+            term_unit, term_size = self.units.terms[symbol]
+            value = None if estimate.value is None else estimate.value / term_size
+            terms[symbol] = {
+                "name": NAMES[symbol],
+                "unit": term_unit,
+                "value": value,
+                "low": estimate.low / term_size,
+                "high": estimate.high / term_size,
+            }
+        lowest, tau = self.lowest
+        return {
+            "unit": unit,
+            named("mean"): self.fit.mean / size,
+            "terms": terms,
+            "correlation_time_s": self.fit.correlation_time,
+            "correlation_time_band_s": self.fit.correlation_band,
+            named("lowest_allan_deviation"): lowest / size,
+            "lowest_allan_deviation_tau_s": tau,
+            "misfit": self.fit.misfit,
+            "left_out_hz": self.fit.aside,
+            "remarks": list(self.remarks()),
+            "allan": {
+                "tau_s": self.deviation.tau.tolist(),
+                named("deviation"): (self.deviation.deviation / size).tolist(),
+                named("low"): (self.low / size).tolist(),
+                named("high"): (self.high / size).tolist(),
+                "degrees_of_freedom": [nu if math.isfinite(nu) else None for nu in self.freedom.tolist()],
+                named("fit"): (self.fit.allan_deviation(self.deviation.tau) / size).tolist(),
+            },
+        }
+
+
+@dataclass(frozen=True)
+class NoiseReport:
+    """The noise of a log's channels.
+
+    Attributes:
+        source: what was looked at.
+        samples: its samples.
+        interval: T, s.
+        channels: in the order of `chosen_channels`.
+        remarks: sentences on the log as a whole.
+    """
+
+    source: str
+    samples: Samples
+    interval: float
+    channels: tuple[ChannelNoise, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the record, s."""
+        return float(self.samples.time[-1] - self.samples.time[0])
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return len(self.samples.time) - 1
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain numbers with their units in the names; what is not observable is None."""
+        return {
+            "source": self.source,
+            "duration_s": self.duration,
+            "samples": self.count,
+            "interval_s": self.interval,
+            "remarks": list(self.remarks),
+            "channels": {channel.name: channel.to_json() for channel in self.channels},
+        }
+
+
+# Long: the options are checked by name, then one channel after the other is identified.
+def noise_report(
+    log: Path,
+    *,
+    columns: Path | None = None,
+    channels: Sequence[str] = (),
+    start: float | None = None,
+    end: float | None = None,
+    correlation_time: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> NoiseReport:
+    """Identify the noise of a log's channels.
+
+    Args:
+        log: a log of sensors at rest or of other quantities (`sinssim.sensors.log.SUFFIXES`), or a run directory, whose
+            measured stream is taken.
+        columns: TOML file that names a log's columns, units and axes.
+        channels: as `chosen_channels`; by default those of the triads that `columns` describes.
+        start, end: part of the log to use, on its own time, s.
+        correlation_time: τ_b, as `fit_noise`, s.
+        progress: is told what is done, and how much of the whole is done, 0 to 1.
+
+    Returns:
+        The report.
+
+    Raises:
+        InputError: a log that cannot be read or has gaps, a channel that there is not, too few samples, or no channel
+            that is not constant.
+    """
+    wanted = chosen_channels(channels)
+    triads = list(dict.fromkeys(channel.triad for channel in wanted if channel.triad is not None)) if channels else None
+    others = [channel.name for channel in wanted if channel.triad is None]
+    path = log / "streams" / "imu_measured.parquet" if log.is_dir() else log
+    if log.is_dir() and not path.is_file():
+        raise InputError(f"{log} is no run directory: it has no {path.relative_to(log)}. Logs: {', '.join(SUFFIXES)}.")
+
+    def tell(what: str, fraction: float) -> None:
+        if progress is not None:
+            progress(what, fraction)
+
+    tell(f"Reading {path.name}", 0.0)
+    samples = part(read_samples(path, columns, triads, others), start, end, str(log))
+    wanted = [channel for channel in wanted if channel.triad is None or channel.triad in samples.triads]
+    timing = clock(samples, str(log))
+    remarks = []
+    if samples.triads and (doubt := slow(samples.time)) is not None:
+        remarks.append(doubt)
+    if others and not samples.time_unit_stated:
+        remarks.append("The times are taken for seconds: neither the name of their column nor time_unit says so.")
+    if not timing.even:
+        # how long the first interval was, the log does not say
+        samples = part(samples, float(samples.time[1]), None, str(log))
+        timing = clock(samples, str(log))
+        remarks.append(
+            f"The times are uneven by up to {100.0 * timing.unevenness:.3g} % of an interval: averages run between the "
+            "samples nearest to their ends, and those over a few samples tell little. If only the time stamps are "
+            "uneven, not the sampling, give rate_hz in place of the time column."
+        )
+    remarks += _not_gravity(samples)
+    found = []
+    for i, channel in enumerate(wanted):
+        name = channel.name
+        increments = even_increments(samples, channel, timing)
+        tell(f"Noise terms of {name}", (i + 0.2) / len(wanted))
+        if is_constant(increments) and not channels:
+            remarks.append(f"{name} is left out: it is constant.")
+            continue
+        try:
+            fit = fit_noise(increments, timing.interval, correlation_time)
+        except InputError as error:
+            raise InputError(f"{log}, {name}: {error}") from error
+        tell(f"Allan deviation of {name}", (i + 0.5) / len(wanted))
+        deviation = allan_deviation(increments, timing.interval)
+        freedom = degrees_of_freedom(deviation.count, deviation.interval, deviation.samples, fit.terms, fit.likely["R"])
+        band = confidence_band(deviation.deviation, freedom)
+        spike = _spike(increments, samples.time)
+        found.append(ChannelNoise(channel, deviation, freedom, *band, fit, spike))
+    if not found:
+        raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
+    tell("", 1.0)
+    return NoiseReport(str(log), samples, timing.interval, tuple(found), tuple(remarks))
+
+
+def _spike(increments: Array, time: Array) -> tuple[float, float] | None:
+    """Return time and size of the largest spike, if noise does not explain it."""
+    second = np.abs(np.diff(increments, 2))
+    # the median is that of most samples, whatever a few may do; of a normal number it is 0.6745 standard deviations
+    sigma = float(np.median(second[:: 1 + len(second) // _ENOUGH])) / 0.6745
+    k = int(np.argmax(second))
+    if not second[k] > _SPIKE * sigma > 0.0:
+        return None
+    return float(time[k + 2]), float(second[k]) / sigma
+
+
+def _not_gravity(samples: Samples) -> Iterator[str]:
+    """Return a remark if the accelerometers do not measure gravity, because the description may be wrong."""
+    if "accel" not in samples.triads:
+        return
+    values = samples.triads["accel"]
+    mean = values.mean(axis=0)
+    if samples.kind == "increments":
+        mean = values.sum(axis=0) / (samples.time[-1] - samples.time[0])
+    felt = float(np.linalg.norm(mean))
+    if abs(felt - G0) > _AT_REST * G0:
+        yield (
+            f"The accelerometers' mean is {felt:.4g} m/s² in all, at rest it would be {G0:.4g}. Unless gravity has "
+            "been taken off, the log's units, times or kind (increments or rates) are not what they are said to be."
+        )

@@ -1,0 +1,172 @@
+"""The canvas of every figure: one style, and the ways to write it (SVG, PNG, PDF)."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+from sinssim.errors import InputError, RunError
+from sinssim.recording import style
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = (".svg", ".png", ".pdf")
+"""File formats of figures."""
+
+
+_STYLE: dict[str, Any] = {
+    "font.size": style.TEXT,
+    "axes.titlesize": style.TEXT,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": style.TEXT,
+    "figure.titlesize": style.TEXT,
+    "figure.titleweight": "bold",
+    "xtick.labelsize": style.TEXT,
+    "ytick.labelsize": style.TEXT,
+    "legend.fontsize": style.SMALL,
+    "legend.frameon": False,
+    "text.color": style.INK,
+    "axes.titlecolor": style.INK,
+    "axes.labelcolor": style.SOFT,
+    "axes.edgecolor": style.SOFT,
+    "xtick.color": style.SOFT,
+    "ytick.color": style.SOFT,
+    "axes.linewidth": style.HAIR,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.grid.which": "major",
+    "grid.color": style.GRID,
+    "grid.linewidth": style.HAIR,
+    "lines.linewidth": style.LINE,
+    "lines.markersize": 5.0,
+    "savefig.dpi": 150,
+    "svg.fonttype": "none",
+}
+
+
+def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Let a function draw in the style of all figures.
+
+    Args:
+        draw: makes a figure.
+
+    Returns:
+        The same function in that style.
+    """
+
+    @wraps(draw)
+    def drawn(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        import matplotlib
+
+        with matplotlib.rc_context(_STYLE):
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure, which needs no display.
+
+    Args:
+        width, height: inches.
+
+    Returns:
+        The figure; its parts are laid out without overlap when it is written.
+    """
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def check_format(path: Path) -> None:
+    """Refuse a figure that cannot be written, before work is put into it.
+
+    Args:
+        path: .svg, .png or .pdf.
+
+    Raises:
+        InputError: another kind of file.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: a figure is written as {', '.join(FORMATS)}.")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure, beside its place first and then renamed into it.
+
+    Args:
+        figure: the figure.
+        path: .svg, .png or .pdf.
+
+    Raises:
+        InputError: another kind of file.
+        RunError: the file cannot be written.
+    """
+    check_format(path)
+    import matplotlib
+
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with matplotlib.rc_context({**_STYLE, "svg.hashsalt": "sinssim"}):
+            stamp: dict[str, Any] = {"Date": None} if path.suffix.lower() == ".svg" else {}
+            figure.savefig(draft, format=path.suffix[1:].lower(), metadata=stamp or None)
+        os.replace(draft, path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+        raise RunError(f"{path} cannot be written: {error.strerror or error}.") from error
+
+
+def to_svg(figure: Figure, name: str) -> str:
+    """Return a figure as an SVG element to stand in an HTML page.
+
+    Args:
+        figure: the figure.
+        name: unique on the page; the element's inner references are made of it.
+
+    Returns:
+        The element, without anything that points outside the page.
+    """
+    import matplotlib
+
+    text = io.StringIO()
+    with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
+        figure.savefig(text, format="svg")
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
+    # Names that nothing refers to are the same in every figure.
+    svg = re.sub(r'\bid="([^"]*)"', lambda match: match[0] if match[1] in used else "", svg)
+    return svg.replace("'DejaVu Sans', ", "").replace("DejaVu Sans, ", "")
+
+
+def to_png(figure: Figure) -> bytes:
+    """Return a figure as a picture.
+
+    Args:
+        figure: the figure.
+
+    Returns:
+        PNG.
+    """
+    import matplotlib
+
+    data = io.BytesIO()
+    with matplotlib.rc_context(_STYLE):
+        figure.savefig(data, format="png")
+    return data.getvalue()

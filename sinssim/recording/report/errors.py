@@ -1,0 +1,224 @@
+"""The section of a run's report about the errors of its solutions: tables, plots, singular attitudes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.formatting import capital, signed
+from sinssim.recording import style
+from sinssim.recording.report import page, plot
+from sinssim.recording.report.page import table, words
+from sinssim.recording.report.plot import Line, Mark
+from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
+
+if TYPE_CHECKING:
+    from sinssim.simulation.result import Run
+
+_KINDS = ("final", "rms", "max")
+_DIGITS = 4
+_TABLES = (
+    (
+        ("horizontal [m]", "horizontal_error_m", 1.0),
+        ("horizontal [nmi]", "horizontal_error_m", units.NAUTICAL_MILE),
+        ("height [m]", "height_error_m", 1.0),
+    ),
+    (
+        ("velocity [m/s]", "velocity_error_mps", 1.0),
+        ("attitude [arcmin]", "attitude_error_arcsec", 60.0),
+        ("attitude [arcsec]", "attitude_error_arcsec", 1.0),
+    ),
+)
+"""Columns: title, name in `summary.json` after "final_", "rms_", "max_", and the unit's size in the summary's."""
+
+
+def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
+    """Return the line about an algorithm without a result.
+
+    Args:
+        failed: its name, and its entry in `summary.json`.
+
+    Returns:
+        HTML.
+    """
+    name, why = failed
+    return f'<p class="broken"><strong>{words(name)} has no result.</strong> {words(capital(why["text"]))}</p>'
+
+
+def error_tables(numbers: Mapping[str, Mapping[str, float | None]]) -> Iterator[str]:
+    """Return the tables of the errors in numbers.
+
+    Args:
+        numbers: by algorithm, as in `summary.json`.
+
+    Yields:
+        HTML.
+    """
+    colors = dict(zip(numbers, map(style.css, style.colors(list(numbers))), strict=True))
+    yield '<div class="errors">'
+    for groups in _TABLES:
+        above = (
+            "<tr><th></th>" + "".join(f'<th class="group first" colspan="3">{t}</th>' for t, _, _ in groups) + "</tr>"
+        )
+        heads = ("algorithm", *_KINDS * len(groups))
+        lines = []
+        for name, found in numbers.items():
+            cells = [
+                f"<td{' class=first' if kind == 'final' else ''}>{_in_unit(found[f'{kind}_{key}'], size)}</td>"
+                for _, key, size in groups
+                for kind in _KINDS
+            ]
+            lines.append((page.swatch(colors[name]) + words(name), *cells))
+        yield table(heads, lines, 1, above)
+    yield (
+        '</div><p class="note">Solution minus truth in the local level of the true position. The final height error '
+        "has a sign (positive: too high), all others are magnitudes; attitude is the angle of the single rotation "
+        "between computed and true attitude. Every digit: summary.json; every sample: streams/error_*.parquet.</p>"
+    )
+
+
+def _in_unit(value: float | None, size: float) -> str:
+    return "–" if value is None else signed(value / size, _DIGITS)
+
+
+def error_plots(run: Run, period: float) -> Iterator[str]:
+    """Return the plots of the errors over time.
+
+    Args:
+        run: whose errors they are.
+        period: Schuler's, s.
+
+    Yields:
+        HTML.
+    """
+    names, errors = list(run.errors), list(run.errors.values())
+    colors = [style.css(c) for c in style.colors(names)]
+    dashes = plot.dashes(len(names))
+    span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
+
+    def draw_one(
+        title: str, values: Sequence[Array], unit: tuple[str, float], more: Sequence[Line] = (), **options: Any
+    ) -> str:
+        lines = []
+        for name, error, rows, color, dash in zip(names, errors, values, colors, dashes, strict=True):
+            lines.append(Line(name, error.time, rows, color, 2.0, dash, unit[1]))
+        return plot.plot(title, unit[0], [*more, *lines], span, marks=marks, **options)
+
+    def components(
+        scale: Scale, kind: str, axes: Sequence[int], sign: float = 1.0
+    ) -> tuple[list[list[Array]], tuple[str, float]]:
+        columns = [[sign * getattr(e, kind)[:, i] for e in errors] for i in axes]
+        return columns, suiting(scale, *(c for column in columns for c in column))
+
+    yield _explanation(period, bool(marks))
+    horizontal = [e.horizontal for e in errors]
+    unit = suiting(LENGTHS, *horizontal)
+    mile = [] if unit[0] == "mm" else [_mile_an_hour(span, unit[1])]
+    yield draw_one("Horizontal position error", horizontal, unit, mile, width=1140, height=240, from_zero=True)
+    yield '<div class="pair">'
+    position, unit = components(LENGTHS, "position_ned", (0, 1))
+    velocity, v_unit = components(SPEEDS, "velocity_ned", (0, 1))
+    tilts, a_unit = components(ANGLES, "attitude", (0, 1))
+    azimuth, z_unit = components(ANGLES, "attitude", (2,))
+    for title, columns, one in (
+        ("position error", position, unit),
+        ("velocity error", velocity, v_unit),
+        ("tilt φ", tilts, a_unit),
+    ):
+        for axis, values in zip(("North", "East"), columns, strict=True):
+            name = f"Tilt about {axis.lower()}, φ{axis[0]}" if title == "tilt φ" else f"{axis} {title}"
+            yield draw_one(name, values, one)
+    height = [e.height for e in errors]
+    yield draw_one("Azimuth, φD", azimuth[0], z_unit)
+    yield draw_one("Height error (positive: too high)", height, suiting(LENGTHS, *height))
+    speed, angle = [e.speed for e in errors], [e.angle for e in errors]
+    yield draw_one("Velocity error, magnitude", speed, suiting(SPEEDS, *speed), from_zero=True)
+    yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *angle), from_zero=True)
+    yield "</div>"
+    if len(names) > 1:
+        yield _apart(run, colors, dashes, span, marks)
+
+
+def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Mark]]:
+    """Return the time axis of the error plots, and marks at half the Schuler period and its multiples."""
+    # A whole period belongs on the axis when the run ends just before it.
+    span = (start, start + period if end < start + period < start + 1.02 * (end - start) else end)
+    marks = [
+        Mark(start + half * 0.5 * period, text if half < 3 else f"{half / 2:g} T")
+        for half in range(1, min(24, int(2.0 * (span[1] - start) / period + 1e-9)) + 1)
+        if half < 3 or half % 2 == 0
+        for text in (f"T/2 = {0.5 * period / 60.0:.1f} min" if half == 1 else f"T = {period / 60.0:.1f} min",)
+    ]
+    return span, marks
+
+
+def _explanation(period: float, marked: bool) -> str:
+    """Say what the marks and the angles in the error plots are."""
+    seen = "" if marked else " The run is shorter than half a period."
+    return (
+        f"<p>The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; dotted lines mark it and its "
+        f"half.{seen} φ is the rotation vector of the error equations, q<sub>true</sub> = q(φ) ⊗ q<sub>solution</sub>, "
+        "to first order C<sub>solution</sub> = (I − [φ×]) C<sub>true</sub>: φ<sub>N</sub> and φ<sub>E</sub> are tilts, "
+        "and for a level vehicle −φ<sub>D</sub> is the error of heading.</p>"
+    )
+
+
+def _apart(
+    run: Run, colors: Sequence[str], dashes: Sequence[str], span: tuple[float, float], marks: Sequence[Mark]
+) -> str:
+    """Draw how far each solution is from the first one: what is the algorithms' own, and not the sensors'."""
+    # algorithms that take several samples at once have fewer rows: the instants that all of them have
+    time = min((error.time for error in run.errors.values()), key=len)
+    time = time[np.unique(np.linspace(0, len(time) - 1, min(len(time), 8192)).round().astype(np.intp))]
+    found = {
+        name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in run.errors.items()
+    }
+    (first, base), *others = found.items()
+    distances = [np.linalg.norm(position - base, axis=1) for _, position in others]
+    unit, size = suiting(LENGTHS, *distances)
+    lines = [
+        Line(name, time, distance, color, 2.0, dash, size)
+        for (name, _), distance, color, dash in zip(others, distances, colors[1:], dashes[1:], strict=True)
+    ]
+    title = f"Distance of {'the others' if len(lines) > 1 else lines[0].label} from {first}"
+    return plot.plot(title, unit, lines, span, marks=marks, width=1140, from_zero=True)
+
+
+def _mile_an_hour(span: tuple[float, float], size: float) -> Line:
+    ends = np.array(span)
+    rate = (ends - span[0]) / 3600.0 * units.NAUTICAL_MILE
+    return Line("1 nmi/h", ends, rate, style.css(style.COLORS["reference"]), 1.2, "6 4", size, reference=True)
+
+
+def singularities(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+    """Return the table of the passages through a singular attitude.
+
+    Args:
+        found: by algorithm, as in `summary.json`.
+
+    Returns:
+        HTML.
+    """
+    if not found:
+        return "<p>No algorithm went through a singular attitude.</p>"
+    lines = [
+        (
+            words(name),
+            f"{event['start_s']:.2f}",
+            f"{event['end_s']:.2f}",
+            _in_unit(event["damage_arcsec"], 60.0),
+            _in_unit(event["damage_arcsec"], 1.0),
+            f'<td class="text">{words(event["text"].removeprefix(f"{name}: "))}</td>',
+        )
+        for name, events in found.items()
+        for event in events
+    ]
+    heads = ("algorithm", "from [s]", "to [s]", "damage [arcmin]", "[arcsec]", "")
+    return table(heads, lines) + (
+        '<p class="note">Damage: angle between the algorithm’s attitude after the passage and the one that a '
+        "singularity-free algorithm reaches on the same increments.</p>"
+    )

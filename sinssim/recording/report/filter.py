@@ -1,0 +1,260 @@
+"""The section of a run's report about the filter: errors, consistency, and estimated sensor errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.formatting import number, signed
+from sinssim.recording import style
+from sinssim.recording.report import page, plot
+from sinssim.recording.report.page import table, words
+from sinssim.recording.report.plot import Line, Mark
+from sinssim.recording.rerun.log_filter import NAVIGATION, SETTLED
+from sinssim.recording.scales import suiting
+from sinssim.recording.store.filter_summary import for_people, sentences
+
+if TYPE_CHECKING:
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+
+STYLE = """
+.three { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }
+@media screen and (max-width: 820px) { .three { grid-template-columns: minmax(0, 1fr); } }
+"""
+
+_TESTS = {
+    "NIS": "NIS",
+    "whiteness": "whiteness",
+    "slow part, 16 readings": "sums of 16",
+    "slow part, 64 readings": "of 64",
+    "slow part, 256 readings": "of 256",
+}
+"""The tests of the innovations, and what they are called here."""
+
+_ERRORS = (
+    "final_horizontal_error_m", "rms_horizontal_error_m", "max_horizontal_error_m", "max_height_error_m",
+    "max_velocity_error_mps", "final_attitude_error_arcsec",
+)  # fmt: skip
+"""Of a solution, as the summary calls them."""
+
+_WIDTH, _HEIGHT = 376, 150
+"""Of one of three drawings side by side, px."""
+
+_DOTS = 1500
+"""About so many dots at most are drawn of one kind."""
+_EDGE = 6.0
+"""Innovations beyond so many σ are drawn there."""
+
+_TITLES = {
+    "position_north": "North position error",
+    "position_east": "East position error",
+    "height": "Height error",
+    "velocity_north": "North velocity error",
+    "velocity_east": "East velocity error",
+    "velocity_down": "Down velocity error",
+    "tilt_north": "Tilt about north, φN",
+    "tilt_east": "Tilt about east, φE",
+    "azimuth": "Azimuth, φD",
+}
+
+
+def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, float]) -> Iterator[str]:
+    """Yield the report's part on the filter.
+
+    Args:
+        aided: the aided solution, and the truth about it.
+        summary: what `summary.json` holds.
+        span: begin and end of the run, s.
+
+    Yields:
+        HTML.
+    """
+    numbers = summary["filter"]
+    first, *others = sentences(numbers)
+    broken = ' class="broken"' if numbers["divergence"] is not None else ""
+    yield f"<p{broken}><strong>{words(first)}</strong></p>" + "".join(f"<p>{words(other)}</p>" for other in others)
+    yield _solutions(summary)
+    marks = [*outage_marks(aided), *fault_marks(numbers, span[1])]
+    yield f'<div class="three">{"".join(_bands(aided, span, marks))}</div>'
+    yield from _tests(numbers)
+    yield f'<div class="three">{"".join(_innovations(aided, span))}</div>'
+    yield from _learned(numbers)
+
+
+def _solutions(summary: Mapping[str, Any]) -> str:
+    """Return a table of the aided solutions' errors, the inertial ones beside them."""
+    own = {name: summary["filter"].get(name) for name in ("aided", "smoothed")}
+    found = {**own, **{f"inertial, {name}": n for name, n in summary["algorithms"].items()}}
+    heads = ("solution", "horizontal, final [m]", "rms", "max", "height, max [m]", "velocity, max [m/s]")
+    colors = style.colors([name.removeprefix("inertial, ") for name in found])
+    lines = []
+    for (name, s), color in zip(found.items(), colors, strict=True):
+        if s:
+            values = [math.nan if s[key] is None else s[key] for key in _ERRORS]
+            values[-1] /= 60.0
+            lines.append((page.swatch(style.css(color)) + words(name), *map(number, values)))
+    return table((*heads, "attitude, final [arcmin]"), lines)
+
+
+def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the tests of the filter by its innovations."""
+    yield "<h3>Innovations</h3>"
+    yield table(
+        ("sensor", "verdict", "taken", "refused (expected)", *_TESTS.values()),
+        [
+            (
+                words(name),
+                f'<td class="name">{words(s["verdict"])}</td>',
+                str(s["taken"]),
+                f"{s['refused']} ({number(s['refused_expected'], 2)})",
+                *(_test(s["tests"].get(test)) for test in _TESTS),
+            )
+            for name, s in numbers["sensors"].items()
+        ],
+    )
+    yield (
+        '<p class="note">Each test: the statistic over its degrees of freedom, 1 if all is right, and its 95 % band. '
+        "NIS: normalised innovations squared. Whiteness: their autocorrelation over 20 lags. Sums over 16, 64 and 256 "
+        "readings show a slow drift that a single reading’s noise hides. Optimistic: there is more noise than the "
+        "filter was told; pessimistic: less; coloured: the innovations are not white.</p>"
+    )
+
+
+def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the errors against their covariance, and what is known of every state."""
+    yield "<h3>Errors against their covariance</h3>"
+    nees = table(
+        ("states", "number", "NEES per state"),
+        [(words(name), str(s["states"]), _test(s)) for name, s in numbers["nees"].items()],
+    )
+    noise = table(("noise", "variance over what was told"), [(words(n), _test(s)) for n, s in numbers["noise"].items()])
+    yield (
+        f'<div class="pair">{nees}<div>{noise}<p class="note">NEES: normalised squared errors, the run’s mean, with '
+        "the band that 95 % of sound runs lie in: the errors of one run change slowly, and the filter knows how slowly."
+        " Noise: what came into attitude, velocity and instability from one moment to the next. Both need the truth; "
+        "the noise tells a filter that is told wrong even where the readings drown what is wrong.</p></div></div>"
+        "<h3>What was learned</h3>"
+    )
+    lines = []
+    for column, s in numbers["states"].items():
+        name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
+        ratio = s["reduction"]
+        less = "–" if not ratio else f"{number(ratio)} ×" if ratio >= 0.9995 else f"{number(1.0 / ratio)} × larger"
+        less = f"<strong>{less}</strong>" if s.get("observable") else less
+        lines.append((words(f"{name} [{unit}]"), *(signed(v) for v in values), less))
+    heads = ("state", "σ, start", "σ, end", "error, end", "σ smaller")
+    half = (len(lines) + 1) // 2
+    yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
+    yield (
+        '<p class="note">σ smaller: how many times, bold if the state is observable: the motion, without the noise of '
+        "the states, would show a deviation by σ at the start ten times over the noise of the readings, and the filter "
+        "has at least halved σ.</p>"
+    )
+
+
+def _test(test: Mapping[str, float] | None) -> str:
+    if test is None:
+        return "–"
+    bad = not test["lower_95"] <= test["value"] <= test["upper_95"]
+    value = f"<strong>{number(test['value'])}</strong>" if bad else number(test["value"])
+    return f"{value} ({number(test['lower_95'])} … {number(test['upper_95'])})"
+
+
+def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:
+    """Draw every error of navigation with the band that it should lie in."""
+    found = aided.estimate
+    for name, scale, components, sign in NAVIGATION:
+        at = found.model.slices[name]
+        for i, component in enumerate(components):
+            side, column = (sign if i == 2 else 1.0), at.start + i
+            kinds: list[tuple[str, Array, Array, Array]] = [
+                ("aided", found.time, aided.block_error(name)[:, i], found.sigma[:, column])
+            ]
+            if found.smoothed is not None and aided.smoothed_state_errors is not None:
+                s = found.smoothed
+                kinds.append(("smoothed", s.time, aided.smoothed_state_errors[:, column], s.sigma[:, column]))
+            settled = [t >= span[0] + SETTLED * (span[1] - span[0]) for _, t, _, _ in kinds]
+            unit, size = suiting(scale, *[3.0 * k[3][late] for k, late in zip(kinds, settled, strict=True)])
+            lines = []
+            for kind, time, error, sigma in kinds:
+                color = style.css(style.COLORS[kind])
+                pale = style.css(style.COLORS["bound"] if kind == "aided" else style.tint(style.COLORS[kind]))
+                late = time >= span[0] + SETTLED * (span[1] - span[0])
+                for label, values, paint, width in (
+                    ("±3σ", 3.0 * sigma, pale, 1.0),
+                    ("", -3.0 * sigma, pale, 1.0),
+                    (kind, side * error, color, 1.4),
+                ):
+                    # the axis suits what there is once the filter has settled
+                    lines.append(Line("", time[~late], values[~late], paint, width, "", size, reference=True))
+                    lines.append(Line(label, time[late], values[late], paint, width, "", size))
+            yield plot.plot(_TITLES[component], unit, lines, span, marks=marks, width=_WIDTH, height=_HEIGHT)
+
+
+def outage_marks(aided: Aided) -> list[Mark]:
+    """Return marks at the begin and the end of every long time without readings of a sensor.
+
+    Args:
+        aided: the aided solution, with what the sensors gave.
+
+    Returns:
+        In order of time; a long time is one of ten intervals and of a fiftieth of the run.
+    """
+    marks = []
+    for sensor in aided.sensed:
+        time, every = sensor.measurements.time, sensor.time
+        if len(time) < 2 or len(every) < 2:
+            continue
+        gaps = np.diff(time)
+        least = max(10.0 * float(every[1] - every[0]), 0.02 * float(every[-1] - every[0]))
+        for k in np.flatnonzero(gaps > least):
+            label = sensor.measurements.label.partition("-")[0]
+            marks += [(float(time[k]), f"no {label}"), (float(time[k + 1]), f"{label} again")]
+    return [Mark(time, text) for time, text in sorted(set(marks))]
+
+
+def fault_marks(numbers: Mapping[str, Any], end: float) -> list[Mark]:
+    """Return marks at the begin and the end of every jump and ramp of the satellites.
+
+    Args:
+        numbers: what the summary holds of the filter.
+        end: of the run, s.
+
+    Returns:
+        In the order of the scenario.
+    """
+    marks = []
+    for fault in numbers["faults"]:
+        marks.append(Mark(fault["from_s"], fault["kind"]))
+        if fault["to_s"] < end - 1.0:
+            marks.append(Mark(fault["to_s"], f"{fault['kind']} ends"))
+    return marks
+
+
+def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
+    """Draw each sensor's innovations in their σ, those refused in red."""
+    ends = np.array(span)
+    grey = style.css(style.COLORS["bound"])
+    for sensor in aided.estimate.innovations:
+        looked = np.isfinite(sensor.nis)
+        if not looked.any():
+            continue
+        ratio = sensor.value / np.sqrt(np.einsum("kii->ki", sensor.covariance))
+        lines = [Line("±3σ", ends, np.full(2, 3.0), grey, 1.0), Line("", ends, np.full(2, -3.0), grey, 1.0)]
+        for name, which, kind, size in (
+            ("taken", looked & sensor.accepted, "aided", 1.6),
+            ("refused", looked & ~sensor.accepted, "refused", 2.6),
+        ):
+            rows = np.flatnonzero(which)
+            rows = rows[:: max(1, len(rows) * ratio.shape[1] // _DOTS)]
+            if len(rows):
+                values = np.clip(ratio[rows].ravel(), -_EDGE, _EDGE)
+                time = np.repeat(sensor.time[rows], ratio.shape[1])
+                lines.append(Line(name, time, values, style.css(style.COLORS[kind]), dots=size))
+        yield plot.plot(
+            f"{sensor.sensor}, in σ", "", lines, span, axis=(-_EDGE, _EDGE, 2.0), width=_WIDTH, height=_HEIGHT
+        )

@@ -1,0 +1,163 @@
+"""The section of a run's report about the true motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import rotation, units
+from sinssim.data import Array, NavState
+from sinssim.recording import style
+from sinssim.recording.report import plot
+from sinssim.recording.report.page import table, words
+from sinssim.recording.report.plot import Line, Mark
+from sinssim.recording.report.track import degrees, draw_map
+from sinssim.recording.scales import duration_words
+from sinssim.scenario.summary import given, values_of
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.result import Run
+    from sinssim.truth.trajectory import Trajectory
+
+
+def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterator[str]:
+    """Return the section about the true motion: map, facts, plots over time, legs and events.
+
+    Args:
+        run: whose motion it is.
+        trajectory: the true motion.
+        truth: true states at the run's times.
+
+    Yields:
+        HTML.
+    """
+    yield _map_and_facts(run, trajectory, truth)
+    legs, events = _legs(run.scenario, trajectory)
+    marks = [Mark(begin, str(i + 1), faint=True) for i, (_, _, begin, _) in enumerate(legs)]
+    yield from _plots(run.time, trajectory, truth, marks)
+    if legs:
+        yield '<h3>Legs as flown</h3><div class="events">'
+        lines = [
+            (
+                str(i + 1),
+                f'<td class="name">{words(name)}</td>',
+                f'<td class="text">{words(what)}</td>',
+                f"<td>{begin:.1f}</td>",
+                "<td>–</td>" if end is None else f"<td>{end:.1f}</td>",
+            )
+            for i, (name, what, begin, end) in enumerate(legs)
+        ]
+        yield table(("leg", "", "", "from [s]", "to [s]"), lines) + "</div>"
+    if events:
+        yield "<h3>Events</h3>" + table(
+            ("time [s]", ""), [(f"<td>{t:.1f}</td>", f'<td class="text">{words(x)}</td>') for t, x in events]
+        )
+
+
+def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
+    """Return the map of the tracks, and the table of the motion's facts beside it."""
+    time, velocity = run.time, truth.velocity_ned
+    roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(truth.q_nb))
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
+    names = list(run.solutions)
+    colors = [
+        style.css(style.tint(style.COLORS["truth"])) if names else style.css(style.COLORS["truth"]),
+        *map(style.css, style.colors(names)),
+    ]
+    chart = draw_map(time, truth, run.solutions, colors, trajectory.ellipsoid)
+    facts = [
+        ("duration", duration_words(float(time[-1] - time[0]))),
+        ("way over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
+        ("start", _place(truth, 0)),
+        ("end", _place(truth, -1)),
+        ("height above the ellipsoid", _between(truth.height, 1, "m")),
+        ("ground speed", _between(speed, 1, "m/s")),
+        ("vertical speed, up", _between(-velocity[:, 2], 1, "m/s")),
+        ("roll", _between(roll, 1, "°")),
+        ("pitch", _between(pitch, 1, "°")),
+        ("gravity, ellipsoid", f"{trajectory.gravity}, {trajectory.ellipsoid.name}"),
+    ]
+    facts += [(kind, words(text)) for kind, text in _source(run.scenario)]
+    listed = table(
+        ("true motion of the sensor block", ""), [(words(k), f'<td class="text">{v}</td>') for k, v in facts]
+    )
+    return (
+        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant about the middle of the true '
+        "track, whose east and north the axes have; dotted: meridians and parallels.</p></div>"
+        f"<div>{listed}</div></div>"
+    )
+
+
+def _plots(time: Array, trajectory: Trajectory, truth: NavState, marks: Sequence[Mark]) -> Iterator[str]:
+    """Return height, speed and attitude over time."""
+    velocity = truth.velocity_ned
+    roll, pitch, heading = (angle / units.DEG for angle in rotation.euler_from_quaternion(truth.q_nb))
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    orange, green, blue = map(style.css, style.colors(("x", "y", "z")))
+    span = (float(time[0]), float(time[-1]))
+    speeds = [Line("ground speed", time, speed, green)]
+    airspeed = trajectory.channels.get("airspeed_mps")
+    if airspeed is not None and airspeed.values.ndim == 1 and len(airspeed.time) > 1:
+        speeds.append(Line("true airspeed", airspeed.time, airspeed.values, orange, 1.5, "6 6"))
+    attitude = [Line("roll", time, roll, orange, turn=360.0), Line("pitch", time, pitch, blue)]
+    yield '<div class="pair">'
+    height = Line("height", time, truth.height, green)
+    yield plot.plot("Height above the ellipsoid", "m", [height], span, marks=marks, least=1e-3)
+    yield plot.plot("Speed", "m/s", speeds, span, marks=marks, least=1e-3)
+    around = (-180.0, 180.0, 90.0) if np.abs(roll).max() > 120.0 else None
+    yield plot.plot("Roll and pitch", "deg", attitude, span, marks=marks, least=1e-3, axis=around)
+    turning = Line("heading", time, heading % 360.0, green, turn=360.0)
+    yield plot.plot("Heading", "deg", [turning], span, marks=marks, axis=(0.0, 360.0, 90.0))
+    yield "</div>"
+
+
+def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Say where the true motion comes from."""
+    flight = scenario.flight
+    if flight is not None:
+        yield "flown by JSBSim, aircraft", flight.aircraft
+        yield "wind", given(flight.wind) or "none"
+        yield "turbulence", values_of(flight.turbulence) if flight.turbulence else "none"
+    for name in ("parked", "great_circle", "motion"):
+        section = getattr(scenario, name)
+        if section is not None:
+            yield name.replace("_", " "), given(section)
+    for vibration in scenario.vibration:
+        yield "vibration", given(vibration)
+    if scenario.isolator is not None:
+        yield "isolator", values_of(scenario.isolator)
+
+
+def _legs(
+    scenario: Scenario, trajectory: Trajectory
+) -> tuple[list[tuple[str, str, float, float | None]], list[tuple[float, str]]]:
+    """Return the legs that were begun (type, what was asked for, begin, end), and all other events."""
+    events = [(event.time, event.text) for event in trajectory.events]
+    legs: list[tuple[str, str, float, float | None]] = []
+    for i, leg in enumerate(scenario.flight.legs if scenario.flight is not None else (), start=1):
+        times = {}
+        for edge in ("begins", "ends"):
+            found = next((e for e in events if e[1] == f"leg {i} ({leg.type}) {edge}"), None)
+            if found is not None:
+                times[edge] = found[0]
+                events.remove(found)
+        if "begins" in times:
+            legs.append((leg.type, given(leg, "type", "timeout_s"), times["begins"], times.get("ends")))
+    return legs, events
+
+
+def _place(truth: NavState, row: int) -> str:
+    lat, lon, height = (float(v[row]) for v in (truth.latitude, truth.longitude, truth.height))
+    height = round(height, 1) + 0.0  # no negative zero
+    return f"{degrees(lat / units.DEG, 'NS', 5)} {degrees(lon / units.DEG, 'EW', 5)}, {height:.1f} m"
+
+
+def _between(values: Array, places: int, unit: str) -> str:
+    rounded = (round(float(v), places) + 0.0 for v in (values.min(), values.max()))  # + 0.0: no negative zero
+    low, high = (f"{v:.{places}f}".replace("-", "−") for v in rounded)
+    blank = "" if unit == "°" else " "
+    return f"{low}{blank}{unit}" if low == high else f"{low} … {high}{blank}{unit}"

@@ -1,0 +1,122 @@
+"""An HTML page that needs no other file: frame and style, tables and text."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Sequence
+
+from sinssim.recording.style import GRID, INK, SOFT
+
+_STYLE = (
+    f"""
+:root {{ color-scheme: light dark; --paper: #fff; --ink: {INK}; --soft: {SOFT}; --line: #ccc; --hair: {GRID};
+  --head: #f4f4f4; }}
+"""
+    + """\
+@media (prefers-color-scheme: dark) { :root { --paper: #16181b; --ink: #e6e6e6; --soft: #a6a9ad; --line: #4a4d52;
+  --hair: #303338; --head: #22252a; } }
+@media print { :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --line: #bbb; --hair: #ddd;
+  --head: #f2f2f2; } }
+* { box-sizing: border-box; }
+body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif; color: var(--ink);
+  background: var(--paper); max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
+h1 { font-size: 1.7rem; margin-bottom: .2rem; } h2 { margin-top: 3rem; border-bottom: 1px solid var(--line); }
+h3 { margin: 1.8rem 0 .4rem; font-size: 1.02rem; }
+summary { margin: 1rem 0 .2rem; font-weight: 600; cursor: pointer; }
+p { max-width: 52rem; } .lead { font-size: 1.08rem; } .note { color: var(--soft); font-size: .9rem; }
+table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0 1.2rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .18rem .6rem; text-align: right; border-bottom: 1px solid var(--hair); white-space: nowrap; }
+th { background: var(--head); font-weight: 600; white-space: normal; } td.name, th.name { text-align: left; }
+td.text, td.text ul { text-align: left; white-space: normal; } td.text { min-width: 16rem; }
+td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
+.wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
+svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
+.swatch { display: inline-block; width: .7rem; height: .7rem; border-radius: 2px; margin-right: .4rem;
+  print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+@page { margin: 14mm; }
+@media print { body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } h2 { margin-top: 1.6rem; }
+  .wide { overflow: visible; } h2, h3 { break-after: avoid; } svg, tr { break-inside: avoid; } }
+"""
+)
+
+
+def page(title: str, body: Iterable[str], style: str = "") -> str:
+    """Return a whole page.
+
+    Args:
+        title: what the browser's tab says.
+        body: pieces of HTML.
+        style: rules of its own, after those that all pages share.
+
+    Returns:
+        HTML; it refers to nothing outside itself.
+    """
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{words(title)}</title><style>{_STYLE}{style}</style></head>\n<body>\n"
+        + "\n".join(body)
+        + "\n</body></html>\n"
+    )
+
+
+def words(text: str) -> str:
+    """Return a text as HTML, its white space as single blanks.
+
+    Args:
+        text: any text.
+
+    Returns:
+        HTML.
+    """
+    return html.escape(" ".join(text.split()))
+
+
+def verbatim(text: str) -> str:
+    """Return a text as HTML, as it is.
+
+    Args:
+        text: any text.
+
+    Returns:
+        HTML.
+    """
+    return html.escape(text, quote=False)
+
+
+def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, above: str = "") -> str:
+    """Return a table.
+
+    Args:
+        heads: HTML of the column heads; one that is a whole `<th…>` is taken as it is.
+        lines: HTML of the cells, row by row; a cell that is a whole `<td…>` is taken as it is.
+        names: how many columns, from the left, are words and not numbers.
+        above: a row of heads above the heads, a whole `<tr>`.
+
+    Returns:
+        HTML.
+    """
+
+    def cells(tag: str, values: Sequence[str]) -> str:
+        return "".join(
+            value if value.startswith(f"<{tag}") else f"<{tag}{' class=name' if i < names else ''}>{value}</{tag}>"
+            for i, value in enumerate(values)
+        )
+
+    rows = "\n".join(f"<tr>{cells('td', line)}</tr>" for line in lines)
+    return (
+        f'<div class="wide"><table><thead>{above}<tr>{cells("th", heads)}</tr></thead><tbody>\n'
+        f"{rows}\n</tbody></table></div>"
+    )
+
+
+def swatch(color: str) -> str:
+    """Return a little square of a colour, to stand before a name.
+
+    Args:
+        color: as CSS has it.
+
+    Returns:
+        HTML.
+    """
+    return f'<span class="swatch" style="background:{color}"></span>'

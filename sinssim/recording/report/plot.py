@@ -1,0 +1,362 @@
+"""Plots over time as SVG, written directly, so that a run's report does not wait for a drawing library.
+
+Every drawing carries a light page's colours in its own attributes, so that it can be taken out and used elsewhere;
+on the page `STYLE` overrides them with the page's own, light or dark.
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.recording import style
+from sinssim.recording.scales import envelope, label, ticks, time_ticks
+
+STYLE = """
+.grid { stroke: var(--hair); } .axis { stroke: var(--soft); } svg text { fill: var(--ink); }
+svg .soft text, svg text.soft { fill: var(--soft); } .mark { stroke: var(--soft); }
+svg text.over { stroke: var(--paper); stroke-width: 3px; paint-order: stroke; }
+"""
+
+_LEFT, _RIGHT, _BOTTOM = 64, 16, 38
+_TEXT, _SMALL, _LINE, _HAIR = (
+    size / style.POINTS_PER_PIXEL for size in (style.TEXT, style.SMALL, style.LINE, style.HAIR)
+)
+"""The style's sizes, px."""
+_LETTER = 6.4
+"""Width of a letter, for laying out legends; px at 12 px."""
+_ENTRY = 56
+"""Width of a legend's line and gap, px."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line in a plot.
+
+    Attributes:
+        label: its name in the legend, "" for a line that is not there.
+        time: (N,) s, in order.
+        values: (N,).
+        color: as CSS has it.
+        width: px.
+        dashes: see `path`.
+        size: of the plot's unit, in the values' own.
+        turn: the values are angles that jump by this much, 0 if they are not.
+        reference: something to compare with: the axis does not stretch for it.
+        dots: diameter of dots that are drawn instead of a line, 0 for a line, px.
+    """
+
+    label: str
+    time: Array
+    values: Array
+    color: str
+    width: float = _LINE
+    dashes: str = ""
+    size: float = 1.0
+    turn: float = 0.0
+    reference: bool = False
+    dots: float = 0.0
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A vertical line in a plot.
+
+    Attributes:
+        time: where, s.
+        text: what stands at its top.
+        faint: a thin line, for one of many.
+    """
+
+    time: float
+    text: str
+    faint: bool = False
+
+
+def dashes(count: int) -> list[str]:
+    """Return dash patterns that distinguish lines, also on paper and where they coincide.
+
+    Args:
+        count: how many lines, drawn in order.
+
+    Returns:
+        What `path` takes; all solid if there are more than three lines.
+    """
+    return ["", "9 9", "4 5"][:count] if count <= 3 else [""] * count
+
+
+def element(width: float, height: float, about: str, body: str) -> str:
+    """Return a drawing.
+
+    Args:
+        width, height: px.
+        about: what is to be seen, for those who cannot see it.
+        body: SVG.
+
+    Returns:
+        An SVG element.
+    """
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
+        f'height="{height:g}" role="img" aria-label="{html.escape(about)}" font-family="{style.FONTS}" '
+        f'font-size="{_TEXT:g}">{body}</svg>'
+    )
+
+
+def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", more: str = "") -> str:
+    """Return some words.
+
+    Args:
+        x, y: where their baseline is, px.
+        words: plain text.
+        anchor: "start", "middle" or "end": which part of them is there.
+        kind: class, for the style.
+        more: other attributes.
+
+    Returns:
+        An SVG element.
+    """
+    fill = style.SOFT if "soft" in kind else style.INK
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{fill}"'
+        f"{f' class={chr(34)}{kind}{chr(34)}' if kind else ''}{f' {more}' if more else ''}>{html.escape(words)}</text>"
+    )
+
+
+def points(x: Array, y: Array) -> str:
+    """Return coordinates as a polyline has them, to a tenth of a pixel, without repetitions.
+
+    Args:
+        x, y: (N,) px.
+
+    Returns:
+        "x,y x,y …".
+    """
+    rounded = np.round(10.0 * np.column_stack((x, y)))
+    new = np.concatenate(([True], (np.diff(rounded, axis=0) != 0.0).any(axis=1)))
+    return " ".join([f"{a / 10:g},{b / 10:g}" for a, b in rounded[new].tolist()])
+
+
+def path(x: Array, y: Array, color: str, width: float, dashes: str = "") -> str:
+    """Return a line.
+
+    Args:
+        x, y: (N,) px.
+        color: as CSS has it.
+        width: px.
+        dashes: lengths of dashes and gaps, "" for a solid line.
+
+    Returns:
+        An SVG element.
+    """
+    dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
+    return (
+        f'<polyline points="{points(x, y)}" fill="none" stroke="{color}" stroke-width="{width:.3g}" '
+        f'stroke-linejoin="round"{dashed}/>'
+    )
+
+
+def dots(x: Array, y: Array, color: str, size: float) -> str:
+    """Return dots.
+
+    Args:
+        x, y: (N,) px.
+        color: as CSS has it.
+        size: their diameter, px.
+
+    Returns:
+        An SVG element.
+    """
+    places = np.unique(np.round(2.0 * np.column_stack((x, y))), axis=0) / 2.0
+    strokes = "".join([f"M{a:g} {b:g}h0" for a, b in places.tolist()])
+    return f'<path d="{strokes}" fill="none" stroke="{color}" stroke-width="{size:.3g}" stroke-linecap="round"/>'
+
+
+def segments(x1: Sequence[float], y1: Sequence[float], x2: Sequence[float], y2: Sequence[float], kind: str) -> str:
+    """Return straight lines of one kind.
+
+    Args:
+        x1, y1, x2, y2: their ends, px.
+        kind: "grid", "axis" or "mark".
+
+    Returns:
+        An SVG element, empty for no lines.
+    """
+    color = style.GRID if kind == "grid" else style.SOFT
+    strokes = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in zip(x1, y1, x2, y2, strict=True))
+    return (
+        f'<path class="{kind}" d="{strokes}" fill="none" stroke="{color}" stroke-width="{_HAIR:g}"/>' if strokes else ""
+    )
+
+
+def plot(
+    title: str,
+    unit: str,
+    lines: Sequence[Line],
+    span: tuple[float, float],
+    *,
+    marks: Sequence[Mark] = (),
+    width: int = 560,
+    height: int = 190,
+    from_zero: bool = False,
+    least: float = 0.0,
+    axis: tuple[float, float, float] | None = None,
+) -> str:
+    """Draw lines over time.
+
+    Args:
+        title: what is drawn.
+        unit: of the values.
+        lines: drawn in their order.
+        span: first and last time of the axis, s.
+        marks: vertical lines.
+        width: of the drawing, px.
+        height: of the plot without title, legend and labels, px.
+        from_zero: the axis begins at zero.
+        least: a smaller change than this is none, but rounding.
+        axis: where the axis begins and ends, and the step of its ticks; what suits the values if not given.
+
+    Returns:
+        An SVG element.
+    """
+    start, end = span
+    lines = [_finite(line) for line in lines]
+    inner = width - _LEFT - _RIGHT
+    names, top = legend(lines, width)
+    named = [m for m in marks if m.text]
+    top += 16 if named else 4
+    bottom = top + height
+    low, high, step = axis or _range([line for line in lines if not line.reference], from_zero, least)
+    at = low + step * np.arange(round((high - low) / step) + 1)
+    to_x, to_y = inner / (end - start), height / (high - low)
+
+    y_ticks = [bottom - (v - low) * to_y for v in at]
+    times, t_step, t_unit, t_size = time_ticks(start, end)
+    x_ticks = [_LEFT + (t * t_size - start) * to_x for t in times]
+    body = [text(_LEFT, 15, f"{title} [{unit}]" if unit else title, more='font-weight="600"'), names]
+    count = len(y_ticks)
+    body.append(segments([_LEFT] * count, y_ticks, [_LEFT + inner] * count, y_ticks, "grid"))
+    body.append(segments(x_ticks, [top] * len(x_ticks), x_ticks, [bottom] * len(x_ticks), "grid"))
+    zero = [bottom + low * to_y] if low < 0.0 < high else []
+    body.append(segments([_LEFT, *[_LEFT] * len(zero)], [bottom, *zero], [_LEFT + inner] * (1 + len(zero)),
+                         [bottom, *zero], "axis"))  # fmt: skip
+    body += [text(_LEFT - 6, y + 4, label(v, step), "end", "soft") for v, y in zip(at, y_ticks, strict=True)]
+    body += [text(x, bottom + 15, label(t, t_step), "middle", "soft") for t, x in zip(times, x_ticks, strict=True)]
+    body.append(text(_LEFT + inner, bottom + 32, f"time [{t_unit}]", "end", "soft"))
+    body += _marks(marks, [_LEFT + (m.time - start) * to_x for m in marks], top, bottom, width - 4.0)
+    # An inner element clips what leaves the axes.
+    body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
+    body += _curves(lines, span, inner, height, low, to_y)
+    body.append("</svg>")
+    return element(width, bottom + _BOTTOM, f"{title}, {unit}, over time", "".join(body))
+
+
+def _curves(
+    lines: Sequence[Line], span: tuple[float, float], inner: int, height: int, low: float, to_y: float
+) -> Iterator[str]:
+    """Draw lines and dots on a plane of given width and height, px, whose lower edge is at the value `low`."""
+    start, end = span
+    to_x = inner / (end - start)
+    for line in lines:
+        if line.dots:
+            x, y = (line.time - start) * to_x, height - (line.values / line.size - low) * to_y
+            yield dots(x, y, line.color, line.dots)
+            continue
+        for t, v in _pieces(line, start, end, inner):
+            x, y = _settle((t - start) * to_x, height - (v / line.size - low) * to_y)
+            yield path(x, y, line.color, line.width, line.dashes)
+
+
+def _finite(line: Line) -> Line:
+    """Leave out what is not a number, of an algorithm that diverged."""
+    if np.isfinite(line.values.sum()):
+        return line
+    rows = np.isfinite(line.values)
+    return replace(line, time=line.time[rows], values=line.values[rows])
+
+
+def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
+    """Return the names of several lines, each beside a piece of it.
+
+    Args:
+        lines: as drawn.
+        width: of the drawing, px.
+        top: baseline of the first row, px.
+
+    Returns:
+        SVG, and where it ends, px; nothing where there is but one line.
+    """
+    lines = [line for line in lines if line.label]
+    if len(lines) < 2:
+        return "", top - 12
+    parts, x, y = [], float(_LEFT), top
+    for line in lines:
+        long = _ENTRY + _LETTER * len(line.label)
+        if x > _LEFT and x + long > width - _RIGHT:
+            x, y = float(_LEFT), y + 16
+        along = x + np.linspace(0.0, 34.0, 4)
+        level = np.full(4, y - 4.0)
+        if line.dots:
+            parts.append(dots(along, level, line.color, max(line.dots, 3.0)))
+        else:
+            parts.append(path(along[[0, -1]], level[[0, -1]], line.color, line.width, line.dashes))
+        parts.append(text(x + 40, y, line.label, kind="soft"))
+        x += long
+    return "".join(parts), y + 6
+
+
+def _marks(marks: Sequence[Mark], places: Sequence[float], top: float, bottom: float, right: float) -> Iterator[str]:
+    free = -np.inf
+    for mark, x in zip(marks, places, strict=True):
+        kind = "grid" if mark.faint else "mark"
+        line = segments([x], [top], [x], [bottom], kind)
+        yield line if mark.faint else line.replace("<path", '<path stroke-dasharray="2 3"')
+        long = 0.92 * _LETTER * len(mark.text)
+        left = min(x - 0.5 * long, right - long)
+        if left > free:
+            yield text(left, top - 4, mark.text, kind="soft", more=f'font-size="{_SMALL:g}"')
+            free = left + long
+
+
+def _range(lines: Sequence[Line], from_zero: bool, least: float) -> tuple[float, float, float]:
+    """Return where an axis begins and ends, and the step of its ticks."""
+    low = min((float(line.values.min()) / line.size for line in lines if len(line.values)), default=0.0)
+    high = max((float(line.values.max()) / line.size for line in lines if len(line.values)), default=0.0)
+    low = min(low, 0.0) if from_zero else low
+    if high - low <= max(1e-9 * max(abs(low), abs(high)), least):
+        # Nothing changes beyond rounding: the line lies in the middle, or on the floor.
+        low, high = (0.0, 1.0) if from_zero else (low - 0.5, high + 0.5)
+    _, step = ticks(low, high, 5)
+    first, last = np.floor(low / step + 1e-6), np.ceil(high / step - 1e-6)
+    return float(step * first), float(step * last), step
+
+
+def _pieces(line: Line, start: float, end: float, columns: int) -> Iterator[tuple[Array, Array]]:
+    """Split a line where an angle jumps by a turn, and thin the pieces."""
+    if not len(line.time):
+        return
+    cuts = np.flatnonzero(np.abs(np.diff(line.values)) > 0.5 * line.turn) + 1 if line.turn else np.empty(0, np.intp)
+    edges = [0, *cuts.tolist(), len(line.time)]
+    for a, b in pairwise(edges):
+        share = max(2, round(columns * (line.time[b - 1] - line.time[a]) / (end - start)))
+        yield envelope(line.time[a:b], line.values[a:b], line.time[a], line.time[b - 1] + 1e-9, share)
+
+
+def _settle(x: Array, y: Array) -> tuple[Array, Array]:
+    """Take the middle of a column's least and greatest value where they are within a pixel."""
+    pairs = len(x) // 2
+    if pairs < 100 or len(x) % 2:
+        return x, y
+    left, right = x[0::2], x[1::2]
+    low, high = y[0::2], y[1::2]
+    smooth = (np.abs(high - low) < 1.0) & (right - left < 1.5)
+    middle = 0.5 * (low + high)
+    low, high = np.where(smooth, middle, low), np.where(smooth, middle, high)
+    keep = np.column_stack((np.ones(pairs, bool), ~smooth)).ravel()
+    keep[-1] = True
+    return np.column_stack((left, right)).ravel()[keep], np.column_stack((low, high)).ravel()[keep]

@@ -1,0 +1,171 @@
+"""The report of one run: one HTML page with its drawings, for any browser and for print."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.data import NavState
+from sinssim.earth.coordinates import radii
+from sinssim.earth.gravity import gravity_ned
+from sinssim.earth.models import Ellipsoid
+from sinssim.formatting import number
+from sinssim.recording.report import page, plot
+from sinssim.recording.report.errors import error_plots, error_tables, failure, singularities
+from sinssim.recording.report.filter import STYLE as FILTER_STYLE
+from sinssim.recording.report.filter import filter_section
+from sinssim.recording.report.flight import flight_section
+from sinssim.recording.report.page import table, words
+from sinssim.recording.report.sensors import sensor_errors
+from sinssim.recording.report.track import STYLE as TRACK_STYLE
+from sinssim.recording.scales import duration_words
+from sinssim.recording.store.summary import flagged_words, processor
+from sinssim.scenario.height import height_words
+from sinssim.scenario.summary import sensor_words
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.result import Run
+
+_STYLE = f"""{plot.STYLE}{TRACK_STYLE}{FILTER_STYLE}
+.pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
+.pair > div > table:first-child, .pair .wide:first-child table {{ margin-top: 0; }}
+.pair > div td.text {{ min-width: 9rem; }}
+@media screen and (max-width: 820px) {{ .pair {{ grid-template-columns: minmax(0, 1fr); }} }}
+pre {{ background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
+  white-space: pre-wrap; overflow-wrap: anywhere; }}
+.broken {{ border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }}
+th.group {{ text-align: center; }} .first {{ border-left: 1px solid var(--line); }}
+@media print {{ .errors table, .events table {{ font-size: 7.5pt; }} .errors th, .errors td {{ padding: .1rem .3rem; }}
+  pre {{ font-size: 7pt; columns: 2; }} }}
+"""
+
+
+def run_report(run: Run, summary: Mapping[str, Any]) -> str:
+    """Return the report of a run.
+
+    Args:
+        run: what there is of it; a run that broke off lacks what its later stages compute.
+        summary: what `summary.json` holds.
+
+    Returns:
+        An HTML page that refers to nothing outside itself.
+    """
+    scenario = run.scenario
+    body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
+    if summary["status"] != "finished":
+        body.append(f'<p class="broken"><strong>The run {_ended(summary)}</strong> {words(summary["message"])}</p>')
+    body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
+    if run.has("truth"):
+        body += ["<h2>Flight</h2>", *flight_section(run, run.trajectory, run.truth)]
+    body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario, run.true_errors, run.sensed)]
+    if "algorithms" in summary and run.has("truth"):
+        body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
+        body += error_tables(summary["algorithms"])
+        body += error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid))
+        body += ["<h2>Singular attitudes</h2>", singularities(summary["singularities"])]
+    if run.aided is not None and "filter" in summary:
+        span = (float(run.time[0]), float(run.time[-1]))
+        body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
+    body += ["<h2>How it was made</h2>", *_made(scenario, summary)]
+    body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(run.about_filter).strip())}</pre>"]
+    return page.page(f"{scenario.name}: run", body, _STYLE)
+
+
+def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
+    """Return the period of the Schuler oscillation where a run took place.
+
+    Args:
+        truth: true states, N rows.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        2π √(R/g) with the mean radius of curvature at the mean latitude and normal gravity at the mean height, s.
+    """
+    latitude, height = float(truth.latitude.mean()), float(truth.height.mean())
+    r1, r2 = radii(latitude, ellipsoid)
+    gravity = gravity_ned(latitude, height, "normal", ellipsoid)[2]
+    return float(2.0 * np.pi * np.sqrt((np.sqrt(r1 * r2) + height) / gravity))
+
+
+def _ended(summary: Mapping[str, Any]) -> str:
+    return "was interrupted; this is what there was." if summary["status"] == "interrupted" else "failed."
+
+
+def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
+    """Say the result in a sentence or two."""
+    if not summary.get("algorithms"):
+        return
+    numbers = {name: n for name, n in summary["algorithms"].items() if name not in summary["failures"]}
+    duration, navigation = summary["end_s"] - summary["start_s"], scenario.navigation
+    yield (
+        f"Inertial unit {scenario.imu.grade} ({sensor_words(scenario.imu)}), {scenario.imu.rate_hz:g} Hz, seed "
+        f"{scenario.seed}; navigation for "
+        f"{duration_words(duration)} in the frame “{navigation.frame}”."
+    )
+    yield f"Height of the inertial solutions: {height_words(scenario)}."
+    if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
+        yield flags
+    if summary["failures"]:
+        yield f"No result by {', '.join(summary['failures'])}, for the reason that stands with the navigation errors."
+    if not numbers:
+        return
+    finals = [n["final_horizontal_error_m"] for n in numbers.values()]
+    greatest = [n["max_horizontal_error_m"] for n in numbers.values()]
+    if len(numbers) == 1:
+        yield f"Horizontal error: {_length(finals[0])} at the end, {_length(greatest[0])} at most."
+        yield from _with_filter(summary)
+        return
+    alike = all(max(values) - min(values) < 5e-4 * max(values) for values in (finals, greatest))
+    if alike:
+        whose = "all algorithms"
+        end, most = _length(finals[0]), _length(greatest[0])
+    else:
+        order = np.argsort(greatest)
+        names = list(numbers)
+        whose = f"{names[order[0]]} (the least) to {names[order[-1]]} (the greatest)"
+        end, most = (f"{_length(v[order[0]])} to {_length(v[order[-1]])}" for v in (finals, greatest))
+    apart = _length(max(finals) - min(finals), False)
+    yield (
+        f"Horizontal error of {whose}: {end} at the end, {most} at most. The algorithms’ errors at the end differ by "
+        f"up to {apart}."
+    )
+    yield from _with_filter(summary)
+
+
+def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
+    """Give the horizontal error of the aided solution."""
+    aided = summary.get("filter", {}).get("aided")
+    if aided is not None:
+        end, most = (_length(aided[f"{when}_horizontal_error_m"], False) for when in ("final", "max"))
+        yield f"With the aiding sensors and the filter: {end} at the end, {most} at most."
+
+
+def _length(metres: float, miles: bool = True) -> str:
+    if not np.isfinite(metres):
+        return "not a number"
+    text = f"{number(metres, 4)} m" if metres > 0.5 else f"{number(metres * 1e3)} mm"
+    return f"{text} ({metres / units.NAUTICAL_MILE:.3f} nmi)" if miles and abs(metres) > 10.0 else text
+
+
+def _made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
+    timing = {name.removesuffix("_s"): seconds for name, seconds in summary["timing"].items()}
+    cached = {True: "from the cache", False: "flown now", None: ""}[summary.get("flight_cached")]
+    times = [
+        (words(name), f"{seconds:.2f}", f'<td class="name">{cached if name == "flight" else ""}</td>')
+        for name, seconds in timing.items()
+        if seconds or name == "total"
+    ]
+    versions = {**summary["versions"], "Python": platform.python_version()}
+    facts = [
+        ("seed", str(scenario.seed)),
+        ("IMU rate", f"{scenario.imu.rate_hz:g} Hz"),
+        *((name, words(value)) for name, value in versions.items()),
+        ("processor", words(processor())),
+    ]
+    yield f'<div class="pair"><div>{table(("stage", "time [s]", ""), times)}</div>'
+    yield f"<div>{table(('what made it', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"

@@ -1,0 +1,232 @@
+"""The section of a run's report about the sensors: the errors of each axis, and their 1σ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.formatting import capital, signed
+from sinssim.recording import style
+from sinssim.recording.report import plot
+from sinssim.recording.report.page import table, words
+from sinssim.recording.report.plot import Line
+from sinssim.recording.scales import suiting
+from sinssim.recording.sensor_comparison import SensorComparison
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SixAccelerometers
+from sinssim.sensors.imu.compensation import imperfect_calibration
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.terms import of_triad
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.scenario.sections.compensation import CompensationSection
+    from sinssim.scenario.sections.faults import Fault
+    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.sensors.imu.grades import TriadGrade
+    from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors
+    from sinssim.sensors.sets.true_errors import TrueErrors
+
+_DIGITS = 4
+_AXES = ("x (forward)", "y (right)", "z (down)")
+
+_ALWAYS = ("bias", "scale", "misalignment")  # fields whose rows stand in the report though they be zero
+
+
+def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorComparison]) -> Iterator[str]:
+    """Return the section about the sensors: the errors of this run, their 1σ, and their effect on the readings.
+
+    Args:
+        scenario: what is run.
+        true: the errors of its sensors.
+        kinds: what the sensors read; nothing if the run broke off before.
+
+    Yields:
+        HTML.
+    """
+    section, grade = scenario.imu, find_grade(scenario.imu.grade)
+    name = f"<strong>{words(section.grade)}</strong>"
+    if isinstance(section.sensor_set, Gyros):
+        of = f"Grade {name}: {words(grade.description)}."
+    else:  # the grade's own words are those of a unit with gyros
+        of = f"Accelerometers of the grade {name}."
+    yield (
+        f"<p>{of} Each axis' error is what this run's seed {scenario.seed} drew from a normal distribution of the "
+        "given 1σ, or what the scenario gives.</p>"
+    )
+    errors = true.imu
+    shift = ("null shift by gas flow, at most", _null_shift(errors), units.DEG_H, "deg/h")
+    noise = _noises(*_of_noise(errors.accel, "accel"))
+    gyros = _table(errors.gyro, grade.gyro, section, "gyro") + _noises(*_of_noise(errors.gyro, "gyro"), shift)
+    accelerometers = _table(errors.accel, grade.accel, section, "accel") + noise
+    match section.sensor_set:
+        case SixAccelerometers(arm_m=arm):
+            yield f"<h3>Six accelerometers</h3>{_six(section, true.accelerometers, arm)}{noise}"
+        case AttitudeSensor():
+            sensor = _attitude_sensor(section, true.attitude_sensor)
+            yield _pair(f"<h3>Attitude sensor</h3>{sensor}", f"<h3>Accelerometers</h3>{accelerometers}")
+        case _:
+            yield _pair(f"<h3>Gyros</h3>{gyros}", f"<h3>Accelerometers</h3>{accelerometers}")
+    if section.faults:
+        yield f"<p>Faults: {'; '.join(map(_fault, section.faults))}.</p>"
+    if scenario.compensation is not None:
+        assert true.calibration is not None
+        left = imperfect_calibration(errors, true.calibration)  # true less known, as true less left is known
+        none = find_grade("ideal")
+        yield "<h3>Left by the calibration</h3><p>What the compensation in front of navigation does not take away.</p>"
+        yield _pair(
+            _table(left.gyro, none.gyro, scenario.compensation, "gyro"),
+            _table(left.accel, none.accel, scenario.compensation, "accel"),
+        )
+    if any(kind.error.any() for kind in kinds):
+        yield "<h3>Errors of the readings</h3>"
+        yield from _plots(kinds)
+    elif kinds:
+        yield "<p>Every reading is the ideal one.</p>"
+
+
+def _null_shift(errors: ImuErrors) -> float:
+    """Return the largest null shift of laser gyros between the temperatures of the warm-up, rad/s."""
+    if errors.null_shift is None:
+        return 0.0
+    between = np.linspace(errors.warm_up.start, errors.warm_up.steady, 1000)
+    return float(np.abs(errors.null_shift.bias(between)).max())
+
+
+def _fault(fault: Fault) -> str:
+    if fault.type == "spike":
+        return f"a spike at {fault.at_s:g} s"
+    end = "to the end" if fault.to_s is None else f"to {fault.to_s:g} s"
+    return f"{fault.type.replace('-', ' ')} from {fault.from_s:g} s {end}"
+
+
+def _pair(left: str, right: str) -> str:
+    return f'<div class="pair"><div>{left}</div><div>{right}</div></div>'
+
+
+def _six(section: ImuSection, triads: Sequence[TriadErrors], arm: float) -> str:
+    """Return the errors of six single accelerometers."""
+    accel = find_grade(section.grade).accel
+    bias = np.concatenate([triad.bias for triad in triads]) / units.UG
+    scale = np.concatenate([triad.scale for triad in triads]) / units.PPM
+    tilt = np.concatenate([np.linalg.norm(triad.misalignment, axis=1) for triad in triads]) / units.ARCSEC
+    spread = (
+        accel.bias / units.UG if section.accel_bias_sigma_ug is None else section.accel_bias_sigma_ug,
+        accel.scale / units.PPM if section.accel_scale_sigma_ppm is None else section.accel_scale_sigma_ppm,
+        accel.misalignment / units.ARCSEC
+        if section.accel_misalignment_sigma_arcsec is None
+        else section.accel_misalignment_sigma_arcsec,
+    )
+    rows = (
+        (name, unit, *(signed(float(v), _DIGITS) for v in values), f"{sigma:.6g}")
+        for (name, unit, values), sigma in zip(
+            (("bias", "µg", bias), ("scale factor", "ppm", scale), ("axis off by", "arcsec", tilt)), spread, strict=True
+        )
+    )
+    return table(("", "unit", *(str(i) for i in range(1, 7)), "1σ"), rows, 2) + (
+        f'<p class="note">On the faces of a cube, {arm:g} m from its centre, with their axes along: 1 forward, '
+        "(y + z)/√2; 2 aft, (y − z)/√2; 3 right, (x + z)/√2; 4 left, (z − x)/√2; 5 below, (x + y)/√2; 6 above, "
+        "(x − y)/√2. Each axis is off by two tilts of the given 1σ.</p>"
+    )
+
+
+def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -> str:
+    """Return the errors of the attitude sensor."""
+    sensor = section.sensor_set
+    assert isinstance(sensor, AttitudeSensor)
+    assert errors is not None
+    bias = "given" if sensor.bias_arcsec is not None else f"{sensor.bias_sigma_arcsec or 0.0:.6g}"
+    own = find_grade(section.grade).gyro.bias / units.DEG_H
+    drift = own if sensor.drift_sigma_deg_h is None else sensor.drift_sigma_deg_h
+    rows = [
+        ("off at the start", "arcsec", *(signed(float(v), _DIGITS) for v in errors.bias / units.ARCSEC), bias),
+        (
+            "drift", "deg/h", *(signed(float(v), _DIGITS) for v in errors.drift / units.DEG_H),
+            "given" if sensor.drift_deg_h is not None else f"{drift:.6g}",
+        ),
+    ]  # fmt: skip
+    return (
+        table(("reference", "unit", "X", "Y", "Z", "1σ"), rows, 2)
+        + _noises(("noise of every reading, 1σ", errors.noise, units.ARCSEC, "arcsec"))
+        + '<p class="note">Earth-centred inertial axes: Z to the north pole, X to the prime meridian at t = 0.</p>'
+    )
+
+
+def _plots(kinds: Sequence[SensorComparison]) -> Iterator[str]:
+    """Draw the errors of the readings, kind beside kind, before and after compensation."""
+    drawn = {kind.key: list(_of_kind(kind)) for kind in kinds}
+    if single := drawn.pop("single", None):
+        yield _pair(*single)
+    yield _pair(*("".join(column) for column in drawn.values()))
+
+
+def _of_kind(kind: SensorComparison) -> Iterator[str]:
+    span = (float(kind.time[0]), float(kind.time[-1]))
+    paint = style.colors(kind.names)
+    unit, size = suiting(kind.sums, kind.error)
+    lines = [(kind.error, paint, 1.5, "")]
+    if kind.left is not None:
+        pale = [style.tint(color) for color in paint]
+        lines = [(kind.error, pale, 5.0, " measured"), (kind.left, paint, 1.5, " compensated")]
+
+    def draw_all(title: str, unit: str, values: Sequence[tuple[Array, Array]], size: float) -> str:
+        curves = [
+            Line(f"{name}{word}", time, rows[:, i], style.css(colors[i]), width, size=size)
+            for (time, rows), (_, colors, width, word) in zip(values, lines, strict=True)
+            for i, name in enumerate(kind.names)
+        ]
+        return plot.plot(f"{kind.title}: {title}", unit, curves, span)
+
+    means = [kind.averaged(error) for error, *_ in lines]
+    if len(means[0][0]):
+        of_mean = (unit, size) if kind.measured is None else kind.drift
+        yield draw_all(f"error, mean over {kind.window:g} s", of_mean[0], means, of_mean[1])
+    what = "error of each reading" if kind.measured is None else "error, accumulated"
+    yield draw_all(what, unit, [(kind.time, error) for error, *_ in lines], size)
+    if kind.left is not None:
+        unit, size = suiting(kind.sums, kind.left)
+        lines = [(kind.left, paint, 1.5, "")]
+        yield draw_all("error left by the compensation, accumulated", unit, [(kind.time, kind.left)], size)
+
+
+def _table(errors: TriadErrors, grade: TriadGrade, section: ImuSection | CompensationSection, kind: str) -> str:
+    return table(("", "unit", *_AXES, "1σ"), _triad(errors, grade, section.model_dump(), kind), 2)
+
+
+def _triad(errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], kind: str) -> Iterator[Sequence[str]]:
+    """Return the rows of one triad: turn-on errors per axis, and what they were drawn from."""
+
+    def spread(term: ErrorTerm) -> str:
+        if section.get(term.key) is not None:
+            return "given"
+        own = section.get(term.sigma_key)
+        return f"{getattr(grade, term.field, 0.0) / term.unit if own is None else own:.6g}"
+
+    for term in of_triad(kind):
+        error = getattr(errors, term.field)
+        if not term.drawn or not (term.field in _ALWAYS or np.any(error)):
+            continue
+        values, unit = error / term.unit, term.written_unit
+        if values.ndim == 1:
+            yield (term.label, unit, *(signed(float(v), _DIGITS) for v in values), spread(term))
+            continue
+        for j, axis in enumerate("xyz"):
+            cells = [signed(float(values[i, j]), _DIGITS) if i != j or term.size == 9 else "" for i in range(3)]
+            yield (f"{term.label} {axis}", unit, *cells, spread(term))
+
+
+def _of_noise(errors: TriadErrors, kind: str) -> Iterator[tuple[str, float, float, str]]:
+    """Yield the values common to all axes of a triad: label, value, size of the unit, and the unit."""
+    for term in sorted(of_triad(kind), key=lambda term: term.stage in ("LIMITED", "QUANTISED")):  # noises first
+        if not term.drawn and term.label:
+            yield term.label, getattr(errors, term.field), term.unit, term.written_unit
+
+
+def _noises(*terms: tuple[str, float, float, str]) -> str:
+    parts = [f"{name} {value / size:.6g} {unit}" for name, value, size, unit in terms if value]
+    return f'<p class="note">{capital(", ".join(parts) or "no noise")}.</p>'

@@ -1,0 +1,176 @@
+"""Logs a filter for the viewer: errors inside their bands, innovations, decisions of the gate, observability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.recording import style
+from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
+
+if TYPE_CHECKING:
+    from sinssim.estimation import Innovations
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.recording.rerun.rrd import Recording
+
+_EDGE = 6.0
+"""Innovations beyond so many σ are drawn there, so that the plot stays readable."""
+SETTLED = 0.05
+"""Part of a run after which axes suit what is drawn: what a filter begins with is much larger than what follows."""
+_FREEDOM = 60
+"""Degrees of freedom of each mean of the normalised innovations squared, or a multiple of it."""
+
+_AXES = {"forward": "x", "right": "y", "down": "z"}
+
+NAVIGATION: tuple[tuple[str, Scale, tuple[str, str, str], float], ...] = (
+    ("position", LENGTHS, ("position_north", "position_east", "height"), -1.0),
+    ("velocity", SPEEDS, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
+    ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
+)
+"""The blocks of navigation: their scale, what their components are called, and the sign of the third, down to up."""
+
+
+def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
+    """Record a filter's account of itself, below `filter/`.
+
+    Args:
+        recording: where.
+        aided: the aided solution, and the truth about it.
+
+    Returns:
+        Labels for the views' titles.
+    """
+    found = aided.estimate
+    k = thinned(len(found.time))
+    time, labels = found.time[k], {"filter": "yes"}
+    bands = [("aided", time, aided.state_errors_at(k), found.sigma[k])]
+    if found.smoothed is not None and aided.smoothed_state_errors is not None:
+        j = thinned(len(found.smoothed.time))
+        bands.append(("smoothed", found.smoothed.time[j], aided.smoothed_state_errors[j], found.smoothed.sigma[j]))
+    for name, scale, components, sign in NAVIGATION:
+        at = found.model.slices[name]
+        for i, component in enumerate(components):
+            unit, size = suiting(scale, *[3.0 * s[_late(t), at.start + i] for _, t, _, s in bands])
+            labels[f"filter_{component}"] = unit
+            for kind, when, error, sigma in bands:
+                one = (sign if i == 2 else 1.0) * error[:, at.start + i] / size
+                _band(recording, f"filter/{component}/{kind}", when, one, 3.0 * sigma[:, at.start + i] / size, kind)
+    _parameters(recording, aided, k)
+    _shrinking(recording, aided, k)
+    _innovations(recording, [i for i in found.innovations if len(i.time)])
+    return labels
+
+
+def _band(recording: Recording, entity: str, time: Array, error: Array, bound: Array, kind: str) -> None:
+    """Draw an error with the band it should lie in."""
+    color = style.COLORS[kind]
+    pale = style.COLORS["bound"] if kind == "aided" else style.tint(color)
+    recording.series(
+        entity,
+        time,
+        np.column_stack((bound, -bound, error)),
+        [f"+3σ {kind}", f"−3σ {kind}", f"{kind} error"],
+        colors=[pale, pale, color],
+        widths=[1.2, 1.2, 1.8],
+    )
+    shown = np.concatenate((bound[_late(time)], -bound[_late(time)], error[_late(time)]))
+    recording.ranges[entity] = (float(shown.min()), float(shown.max()))
+
+
+def _late(time: Array) -> slice:
+    """Return the rows after the filter has settled."""
+    return slice(int(np.searchsorted(time, time[0] + SETTLED * (time[-1] - time[0]))), None)
+
+
+def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
+    """Draw the errors of the parameters' estimates in their own σ, those of gyros and of accelerometers, by axis."""
+    found = aided.estimate
+    time = found.time[rows]
+    for sensor in ("gyro", "accelerometer"):
+        for block in found.model.blocks:
+            if not block.name.startswith(f"{sensor} "):
+                continue
+            at = found.model.slices[block.name]
+            known = np.flatnonzero(found.sigma[0, at] > 0.0)
+            if not len(known):
+                continue
+            sigma = found.sigma[np.ix_(rows, at.start + known)]
+            ratio = aided.block_error(block.name, rows)[:, known] / sigma
+            names = [block.states[i] for i in known]
+            axes = [style.COLORS[_AXES.get(name.rsplit(" ", 1)[1], name.rsplit(" ", 1)[1][0])] for name in names]
+            where = f"filter/{sensor}/{block.name.removeprefix(sensor + ' ')}"
+            recording.series(where, time, ratio, names, colors=axes, widths=1.2)
+            _bounds(recording, f"filter/{sensor}/bounds", time, 3.0)
+
+
+def _bounds(
+    recording: Recording, entity: str, time: Array, high: float, low: float | None = None, name: str = "±3σ"
+) -> None:
+    """Draw two level lines."""
+    ends = time[[0, -1]]
+    levels = np.tile([high, -high if low is None else low], (2, 1))
+    grey = [style.COLORS["bound"]] * 2
+    recording.series(entity, ends, levels, [name] * 2, colors=grey, widths=1.2)
+
+
+def _shrinking(recording: Recording, aided: Aided, rows: Rows) -> None:
+    """Draw how far the standard deviations have shrunk, in decades; a line for each block."""
+    found = aided.estimate
+    blocks = [b for b in found.model.blocks if np.any(found.sigma[0, found.model.slices[b.name]] > 0.0)]
+    for block, color in zip(blocks, style.colors([b.name for b in blocks]), strict=True):
+        at = found.model.slices[block.name]
+        some = at.start + np.flatnonzero(found.sigma[0, at] > 0.0)
+        # of a block the state that is known worst
+        worst = (found.sigma[np.ix_(rows, some)] / found.sigma[0, some]).max(axis=1, keepdims=True)
+        where = f"filter/shrinking/{block.name.replace(' ', '_')}"
+        recording.series(where, found.time[rows], np.log10(worst), [block.name], colors=[color])
+
+
+def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
+    """Draw innovations in their σ, means of their squares, and what was taken and what refused."""
+    colors = style.colors([i.sensor for i in sensors])
+    ends = np.array([min(i.time[0] for i in sensors), max(i.time[-1] for i in sensors)]) if sensors else np.zeros(2)
+    for lane, (sensor, color) in enumerate(zip(sensors, colors, strict=True), start=1):
+        spread = np.sqrt(np.einsum("kii->ki", sensor.covariance))
+        ratio = np.clip(sensor.value / spread, -_EDGE, _EDGE)
+        taken, refused = sensor.accepted, ~sensor.accepted
+        names = [sensor.sensor, *[""] * (ratio.shape[1] - 1)]
+        for key, which, paint, marker, size in (
+            ("taken", taken, color, "circle", 1.2),
+            ("refused", refused, style.COLORS["refused"], "cross", 4.0),
+        ):
+            if which.any():
+                where = f"filter/innovations/{key}/{sensor.sensor}"
+                recording.points(where, sensor.time[which], ratio[which], names, paint, marker=marker, size=size)
+                place = np.full((np.count_nonzero(which), 1), float(lane))
+                where = f"filter/decisions/{key}/{sensor.sensor}"
+                said = [sensor.sensor if key == "taken" else "refused"]
+                recording.points(where, sensor.time[which], place, said, paint, marker=marker, size=1.6 * size)
+        _squares(recording, sensor, color)
+    if sensors:
+        from scipy.stats import chi2
+
+        _bounds(recording, "filter/innovations/bounds", ends, 3.0)
+        low, high = (float(chi2.ppf(p, _FREEDOM)) / _FREEDOM for p in (0.025, 0.975))
+        _bounds(recording, "filter/squares/bounds", ends, high, low, "95 % band")
+
+
+def _squares(recording: Recording, sensor: Innovations, color: style.Rgb) -> None:
+    """Draw means of the normalised innovations squared over `_FREEDOM` degrees of freedom, which should be 1."""
+    known = np.isfinite(sensor.nis)
+    nis, time, size = sensor.nis[known], sensor.time[known], sensor.value.shape[1]
+    each = max(1, _FREEDOM // size)
+    count = len(nis) // each
+    if count < 2:
+        return
+    mean = nis[: count * each].reshape(count, each).mean(axis=1) / size
+    middle = time[: count * each].reshape(count, each).mean(axis=1)
+    apart = np.diff(middle)
+    mean[:-1][apart > 3.0 * np.median(apart)] = np.nan  # no line across an outage
+    if np.isnan(mean).all():
+        return
+    where = f"filter/squares/{sensor.sensor}"
+    recording.series(where, middle, np.minimum(mean, 5.0)[:, np.newaxis], [sensor.sensor], colors=[color], widths=1.5)

@@ -1,0 +1,315 @@
+"""The Rerun recording of a run: everything columnar, times as integer nanoseconds on `sim_time`."""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+
+from sinssim.data import Array
+from sinssim.recording import style
+from sinssim.recording.store.streams import Stream
+from sinssim.truth.trajectory import FlightEvent
+
+TIMELINE = "sim_time"
+STREAMS = "streams"
+"""Parent of the exact streams' entities, `streams/<stream>/<vector>`."""
+CHUNK_ROWS = 65536
+_PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writes the file itself
+
+
+def nanoseconds(time: Array) -> Array:
+    """Return times as a recording keeps them.
+
+    Args:
+        time: (N,) s.
+
+    Returns:
+        Nearest whole nanoseconds, (N,) timedelta64[ns].
+    """
+    return np.rint(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
+
+
+class _Times:
+    """A time column over an Arrow array, without Rerun's own copies."""
+
+    def __init__(self, times: Array) -> None:
+        self._array = pa.array(times)
+
+    def timeline_name(self) -> str:
+        return TIMELINE
+
+    def as_arrow_array(self) -> Any:
+        return self._array
+
+
+class _Scalars:
+    """Rows of k doubles as a component column over the same memory (`Scalars.columns` would copy them twice)."""
+
+    def __init__(self, rows: Array) -> None:
+        count, width = rows.shape
+        offsets: Any = pa.array(np.arange(0, count * width + 1, width, dtype=np.int32))
+        values: Any = pa.array(rows.reshape(-1))
+        self._array = pa.ListArray.from_arrays(offsets, values)
+
+    def component_descriptor(self) -> Any:
+        return rr.Scalars.descriptor_scalars()
+
+    def as_arrow_array(self) -> Any:
+        return self._array
+
+
+class _File:
+    """The file of a recording, written by us from a pipe that Rerun writes to.
+
+    On a full disk Rerun's own writer may stop in a way that lets `flush` and `disconnect` wait for ever. This one
+    remembers what went wrong, and goes on emptying the pipe.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Open the file and the pipe.
+
+        Args:
+            path: the file to write.
+
+        Raises:
+            OSError: it cannot be opened.
+        """
+        self._error: OSError | None = None
+        self._thread: threading.Thread | None = None
+        self.entry = str(path)
+        if not _PIPES_HAVE_NAMES:
+            return
+        self._file = path.open("wb", buffering=0)
+        self._read, self._write = os.pipe()
+        self.entry = f"/dev/fd/{self._write}"
+        self._thread = threading.Thread(target=self._copy, name="recording", daemon=True)
+        self._thread.start()
+
+    def _copy(self) -> None:
+        room = memoryview(bytearray(1 << 20))
+        with self._file as file, open(self._read, "rb", buffering=0) as pipe:
+            while count := pipe.readinto(room):
+                left = room[:count]
+                while left and self._error is None:
+                    try:
+                        left = left[file.write(left) :]
+                    except OSError as error:
+                        self._error = error
+
+    def opened(self) -> None:
+        """Give up our own end for writing: Rerun has opened one of its own."""
+        if self._thread is not None:
+            os.close(self._write)
+
+    def check(self) -> None:
+        """Raise if something could not be written.
+
+        Raises:
+            OSError: what went wrong.
+        """
+        if self._error is not None:
+            raise OSError(self._error.errno, self._error.strerror) from self._error
+
+    def close(self) -> None:
+        """Wait until everything is written; Rerun has closed its end.
+
+        Raises:
+            OSError: something could not be written.
+        """
+        if self._thread is not None:
+            self._thread.join()
+        self.check()
+
+
+class Recording:
+    """A recording being written; as a context manager it is closed, and valid, however the block ends."""
+
+    def __init__(self, path: Path, application: str, blueprint: Any = None) -> None:
+        """Open the file.
+
+        Args:
+            path: the file, by convention `recording.rrd`.
+            application: application identifier; the viewer keeps one layout for each.
+            blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
+
+        Raises:
+            OSError: the file cannot be opened.
+        """
+        self.ranges: dict[str, tuple[float, float]] = {}
+        """Smallest and largest number of every entity that `series` recorded, for the axes of plots."""
+        self._stream = rr.RecordingStream(application)
+        self._file = _File(path)
+        try:
+            self._stream.save(self._file.entry, blueprint)
+        finally:
+            self._file.opened()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Write what is still in memory and the file's footer; without the footer a recording is not valid.
+
+        Raises:
+            OSError: the file could not be written.
+        """
+        try:
+            self._flush()
+        finally:
+            self._stream.disconnect()
+            self._file.close()
+
+    def _flush(self) -> None:
+        try:
+            self._stream.flush()
+        except RuntimeError as error:
+            raise OSError(errno.EIO, f"Rerun could not write the recording ({error})") from error
+        self._file.check()
+
+    def blueprint(self, blueprint: Any) -> None:
+        """Replace the layout that the viewer opens with.
+
+        Args:
+            blueprint: a `rerun.blueprint.Blueprint`.
+        """
+        self._stream.send_blueprint(blueprint, make_active=False, make_default=True)
+
+    def stream(self, stream: Stream) -> None:
+        """Record a stream, every row, exactly; the series are named after the Parquet columns.
+
+        Args:
+            stream: what to record.
+
+        Raises:
+            OSError: the file could not be written.
+        """
+        for vector in stream.vectors:
+            entity = f"{STREAMS}/{stream.name}/{vector.name}"
+            self.static(entity, rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax"))
+            self._scalars(entity, stream.time, vector.values)
+        self._flush()  # so that no more than one stream waits in memory
+
+    def series(
+        self,
+        entity: str,
+        time: Array,
+        values: Array,
+        names: Sequence[str],
+        *,
+        colors: Sequence[style.Rgb] | None = None,
+        widths: Sequence[float] | float = 1.5,
+    ) -> None:
+        """Record lines for a plot, in the units that people read.
+
+        Args:
+            entity: where.
+            time: (N,) s.
+            values: (N, k); a NaN makes a gap.
+            names: k names for the legend.
+            colors: k colours, by name if not given.
+            widths: k widths or one for all, points.
+        """
+        lines = rr.SeriesLines(
+            names=list(names),
+            colors=list(colors if colors is not None else style.colors(names)),
+            widths=[widths] * len(names) if isinstance(widths, float) else list(widths),
+            aggregation_policy="MinMax",  # the viewer's own mean over a pixel would hide peaks
+        )
+        self.static(entity, lines)
+        self._scalars(entity, time, values)
+        self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
+
+    def points(
+        self,
+        entity: str,
+        time: Array,
+        values: Array,
+        names: Sequence[str],
+        color: style.Rgb,
+        *,
+        marker: str,
+        size: float,
+    ) -> None:
+        """Record dots for a plot, in the units that people read.
+
+        Args:
+            entity: where.
+            time: (N,) s.
+            values: (N, k); a NaN makes no dot.
+            names: k names for the legend.
+            color: of them all.
+            marker: their shape, "circle", "cross" or another that Rerun knows.
+            size: of their markers, points.
+        """
+        count = len(names)
+        dots = rr.SeriesPoints(
+            names=list(names), colors=[color] * count, markers=[marker] * count, marker_sizes=[size] * count
+        )
+        self.static(entity, dots)
+        self._scalars(entity, time, values)
+        if np.isfinite(values).any():
+            self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
+
+    def _scalars(self, entity: str, time: Array, values: Array) -> None:
+        rows = np.ascontiguousarray(values)
+        times = nanoseconds(time)
+        for first in range(0, len(rows), CHUNK_ROWS):
+            part = slice(first, first + CHUNK_ROWS)
+            self._stream.send_columns(entity, [_Times(times[part])], [_Scalars(rows[part])], strict=True)
+
+    def columns(self, entity: str, time: Array, columns: Any) -> None:
+        """Record any other archetype over time.
+
+        Args:
+            entity: where.
+            time: (N,) s.
+            columns: what `Archetype.columns(...)` returns for N rows.
+        """
+        self._stream.send_columns(entity, [_Times(nanoseconds(time))], columns, strict=True)
+
+    def static(self, entity: str, archetype: Any) -> None:
+        """Record something that holds for all times.
+
+        Args:
+            entity: where.
+            archetype: a Rerun archetype.
+        """
+        self._stream.log(entity, archetype, static=True, strict=True)
+
+    def document(self, entity: str, markdown: str) -> None:
+        """Record a text.
+
+        Args:
+            entity: where.
+            markdown: the text.
+        """
+        self.static(entity, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN))
+
+    def events(self, events: Sequence[FlightEvent], entity: str = "events") -> None:
+        """Record what happened as a text log, the instant before each text.
+
+        Args:
+            events: instants and sentences.
+            entity: where.
+        """
+        if events:
+            levels = [rr.TextLogLevel.INFO] * len(events)
+            self.columns(
+                entity,
+                np.array([event.time for event in events]),
+                rr.TextLog.columns(text=[f"{event.time:.3f} s  {event.text}" for event in events], level=levels),
+            )

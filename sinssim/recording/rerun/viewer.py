@@ -1,0 +1,336 @@
+"""Shows a run in Rerun's viewer, in a browser, or as a picture without a screen."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from sinssim.errors import InputError, RunError
+from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.system.signals import interruptible
+
+RUN_ENTITY = "about/run"
+"""Where a recording keeps its `RunInfo`."""
+
+_TIMELINE = "sim_time"
+_START_SECONDS = 60.0
+_SETTLE_SECONDS = 1.0
+"""How long the picture takes to settle after the time cursor was moved, s."""
+_NOTES_SECONDS = 6.0
+"""How long the viewer's notes about itself lie over the picture after its start, s."""
+
+
+def find_recording(path: Path) -> Path:
+    """Return the recording that a path means.
+
+    Args:
+        path: a run directory or an .rrd file.
+
+    Returns:
+        The .rrd file.
+
+    Raises:
+        InputError: there is none.
+    """
+    if path.is_file():
+        return path
+    if (path / "recording.rrd").is_file():
+        return path / "recording.rrd"
+    what = "has no recording.rrd in it" if path.is_dir() else "does not exist"
+    raise InputError(f"{path} {what}; give a run directory, such as runs/first_flight, or an .rrd file.")
+
+
+def find_run_info(recording: Path) -> RunInfo | None:
+    """Return the information about the run in a recording, or None.
+
+    Args:
+        recording: an .rrd file.
+
+    Returns:
+        The information that views need; None from a recording that opens with a layout of its own, as the ground
+        study's or another program's does.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    from rerun.chunk import RrdReader
+
+    text = None
+    try:
+        # The last one counts: a run describes itself again as it learns more.
+        for chunk in RrdReader(recording).stream().filter(content=f"/{RUN_ENTITY}"):
+            batch = chunk.to_record_batch()
+            for name in batch.schema.names:
+                if name.endswith("TextDocument:text"):
+                    text = batch.column(name)[-1].as_py()[0]
+        return None if text is None else RunInfo.from_json(text)
+    except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
+        raise InputError(
+            f"{recording} is not a recording that sinssim wrote, or it is damaged ({error}); run its scenario again."
+        ) from error
+
+
+def read_run_info(recording: Path) -> RunInfo:
+    """Return the information about the run in its recording.
+
+    Args:
+        recording: an .rrd file that a run wrote.
+
+    Returns:
+        The information that views need.
+
+    Raises:
+        InputError: the file cannot be read, or is no recording of a run.
+    """
+    run = find_run_info(recording)
+    if run is None:
+        raise InputError(f"{recording} does not describe a run (it has no {RUN_ENTITY}); no view can be made of it.")
+    return run
+
+
+def open_viewer(path: Path, view: str | None = None) -> None:
+    """Open a run in Rerun's own viewer, and return when its window is closed.
+
+    Args:
+        path: a run directory or an .rrd file.
+        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+
+    Raises:
+        InputError: there is no such recording or view.
+        RunError: the viewer does not start.
+    """
+    with _files(path, view) as files, _Viewer(["--port", "auto", "--bind", "127.0.0.1", *files]) as viewer:
+        if viewer.process.wait():
+            raise viewer.failure()
+
+
+def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] | None = None) -> None:
+    """Serve a run to browsers on this machine only, until interrupted.
+
+    Args:
+        path: a run directory or an .rrd file.
+        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+        ready: called with the page's address once it answers; prints it if not given.
+
+    Raises:
+        InputError: there is no such recording or view.
+        RunError: the server does not start.
+    """
+    web, grpc = _free_ports(2)
+    arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(web), "--port", str(grpc)]
+    # What the server may keep for visitors who come later: by default 1 GiB, beyond which it drops the oldest.
+    arguments += ["--server-memory-limit", "75%"]
+    with (
+        contextlib.suppress(KeyboardInterrupt),
+        # so that the server does not outlive the program; a shell's `&` makes SIGINT ignored
+        interruptible(signal.SIGTERM, signal.SIGINT),
+        _files(path, view) as files,
+        _Viewer([*arguments, *files]) as viewer,
+    ):
+        viewer.wait_for_port(web)
+        viewer.wait_for_port(grpc)
+        address = f"http://127.0.0.1:{web}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{grpc}%2Fproxy"
+        if ready is None:
+            print(f"Open {address}\nStop with Ctrl-C.", flush=True)
+        else:
+            ready(address)
+        viewer.process.wait()
+        raise viewer.failure()
+
+
+def screenshot(
+    path: Path,
+    picture: Path,
+    view: str | None = None,
+    *,
+    size: tuple[int, int] = (1600, 1000),
+    time_s: float | None = None,
+) -> None:
+    """Save a picture of a run, without any screen.
+
+    Args:
+        path: a run directory or an .rrd file.
+        picture: the PNG file to write.
+        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+        size: width and height of the picture.
+        time_s: where the time cursor stands, s; the middle of the recorded time if not given.
+
+    Raises:
+        InputError: there is no such recording or view, or the picture cannot be written.
+        RunError: the viewer does not start: it needs a graphics driver, if only one that draws in software.
+    """
+    from rerun.experimental import ViewerClient
+
+    if not picture.absolute().parent.is_dir():
+        raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
+    timed = _is_timed(find_recording(path))
+    (port,) = _free_ports(1)
+    arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
+    with _files(path, view, menu=False) as files, _Viewer([*arguments, *files]) as viewer:
+        viewer.wait_for_port(port)
+        started = time.monotonic()
+        try:
+            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            while not (_loaded(client, timed) and (len(files) == 1 or _laid_out(client))):
+                viewer.check(started + _START_SECONDS)
+                time.sleep(0.1)
+            moment = _middle(client) if time_s is None else time_s
+            if moment is not None:
+                client.set_time(_TIMELINE, duration=moment, play_state="paused")
+            time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
+            png = client.take_screenshot()
+        except (OSError, RuntimeError) as error:  # the viewer is gone, or does not answer
+            raise viewer.failure() from error
+    beside = picture.with_name(picture.name + ".part")
+    try:
+        beside.write_bytes(png)
+        os.replace(beside, picture)
+    except OSError as error:
+        raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
+
+
+def _is_timed(recording: Path) -> bool:
+    """Say whether a recording holds anything that changes with time."""
+    from rerun.chunk import RrdReader
+
+    try:
+        return any(not chunk.is_static for chunk in RrdReader(recording).stream())
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{recording} is not a recording, or it is damaged ({error}).") from error
+
+
+def _loaded(client: Any, timed: bool) -> bool:
+    state = client.get_state()
+    if state.loading or not state.recordings:
+        return False
+    return not timed or any(r.timelines and r.timelines[0].end is not None for r in state.recordings)
+
+
+def _laid_out(client: Any) -> bool:
+    """Say whether the layout from the second file is in use, which hides the menu, and not the recorded one any more.
+
+    The viewer shows a recording as soon as it has it, with what layout it has by then: on a busy machine the recorded.
+    """
+    panel = client.get_blueprint("recording").blueprint.get("/top_panel", {})
+    return bool(panel.get("PanelBlueprint", {}).get("state") == "Hidden")
+
+
+def _middle(client: Any) -> float | None:
+    """Return the middle of the recorded time, s; None where nothing was recorded over `_TIMELINE`."""
+    spans = [
+        (t.start, t.end)
+        for recording in client.get_state().recordings
+        for t in recording.timelines
+        if t.name == _TIMELINE and t.end is not None
+    ]
+    return 0.5e-9 * (min(start for start, _ in spans) + max(end for _, end in spans)) if spans else None
+
+
+@contextlib.contextmanager
+def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[str]]:
+    """Yield the files to open: the recording, and a layout of its own where one was asked for."""
+    recording = find_recording(path)
+    if view is None and menu:
+        yield [str(recording)]
+        return
+    run = find_run_info(recording)
+    if run is None:
+        if view is not None:
+            raise InputError(
+                f"{recording} does not describe a run (it has no {RUN_ENTITY}), so that the view {view!r} cannot be "
+                "made of it; without --view it opens with the layout that it was recorded with."
+            )
+        yield [str(recording)]
+        return
+    layout = all_views(run, view, menu=menu)
+    with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
+        file = Path(folder) / "view.rbl"
+        layout.save(run.application, file)
+        yield [str(recording), str(file)]
+
+
+def _free_ports(count: int) -> list[int]:
+    """Return ports that nothing listens on at the moment."""
+    with contextlib.ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for s in sockets:
+            s.bind(("127.0.0.1", 0))
+        return [s.getsockname()[1] for s in sockets]
+
+
+@dataclass
+class _Viewer:
+    """Rerun's own binary as a child that ends with the block (the `rerun` script would leave its child behind)."""
+
+    arguments: Sequence[str]
+
+    def __enter__(self) -> _Viewer:
+        import rerun_cli  # type: ignore[import-untyped]
+
+        binary = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
+        self._output: IO[bytes] = tempfile.TemporaryFile()
+        # The viewer puts a folder among the temporary ones and, ended by a signal, leaves it there.
+        self._folder = tempfile.TemporaryDirectory(prefix="sinssim-view-", ignore_cleanup_errors=True)
+        self.process = subprocess.Popen(
+            [str(binary), *self.arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=self._output,
+            env={**os.environ, "TMPDIR": self._folder.name},
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.terminate()
+        try:
+            self.process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self._folder.cleanup()
+        self._output.close()
+
+    def wait_for_port(self, port: int) -> None:
+        """Wait until the child listens on a port."""
+        deadline = time.monotonic() + _START_SECONDS
+        while True:
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1.0):
+                return
+            self.check(deadline)
+            time.sleep(0.05)
+
+    def check(self, deadline: float) -> None:
+        """Raise if the child has ended, or takes too long."""
+        if self.process.poll() is not None or time.monotonic() > deadline:
+            raise self.failure()
+
+    def failure(self) -> RunError:
+        """Return the error that says what the child said."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(2.0)
+        self._output.seek(0)
+        said = self._output.read().decode(errors="replace")
+        if "graphics adapter" in said.lower() or "render context" in said:
+            return RunError(
+                "Rerun's viewer found no graphics driver (Vulkan) to draw with. On a machine without a graphics "
+                "card install one that draws in software, on Debian and Ubuntu: apt-get install mesa-vulkan-drivers "
+                "libvulkan1. Or look at the run in a browser: sinssim view RUN --web."
+            )
+        if "EventLoopError" in said:
+            return RunError(
+                "Rerun's viewer found no screen to open its window on. Look at the run in a browser, sinssim view RUN "
+                "--web, or save a picture of it, sinssim view RUN --screenshot FILE."
+            )
+        lines = [line.strip() for line in said.splitlines() if line.strip()]
+        ending = self.process.poll()
+        how = "does not answer" if ending is None else f"ended with code {ending}"
+        return RunError(f"Rerun's viewer {how}. It said last: {' / '.join(lines[-3:]) or 'nothing'}")

@@ -1,0 +1,291 @@
+"""Loads views: each is one Python file of the folder `viz/` with a function `blueprint(run)`."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import logging
+import math
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from sinssim.errors import InputError, unknown_name
+from sinssim.scenario.content import find_content, list_content, package_content, warn_of_two
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+logger = logging.getLogger(__name__)
+
+_FIRST = ("flight", "navigation", "sensors", "filter")
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """What a view needs to know about the run that it shows.
+
+    Attributes:
+        name: the scenario's name.
+        start: first instant, s.
+        end: last instant, s.
+        algorithms: navigation algorithms, in the scenario's order.
+        labels: units and the like that were chosen to suit the run's numbers, for titles: `position`, `velocity`,
+            `attitude`, `height_scale` and so on.
+        ranges: smallest and largest number of every plotted entity.
+        eye: position of the 3D view's eye and the point it looks at, m in the scene, or () before it is known.
+        map_zoom: zoom level of the map.
+    """
+
+    name: str
+    start: float
+    end: float
+    algorithms: tuple[str, ...]
+    labels: Mapping[str, str] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    eye: tuple[tuple[float, float, float], tuple[float, float, float]] | tuple[()] = ()
+    map_zoom: float | None = None
+
+    @property
+    def application(self) -> str:
+        """Application identifier of the run's recordings."""
+        return f"sinssim {self.name}"
+
+    def label(self, key: str, otherwise: str = "") -> str:
+        """Return one of the labels.
+
+        Args:
+            key: which.
+            otherwise: what to return before it is known.
+
+        Returns:
+            The label.
+        """
+        return self.labels.get(key, otherwise)
+
+    def axis_x(self, room: float = 0.0) -> rrb.TimeAxis:
+        """Return a time axis that shows the whole run (left to itself, a plot shows ±30 s around the cursor).
+
+        Args:
+            room: what is left free after the run for a legend, in parts of it.
+
+        Returns:
+            The axis, for `rerun.blueprint.TimeSeriesView(axis_x=…)`.
+        """
+        import rerun as rr
+        import rerun.blueprint as rrb
+
+        last = self.end + room * (self.end - self.start)
+        start, end = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (self.start, last))
+        return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+
+    def range_of(self, *entities: str) -> tuple[float, float]:
+        """Return the smallest and the largest number of some plotted entities.
+
+        Args:
+            entities: what a plot shows.
+
+        Returns:
+            Both, or zeros before they are known.
+        """
+        known = [self.ranges[entity] for entity in entities if entity in self.ranges]
+        return min((r[0] for r in known), default=0.0), max((r[1] for r in known), default=0.0)
+
+    def axis_y(self, *entities: str) -> rrb.ScalarAxis | None:
+        """Return a vertical axis on which at least two numbers can be read.
+
+        The viewer writes numbers at whole powers of ten only, none where they lie closer than about nine to a plot,
+        and none at the very edges. Left to itself, a plot from -9 to 9 shows the number 0 alone.
+
+        Args:
+            entities: what the plot shows.
+
+        Returns:
+            The axis, or None where there is nothing to choose.
+        """
+        import rerun.blueprint as rrb
+
+        low, high = self.range_of(*entities)
+        if not (high > low and math.isfinite(high - low)):
+            return None
+        step = 10.0 ** math.floor(math.log10(high - low))
+        if high - low > 9.4 * step:
+            step *= 10.0
+        numbers = [k * step for k in range(math.floor(low / step) - 1, math.ceil(high / step) + 2)]
+        numbers.sort(key=lambda n: max(low - n, n - high, 0.0))  # those in the range, then the nearest outside
+        low, high = min(low, *numbers[:2]), max(high, *numbers[:2])
+        margin = 0.05 * (high - low)
+        return rrb.ScalarAxis(range=(low - margin, high + margin))
+
+    def corner(self, *entities: str) -> rrb.Corner2D:
+        """Return the corner for the legend of lines that begin near zero at the left.
+
+        Args:
+            entities: what the plot shows.
+
+        Returns:
+            The left corner that is farther from zero.
+        """
+        import rerun.blueprint as rrb
+
+        low, high = self.range_of(*entities)
+        return rrb.Corner2D.LeftTop if high >= -low else rrb.Corner2D.LeftBottom
+
+    def to_json(self) -> str:
+        """Return the same as text, as it is kept in the recording.
+
+        Returns:
+            JSON.
+        """
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> RunInfo:
+        """Return what `to_json` wrote.
+
+        Args:
+            text: JSON.
+
+        Returns:
+            The same information.
+        """
+        values = json.loads(text)
+        values["algorithms"] = tuple(values["algorithms"])
+        values["ranges"] = {entity: tuple(r) for entity, r in values["ranges"].items()}
+        values["eye"] = tuple(tuple(point) for point in values["eye"])
+        return cls(**values)
+
+
+def view_names() -> list[str]:
+    """Return the names of all views there are, the package's own first.
+
+    Returns:
+        Names, as for `load_view`.
+    """
+    names = list(list_content("viz"))
+    return [name for name in _FIRST if name in names] + [name for name in names if name not in _FIRST]
+
+
+def load_view(name: str, run: RunInfo) -> Any:
+    """Return one view's layout.
+
+    Args:
+        name: name of a view, or path of a Python file.
+        run: the run to show.
+
+    Returns:
+        A `rerun.blueprint.Blueprint`.
+
+    Raises:
+        InputError: there is no such view, or its file does not work.
+    """
+    file = find_content("viz", name)
+    return _layout(file, _module(file), run)
+
+
+def _module(file: Path) -> ModuleType:
+    """Run a view's file.
+
+    The module has two optional constants: `KIND`, what it is a view of ("run" unless it says "study"), and `NEEDS`, a
+    label without which a run has nothing for it to show, "filter" for example.
+    """
+    spec = importlib.util.spec_from_file_location(f"sinssim_view_{file.stem}", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:  # a user's own file may fail in any way
+        raise _broken(file, error) from error
+    return module
+
+
+def _layout(file: Path, module: ModuleType, run: RunInfo) -> Any:
+    """Return the layout that a view's module makes; one of a user's own must be one that can be recorded."""
+    try:
+        layout = module.blueprint(run)
+        if package_content("viz") not in file.parents:
+            with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
+                layout.save(run.application, Path(folder) / "view.rbl")
+        layout.root_container.name = file.stem
+    except (Exception, SystemExit) as error:
+        raise _broken(file, error) from error
+    return layout
+
+
+def _broken(file: Path, error: BaseException) -> InputError:
+    return InputError(
+        f"the view {file} does not work: {type(error).__name__}: {error}. A view is a Python file with a function "
+        "blueprint(run) that returns a rerun.blueprint.Blueprint."
+    )
+
+
+def _by_name(views: Sequence[str]) -> dict[str, Path]:
+    """Return the files of a user's own views by name; of two with one name the last."""
+    files: dict[str, Path] = {}
+    for file in map(Path, views):
+        if file.stem in files and files[file.stem] != file:
+            warn_of_two("view", file.stem, file, files[file.stem])
+        files[file.stem] = file
+    return files
+
+
+@cache
+def _warn_once(text: str) -> None:
+    logger.warning("%s It is left out.", text)
+
+
+def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True, own: Sequence[str] = ()) -> Any:
+    """Return one layout with a tab for every view of a run, or of a study where the recording is a study's.
+
+    A view that does not work is left out, with a warning, unless it is the one in front.
+
+    Args:
+        run: the run to show.
+        active: name of the view in front, or path of a further one; the first if not given.
+        menu: whether the viewer shows its menu, and its remarks on the machine that it runs on.
+        own: files of further views; one by the name of another takes its place.
+
+    Returns:
+        A `rerun.blueprint.Blueprint`.
+
+    Raises:
+        InputError: there is no such view as `active`, it does not work, or the run has nothing that it would show.
+    """
+    import rerun.blueprint as rrb
+
+    files = {name: find_content("viz", name) for name in view_names()}
+    files |= _by_name(own)
+    front = active
+    if active is not None and active not in files and Path(active).is_file():
+        front = Path(active).stem
+        files[front] = find_content("viz", active)
+    tabs: dict[str, Any] = {}
+    for name, file in files.items():
+        try:
+            module = _module(file)
+            if str(getattr(module, "KIND", "run")) != run.label("kind", "run"):
+                continue
+            need = str(getattr(module, "NEEDS", ""))
+            if need and not run.label(need):
+                if name == front:
+                    raise InputError(f"the view {active!r} is of a run with a {need}, and {run.name} had none.")
+                continue
+            tabs[name] = _layout(file, module, run).root_container
+        except InputError as error:
+            if name == front:
+                raise
+            _warn_once(str(error))
+    if front is not None and front not in tabs:
+        raise unknown_name("view", front, tabs)
+    return rrb.Blueprint(
+        rrb.Tabs(*tabs.values(), active_tab=0 if front is None else list(tabs).index(front)),
+        rrb.TopPanel(state="expanded" if menu else "hidden"),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )

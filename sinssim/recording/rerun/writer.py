@@ -1,0 +1,213 @@
+"""Writes a run while it is computed: Parquet on one thread, the Rerun recording on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.errors import RunError
+from sinssim.recording import style
+from sinssim.recording.rerun import log_run as pictures
+from sinssim.recording.rerun.log_filter import draw_filter
+from sinssim.recording.rerun.rrd import Recording
+from sinssim.recording.rerun.scene import Scene, map_zoom
+from sinssim.recording.rerun.viewer import RUN_ENTITY
+from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.sensor_comparison import SensorComparison
+from sinssim.recording.store import parquet
+from sinssim.recording.store.filter_streams import filter_streams
+from sinssim.recording.store.streams import (
+    Stream,
+    channel_streams,
+    error_stream,
+    imu_stream,
+    nav_stream,
+    set_streams,
+    truth_stream,
+)
+from sinssim.strapdown.nav_error import NavError
+from sinssim.truth.trajectory import FlightEvent, Trajectory
+
+if TYPE_CHECKING:
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.scenario import Scenario
+    from sinssim.sensors.sets.reading import Readings
+
+_PATH_WIDTH = 2.0
+
+
+class RunWriter:
+    """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
+
+    def __init__(
+        self, folder: Path, scenario: Scenario, trajectory: Trajectory, time: Array, truth: NavState, ideal: ImuData
+    ) -> None:
+        """Open the recording, and begin with what was true.
+
+        Args:
+            folder: an existing, empty folder.
+            scenario: what is run.
+            trajectory: the true motion, for its channels and events.
+            time: (N+1,) s.
+            truth: true states at those times.
+            ideal: ideal increments.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        self._streams = folder / "streams"
+        self._streams.mkdir()
+        self._events = list(trajectory.events)
+        self._truth = truth
+        self._scene = Scene.around(truth, trajectory.ellipsoid)
+        self._run = RunInfo(
+            scenario.name,
+            float(time[0]),
+            float(time[-1]),
+            scenario.navigation.algorithms,
+            labels={"height_scale": str(self._scene.height_scale)},
+            eye=(self._scene.eye, self._scene.middle),
+            map_zoom=map_zoom([truth]),
+        )
+        self._own_views = scenario.views
+        layout = all_views(self._run, own=self._own_views)
+        self._recording = Recording(folder / "recording.rrd", self._run.application, layout)
+        self._to_rerun = ThreadPoolExecutor(1, "rerun")
+        self._to_parquet = ThreadPoolExecutor(1, "parquet")
+        self._tasks: list[Future[None]] = []
+        try:
+            write = self._recording.document
+            self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
+            self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events)
+            for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
+                self._stream(stream)
+            for stream in channel_streams(trajectory.channels):
+                self._stream(stream)
+        except BaseException:
+            self._close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._close()
+
+    def _close(self) -> None:
+        for pool in (self._to_rerun, self._to_parquet):
+            pool.shutdown(wait=True)
+        self._recording.close()
+
+    def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:
+        self._tasks.append(pool.submit(work, *arguments))
+
+    def _stream(self, stream: Stream) -> None:
+        self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
+        self._submit(self._to_rerun, self._recording.stream, stream)
+
+    def sensed(
+        self, readings: Readings, perfect: Readings, compensated: ImuData | None, kinds: Sequence[SensorComparison]
+    ) -> None:
+        """Write what the sensors gave.
+
+        Args:
+            readings: what they read.
+            perfect: what they would have read without errors.
+            compensated: the measured increments freed of what a calibration knows, if there is one.
+            kinds: the same by kinds of sensors, to be drawn.
+        """
+        self._submit(self._to_rerun, self._draw_sensors, kinds)
+        for kind, found in (("ideal", perfect), ("measured", readings)):
+            for stream in set_streams(kind, found):
+                self._stream(stream)
+        self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
+        if compensated is not None:
+            self._stream(imu_stream("compensated", compensated))
+
+    def navigated(
+        self, solutions: dict[str, NavSolution], errors: dict[str, NavError], failed: dict[str, RunError]
+    ) -> None:
+        """Write the solutions of the algorithms and their errors.
+
+        Args:
+            solutions: by algorithm.
+            errors: by algorithm.
+            failed: why others have no solution, or none worth the name.
+        """
+        self._run = replace(self._run, algorithms=tuple(solutions))
+        for name, error in failed.items():
+            self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
+        for solution in solutions.values():
+            self._events += [FlightEvent(event.start, event.text) for event in solution.events]
+        self._submit(self._to_rerun, self._draw_navigation, solutions, errors)
+        for name, solution in solutions.items():
+            self._stream(nav_stream(name, solution))
+            self._stream(error_stream(name, errors[name], solution))
+
+    def filtered(self, aided: Aided, about: str) -> None:
+        """Write the estimate of a filter and its readings.
+
+        Args:
+            aided: the aided solution, and the truth about it.
+            about: whether the filter is consistent, Markdown.
+        """
+        self._submit(self._to_rerun, self._recording.document, "about/filter", about)
+        self._submit(self._to_rerun, self._draw_filter, aided)
+        for stream in filter_streams(aided):
+            self._stream(stream)
+        if (end := aided.estimate.divergence) is not None:
+            self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
+
+    def finish(self, summary: str, progress: Callable[[float], None]) -> None:
+        """Write what is left, and wait until everything is written.
+
+        Args:
+            summary: the summary's table, Markdown.
+            progress: told the fraction that is done.
+
+        Raises:
+            OSError: something could not be written.
+        """
+        self._events.sort(key=lambda event: event.time)
+        self._submit(self._to_rerun, self._recording.document, "about/summary", summary)
+        self._submit(self._to_rerun, self._recording.events, self._events)
+        self._submit(self._to_parquet, parquet.write_events, self._events, self._streams)
+        left = set(self._tasks)
+        while left:
+            done, left = wait(left, timeout=0.1)
+            for task in done:
+                task.result()
+            progress(1.0 - len(left) / len(self._tasks))
+        self._close()
+
+    def _draw_flight(self, time: Array, truth: NavState, events: Sequence[FlightEvent]) -> None:
+        pictures.draw_flight(self._recording, time, truth, self._scene, events)
+        self._learn({})
+
+    def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
+        self._learn(pictures.draw_sensors(self._recording, kinds))
+
+    def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
+        labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
+        self._run = replace(self._run, map_zoom=map_zoom([self._truth, *solutions.values()]))
+        self._learn(labels)
+
+    def _draw_filter(self, aided: Aided) -> None:
+        labels = draw_filter(self._recording, aided)
+        pictures.draw_path(
+            self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"], _PATH_WIDTH
+        )
+        self._learn(labels)
+
+    def _learn(self, labels: dict[str, str]) -> None:
+        """Put units that suit the run's numbers into the views' titles, and ranges on their axes."""
+        self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
+        self._recording.blueprint(all_views(self._run, own=self._own_views))
+        self._recording.document(RUN_ENTITY, self._run.to_json())

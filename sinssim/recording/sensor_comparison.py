@@ -1,0 +1,124 @@
+"""Readings of each kind of sensor against the truth, before and after compensation: what view and report draw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import rotation, units
+from sinssim.data import Array, ImuData
+from sinssim.recording.scales import ANGLES, SPEEDS, Scale
+
+if TYPE_CHECKING:
+    from sinssim.sensors.sets.reading import Readings
+
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class SensorComparison:
+    """Readings of one kind of sensor against the truth, along a run.
+
+    Attributes:
+        key: of entities and labels: "gyro", "accel", "single" or "attitude".
+        title: what they are, for a person.
+        names: of the lines, k of them: axes, or numbers.
+        time: edges of the samples, (N+1,) s.
+        error: what the sensors' errors have summed up to, (N+1, k) rad or m/s; of an attitude sensor, the error itself.
+        left: the same after compensation, None without one.
+        sums: units of both.
+        drift: unit of their rate of change, and its size in SI.
+        ideal, measured: increments, (N, k), None of an attitude sensor, which gives none.
+        reading: unit of their means, and its size in SI.
+    """
+
+    key: str
+    title: str
+    names: tuple[str, ...]
+    time: Array
+    error: Array
+    left: Array | None
+    sums: Scale
+    drift: tuple[str, float]
+    ideal: Array | None = None
+    measured: Array | None = None
+    reading: tuple[str, float] = ("", 1.0)
+
+    @property
+    def window(self) -> float:
+        """Over how long errors are averaged, so that a run has a few hundred means, s."""
+        duration = float(self.time[-1] - self.time[0])
+        return next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)
+
+    def averaged(self, error: Array) -> tuple[Array, Array]:
+        """Return the mean error of the readings over each window.
+
+        Args:
+            error: `error` or `left`, (N+1, k).
+
+        Returns:
+            End of each window, (M,) s, and means, (M, k), in rad/s or m/s²; of an attitude sensor, in rad. M is 0 for
+            a run shorter than a window.
+        """
+        edges = np.unique(np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, self.window)))
+        time = self.time[edges]
+        if self.measured is None:
+            readings = np.diff(edges)[:, np.newaxis]
+            return time[1:], np.add.reduceat(error[: edges[-1]], edges[:-1], axis=0) / readings
+        return time[1:], np.diff(error[edges], axis=0) / np.diff(time)[:, np.newaxis]
+
+
+def compare_sensors(
+    readings: Readings, perfect: Readings, ideal: ImuData, compensated: ImuData | None
+) -> Iterator[SensorComparison]:
+    """Compare the readings of each kind of sensor with those of perfect sensors.
+
+    Args:
+        readings: what they read.
+        perfect: what they would have read without errors.
+        ideal: ideal increments of a block with gyros.
+        compensated: increments freed of what a calibration knows, None without one.
+
+    Yields:
+        Each kind.
+    """
+    time, imu = ideal.time, readings.imu
+    drift, ug = ("deg/h", units.DEG_H), ("µg", units.UG)
+    if readings.accelerometers is not None and perfect.accelerometers is not None:
+        names = tuple(str(i) for i in range(1, readings.accelerometers.shape[1] + 1))
+        true, read = perfect.accelerometers, readings.accelerometers
+        yield SensorComparison(
+            "single",
+            "Single accelerometers",
+            names,
+            time,
+            _total(read, true),
+            None,
+            SPEEDS,
+            ug,
+            true,
+            read,
+            ("m/s²", 1.0),
+        )
+    if readings.attitude is not None and perfect.attitude is not None:
+        off = rotation.multiply(readings.attitude, rotation.conjugate(perfect.attitude))
+        error = rotation.rotation_vector_from_quaternion(off)
+        yield SensorComparison("attitude", "Attitude sensor, inertial axes", AXES, time, error, None, ANGLES, drift)
+    else:
+        title = "Gyros" if readings.accelerometers is None else "Angular rate from the accelerometers"
+        left = None if compensated is None else _total(compensated.dtheta, ideal.dtheta)
+        error = _total(imu.dtheta, ideal.dtheta)
+        deg_s = ("deg/s", units.DEG)
+        yield SensorComparison("gyro", title, AXES, time, error, left, ANGLES, drift, ideal.dtheta, imu.dtheta, deg_s)
+    title = "Accelerometers" if readings.accelerometers is None else "Specific force from the accelerometers"
+    left = None if compensated is None else _total(compensated.dvel, ideal.dvel)
+    error = _total(imu.dvel, ideal.dvel)
+    yield SensorComparison("accel", title, AXES, time, error, left, SPEEDS, ug, ideal.dvel, imu.dvel, ("m/s²", 1.0))
+
+
+def _total(read: Array, true: Array) -> Array:
+    """Return the sum of the errors at every edge."""
+    return np.concatenate((np.zeros((1, read.shape[1])), np.cumsum(read - true, axis=0)))

@@ -1,0 +1,107 @@
+"""The streams of a filter: its states with their standard deviations, and every aiding reading with its decision."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.estimation.measurements.kind import measurement_kind
+from sinssim.recording.store.streams import Stream, Vector, error_stream, nav_stream
+
+if TYPE_CHECKING:
+    from sinssim.data import Measurements
+    from sinssim.estimation import Block, Innovations
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+
+
+_AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
+_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "": ""}
+
+
+def filter_streams(aided: Aided) -> list[Stream]:
+    """Return all streams of an aided solution.
+
+    Args:
+        aided: the solution, and the truth about it.
+
+    Returns:
+        `nav_aided`, `error_aided`, the same of the smoothed solution if there is one, `filter` with 1σ of all states,
+        estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every reading and what became
+        of it.
+    """
+    found = aided.estimate
+    streams = [nav_stream("aided", found.solution), error_stream("aided", aided.error, found.solution), _states(aided)]
+    if found.smoothed is not None and aided.smoothed_error is not None:
+        solution = found.smoothed.solution
+        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error, solution)]
+    innovations = {i.sensor: i for i in found.innovations}
+    streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
+    return streams
+
+
+def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
+    """Return the names of a block's states as columns have them, each with its unit.
+
+    Args:
+        block: the block.
+        kinds: what each aiding sensor measures, by its label.
+
+    Returns:
+        For example "gyro_bias_x_radps", …; "phi_n_rad", … for the attitude.
+    """
+    stem = "phi" if block.name == "attitude" else block.name.replace(" ", "_").replace("-", "_")
+    sensor, _, what = block.name.rpartition(" ")
+    kind = measurement_kind(kinds[sensor]) if sensor in kinds else None
+    unit = _UNITS[block.unit]
+    if kind is not None and what == "bias":
+        axes, unit = kind.axes, kind.unit
+    elif kind is not None and what in kind.own_errors:
+        axes, unit = kind.own_errors[what]
+    elif block.size == 1:
+        axes = ("",)
+    else:
+        names = [state.rsplit(" ", 1)[1] for state in block.states]
+        axes = tuple(_AXES.get(name, ("d" if "north" in names else "z") if name == "down" else name) for name in names)
+    return tuple("_".join(part for part in (stem, axis, unit) if part) for axis in axes)
+
+
+def _states(aided: Aided) -> Stream:
+    """Return the stream `filter`."""
+    found = aided.estimate
+    kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
+    vectors = []
+    for block in found.model.blocks:
+        columns, rows = state_columns(block, kinds), found.model.slices[block.name]
+        name = block.name.replace(" ", "_").replace("-", "_")
+        if block.name in found.parameters:
+            vectors.append(Vector(name, columns, found.parameters[block.name]))
+            errors = tuple(f"error_{column}" for column in columns)
+            vectors.append(Vector(f"error_{name}", errors, aided.block_error(block.name)))
+        vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), found.sigma[:, rows]))
+    return Stream("filter", found.time, tuple(vectors))
+
+
+def _readings(measurements: Measurements, innovations: Innovations | None) -> Stream:
+    """Return the stream of one aiding sensor."""
+    m, kind = measurements, measurement_kind(measurements.kind)
+    ends = [f"_{axis}_{kind.unit}" if axis else f"_{kind.unit}" for axis in kind.axes]
+
+    def named(stem: str) -> tuple[str, ...]:
+        return tuple(stem + end for end in ends)
+
+    vectors = [
+        Vector("reading", kind.columns, m.value),
+        Vector("sigma", named("sigma"), m.sigma),
+        Vector("arrival", ("arrival_s",), m.arrival[:, np.newaxis]),
+    ]
+    if innovations is not None and len(innovations.time) == len(m.time):
+        i = innovations
+        spread = np.sqrt(np.einsum("kii->ki", i.covariance))
+        gate = np.column_stack((i.nis, i.accepted.astype(np.float64)))
+        vectors += [
+            Vector("innovation", named("innovation"), i.value),
+            Vector("innovation_sigma", named("innovation_sigma"), spread),
+            Vector("gate", ("nis", "accepted"), gate),
+        ]
+    return Stream(f"aiding_{m.label.replace('-', '_')}", m.time, tuple(vectors))

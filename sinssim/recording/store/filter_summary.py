@@ -1,0 +1,373 @@
+"""A filter in numbers: accepted and rejected readings, consistency, estimated sensor errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.estimation.from_scenario.filter_states import hints
+from sinssim.formatting import number, signed
+from sinssim.recording.store.filter_streams import state_columns
+from sinssim.recording.store.summary import error_numbers
+from sinssim.scenario.notes import times_not_reached
+from sinssim.sensors.aiding.gnss import GnssSection, Jump, Ramp
+
+if TYPE_CHECKING:
+    from sinssim.estimation import Estimate
+    from sinssim.estimation.checks.against_truth import ActualConsistency
+    from sinssim.estimation.checks.consistency import ChiSquare
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.scenario import Scenario
+
+
+_UNITS = (
+    ("_radps", "deg/h", units.DEG_H),
+    ("_mps2", "µg", units.UG),
+    ("_mps", "m/s", 1.0),
+    ("_rad", "arcmin", units.ARCMIN),
+    ("_m", "m", 1.0),
+    ("", "ppm", units.PPM),
+)
+"""Endings of columns, and the units that people use for them."""
+
+
+_IN_A_ROW = 30
+"""Readings that must be refused, or taken, one after the other for it to be more than chance."""
+
+_INCONSISTENT = {
+    "optimistic": "more noise than it was told",
+    "pessimistic": "less noise than it was told",
+    "coloured": "innovations that are not white",
+}
+"""Verdicts on a sensor's innovations that speak against a filter, and what they mean."""
+
+
+def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
+    """Return the entry of a filter in `summary.json`.
+
+    Args:
+        aided: the aided solution, and the truth about it.
+        scenario: what was run; its jumps and ramps are what the gate had to find.
+
+    Returns:
+        `divergence`, `remarks` and `consistent` with `findings` and `hints` at what would explain them; the
+        errors of the solutions as those of the algorithms, `aided` and `smoothed`; of an alignment, if there
+        was one, the heading's σ and error before and after; for each sensor what became of its readings and of
+        the tests on its innovations; for each jump and ramp of the scenario whether the gate caught it; `nees`,
+        the run's mean over all states and each block's, per state, and `noise`, the variance of each noise of
+        the inertial sensors over what the filter was told, with their 95 % bands; and for each state, named
+        with its unit, σ at the start and at the end, the error at the end, and whether it is observable: the
+        motion shows it, and the filter has at least halved its σ.
+    """
+    from sinssim.estimation.checks.consistency import consistency
+
+    found = aided.estimate
+    judged, truly = consistency(found), _actual(aided)
+    findings = [*judged.sentences, *truly.sentences]
+    end = found.divergence
+    return {
+        "divergence": None
+        if end is None
+        else {"time_s": end.time, "measurement": end.measurement, "reason": end.reason},
+        "remarks": [*found.remarks, *times_not_reached(scenario, aided.end)],
+        "consistent": not findings,
+        "findings": findings,
+        "hints": list(hints(scenario)) if findings else [],
+        "aided": error_numbers(aided.error) if len(aided.error.time) else None,
+        **({} if aided.smoothed_error is None else {"smoothed": error_numbers(aided.smoothed_error)}),
+        **_alignment(aided, scenario),
+        "sensors": {
+            i.sensor: {
+                "kind": i.kind,
+                "readings": len(i.time),
+                "taken": int(np.count_nonzero(i.accepted)),
+                "refused": s.rejected,
+                "refused_expected": s.expected,
+                "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
+                "verdict": s.verdict,
+                "tests": {t.name: _test_numbers(t) for t in s.tests},
+            }
+            for i, s in zip(found.innovations, judged.sensors, strict=True)
+        },
+        "faults": list(_faults(aided, scenario)),
+        "nees": {
+            name: {"states": _uncertain(found, name), "verdict": verdict, **_test_numbers(test)}
+            for name, (test, verdict) in truly.nees.items()
+        },
+        "noise": {n: {"verdict": verdict, **_test_numbers(test)} for n, (test, verdict) in truly.noise.items()},
+        "states": dict(_states(aided)),
+    }
+
+
+def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
+    """Return what an alignment made of the heading: coarse and then fine, or by a better system."""
+    found, section, aiding = aided.estimate, scenario.filter, scenario.aiding
+    masters = [i.time[-1] for i in found.innovations if i.sensor.startswith("master-") and len(i.time)]
+    if not len(found.time) or section is None or aiding is None:
+        return {}
+    method: str = section.alignment
+    if section.alignment_s is not None:
+        at = len(found.time) - 1
+    elif masters:
+        method, at = "transfer", int(np.searchsorted(found.time, max(masters) + 1e-6)) - 1
+    else:
+        return {}
+    heading = found.model.slices["attitude"].stop - 1
+
+    def row(k: int) -> dict[str, float]:
+        sigma, error = float(found.sigma[k, heading]), float(aided.error.attitude[k, 2])
+        return {
+            "time_s": float(found.time[k]),
+            "heading_sigma_arcmin": sigma / units.ARCMIN,
+            "heading_error_arcmin": error / units.ARCMIN,
+        }
+
+    return {"alignment": {"method": method, "coarse_s": section.alignment_s, "begin": row(0), "end": row(at)}}
+
+
+def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
+    """Say how good an alignment is."""
+    begin, end = alignment["begin"], alignment["end"]
+
+    def known(at: Mapping[str, float]) -> str:
+        size, unit = _angle_unit(at["heading_sigma_arcmin"])  # one unit for both: they are compared
+        error, sigma = abs(at["heading_error_arcmin"]) / size, at["heading_sigma_arcmin"] / size
+        return f"off by {error:.3g} {unit} (1σ {sigma:.3g} {unit})"
+
+    later = f"at {end['time_s']:g} s {known(end)}"
+    match alignment["method"]:
+        case "transfer":
+            return f"Aligned by the better system: the heading was {known(begin)} at the start, {later}."
+        case "in-motion":
+            how = f"in motion, by the first {alignment['coarse_s']:g} s"
+        case _:
+            how = f"at rest, by the first {alignment['coarse_s']:g} s"
+    return f"Aligned {how}: the filter began at {begin['time_s']:g} s with the heading {known(begin)}; {later}."
+
+
+def _angle_unit(arcmin: float) -> tuple[float, str]:
+    """Return the unit in which people write an angle, in arcmin, and its name."""
+    return (60.0, "deg") if arcmin >= 60.0 else (1.0, "arcmin") if arcmin >= 1.0 else (1.0 / 60.0, "arcsec")
+
+
+def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | None:
+    return float(time[np.argmax(which)]) if which.any() else None
+
+
+def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
+    """Yield the filter's response to every jump and ramp of the satellite receiver."""
+    gnss = None if scenario.aiding is None else scenario.aiding.sensor(GnssSection)
+    if gnss is None or not len(aided.error.time):
+        return
+    faults: list[Jump | Ramp] = [*gnss.jumps, *gnss.ramps]
+    for fault in faults:
+        if fault.from_s >= aided.end:
+            continue  # among the remarks
+        end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
+        affected = ("gnss-position", "gnss-velocity") if isinstance(fault, Ramp) else ("gnss-position",)
+        readings = refused = 0
+        first = again = None
+        for i in aided.estimate.innovations:
+            if i.sensor not in affected:
+                continue
+            during = (i.time >= fault.from_s) & (i.time <= end) & np.isfinite(i.nis)
+            readings += int(np.count_nonzero(during))
+            refused += int(np.count_nonzero(during & ~i.accepted))
+            at = _first(i.time, during & ~i.accepted)
+            first = at if first is None or (at is not None and at < first) else first
+            back = _believed_again(i.time[during], i.accepted[during])
+            again = back if again is None or (back is not None and back < again) else again
+        at = (aided.error.time >= fault.from_s) & (aided.error.time <= end)
+        yield {
+            "kind": type(fault).__name__.lower(),
+            "from_s": fault.from_s,
+            "to_s": float(end),
+            "readings": readings,
+            "refused": refused,
+            "first_refused_s": first,
+            "believed_again_s": again,
+            "forged_then_m": None if again is None else _forged(fault, again),
+            "caught": refused > 0.5 * readings,
+            "max_horizontal_error_m": float(aided.error.horizontal[at].max()) if at.any() else None,
+        }
+
+
+def _forged(fault: Jump | Ramp, time: float) -> float:
+    """Return how far off a fault has put the satellites' position, m."""
+    if isinstance(fault, Ramp):
+        return math.hypot(fault.north_mps, fault.east_mps, fault.up_mps) * (time - fault.from_s)
+    return math.hypot(fault.north_m, fault.east_m, fault.up_m)
+
+
+def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) -> float | None:
+    """Return when, after so many readings refused in a row, as many in a row were taken; None for never."""
+    edges = np.flatnonzero(np.diff(accepted.astype(int), prepend=-1, append=-1))
+    lost = False
+    for begin, end in pairwise(edges.tolist()):
+        if end - begin < _IN_A_ROW:
+            continue
+        if accepted[begin] and lost:
+            return float(time[begin])
+        lost = lost or not accepted[begin]
+    return None
+
+
+def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Say of every jump and ramp whether the gate caught it.
+
+    Args:
+        numbers: what `filter_numbers` returned.
+
+    Yields:
+        Whole sentences.
+    """
+    for fault in numbers["faults"]:
+        begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
+        what = f"The satellites' {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
+        how = f"it refused {fault['refused']} of {fault['readings']} readings"
+        far = "" if error is None else f", and the solution was off by up to {number(error)} m meanwhile"
+        if fault["caught"]:
+            yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its begin{far}."
+            if (again := fault["believed_again_s"]) is not None:
+                yield (
+                    f"From {again:.0f} s on, {number(fault['forged_then_m'])} m off, the filter believed it again: "
+                    "without satellites it had become so unsure of itself that the gate could no longer tell."
+                )
+        else:
+            told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
+            seen = ", though the innovations are not as they should be" if told else ", and no innovation shows it"
+            yield f"{what} was not caught by the gate: {how}{far}{seen}."
+
+
+def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Say what a person should know of a filter.
+
+    Args:
+        numbers: what `filter_numbers` returned.
+
+    Yields:
+        Whole sentences, the gravest first; verdicts without the tests that they come from.
+    """
+    end = numbers["divergence"]
+    if end is not None:
+        at = f" at {end['measurement']}" if end["measurement"] else ""
+        yield f"The filter diverged at {end['time_s']:.1f} s{at}: {end['reason']}."
+    yield from fault_sentences(numbers)
+    if "alignment" in numbers:
+        yield _alignment_sentence(numbers["alignment"])
+    if numbers["consistent"] and not any(s["taken"] for s in numbers["sensors"].values()):
+        yield "The filter took no reading; nothing in its errors speaks against it."
+    elif numbers["consistent"]:
+        yield "The filter is consistent: nothing in its innovations or its errors speaks against it."
+    else:
+        bad = []
+        for verdict, meaning in _INCONSISTENT.items():
+            sensors = [name for name, s in numbers["sensors"].items() if s["verdict"] == verdict]
+            bad += [f"{verdict} ({meaning}) by {', '.join(sensors)}"] if sensors else []
+        large = [name for name, test in numbers["nees"].items() if test["verdict"] != "consistent"]
+        bad += [f"errors larger than it believes of {', '.join(large)}"] if large else []
+        wrong = [name for name, test in numbers["noise"].items() if test["verdict"] != "consistent"]
+        bad += [f"told wrong of {', '.join(wrong)}"] if wrong else []
+        yield from numbers["hints"]  # the reason comes before what follows from it
+        the = "With that the" if numbers["hints"] else "The"
+        yield f"{the} filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
+    yield from numbers["remarks"]
+
+
+def _actual(aided: Aided) -> ActualConsistency:
+    """Return a filter's consistency with the truth; nothing for one that took no step."""
+    from sinssim.estimation.checks.against_truth import ActualConsistency, actual_consistency
+
+    history = aided.estimate.history
+    if history is None or not len(history.time):
+        return ActualConsistency({}, {}, ())
+    return actual_consistency(aided.estimate.model, history, aided.nominal_errors)
+
+
+def _test_numbers(test: ChiSquare) -> dict[str, float]:
+    return {
+        "value": test.value,
+        "lower_95": test.lower,
+        "upper_95": test.upper,
+        "probability": test.probability,
+    }
+
+
+def _uncertain(found: Estimate, name: str) -> int:
+    """Return how many states of a block, or of all, are not known exactly."""
+    part = found.model.slices.get(name, slice(0, found.model.size))
+    return int(np.count_nonzero(found.sigma[-1, part] > 0.0))
+
+
+def _states(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
+    from sinssim.estimation.checks.observability import observability
+
+    found = aided.estimate
+    if not len(found.time):
+        return
+    seen = None if found.history is None else observability(found.model, found.history)
+    kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
+    columns = [column for block in found.model.blocks for column in state_columns(block, kinds)]
+    errors = aided.state_errors_at(slice(-1, None))[0]
+    for i, column in enumerate(columns):
+        begin, end = float(found.sigma[0, i]), float(found.sigma[-1, i])
+        yield (
+            column,
+            {
+                "sigma_start": begin,
+                "sigma_end": end,
+                "error_end": float(errors[i]),
+                "reduction": begin / end if end > 0.0 else None,
+                **({} if seen is None else {"observable": bool(seen.observable[i]) and 2.0 * end <= begin}),
+            },
+        )
+
+
+def for_people(column: str, *values: float | None) -> tuple[str, str, list[float]]:
+    """Return a state of the filter as people say it.
+
+    Args:
+        column: name of the state with its SI unit, as in the summary.
+        values: in that unit.
+
+    Returns:
+        Its name in words, the unit, and the values in it, NaN for those that are None.
+    """
+    ending, unit, size = next(row for row in _UNITS if column.endswith(row[0]))
+    stem = column.removesuffix(ending).replace("_", " ")
+    return stem, unit, [float("nan") if v is None else v / size for v in values]
+
+
+def filter_markdown(numbers: Mapping[str, Any]) -> str:
+    """Return the same for a panel of the view.
+
+    Args:
+        numbers: what `filter_numbers` returned.
+
+    Returns:
+        Markdown.
+    """
+    first, *others = sentences(numbers)
+    lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]
+    lines += ["", "| sensor | taken | refused | NIS | verdict |", "|---|---|---|---|---|"]
+    for name, s in numbers["sensors"].items():
+        nis = s["tests"].get("NIS")
+        band = "–" if nis is None else f"{nis['value']:.3g} ({nis['lower_95']:.3g} … {nis['upper_95']:.3g})"
+        lines.append(f"| {name} | {s['taken']} | {s['refused']} | {band} | {s['verdict']} |")
+    for head, what in (("states | NEES", "nees"), ("noise | over what was told, variance", "noise")):
+        lines += ["", f"| {head} | 95 % band |", "|---|---|---|"]
+        lines += [
+            f"| {n} | {v['value']:.3g} | {v['lower_95']:.3g} … {v['upper_95']:.3g} |" for n, v in numbers[what].items()
+        ]
+    lines += ["", "| state | σ at the start | at the end | error |", "|---|---|---|---|"]
+    for column, s in numbers["states"].items():
+        name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
+        mark = "" if s.get("observable", True) else ", not observable"
+        lines.append(f"| {name} [{unit}]{mark} | " + " | ".join(signed(v) for v in values) + " |")
+    lines += ["", *(f"- {finding}" for finding in numbers["findings"])]
+    return "\n".join(lines)

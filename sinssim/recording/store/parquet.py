@@ -1,0 +1,92 @@
+"""Streams as Parquet files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.recording.store.streams import Stream
+from sinssim.truth.trajectory import FlightEvent
+
+
+def write_stream(stream: Stream, folder: Path) -> Path:
+    """Write a stream as `<folder>/<name>.parquet`, beside and then renamed.
+
+    Args:
+        stream: what to write; doubles stay doubles.
+        folder: an existing folder.
+
+    Returns:
+        The file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import pyarrow as pa
+
+    columns = {"time_s": pa.array(stream.time)}
+    for vector in stream.vectors:
+        for i, name in enumerate(vector.columns):
+            columns[name] = pa.array(np.ascontiguousarray(vector.values[:, i]))
+    return write_table(pa.table(columns), folder / f"{stream.name}.parquet")
+
+
+def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
+    """Write what happened as `<folder>/events.parquet`, columns `time_s` and `text`.
+
+    Args:
+        events: in the order of time.
+        folder: an existing folder.
+
+    Returns:
+        The file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import pyarrow as pa
+
+    table = pa.table(
+        {
+            "time_s": pa.array([event.time for event in events], pa.float64()),
+            "text": pa.array([event.text for event in events], pa.string()),
+        }
+    )
+    return write_table(table, folder / "events.parquet")
+
+
+def write_table(table: Any, path: Path) -> Path:
+    """Write a table as a Parquet file, beside its place first and then renamed into it.
+
+    Args:
+        table: a `pyarrow.Table`; doubles stay doubles.
+        path: the file.
+
+    Returns:
+        The file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    beside = path.with_name(path.name + ".part")
+    # Doubles of a simulation hardly repeat: a dictionary costs time and saves nothing. With their bytes split into
+    # eight planes, the planes of signs and exponents compress well.
+    numbers = [f.name for f in table.schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
+    pq.write_table(
+        table,
+        beside,
+        compression="zstd",
+        compression_level=1,
+        use_dictionary=False,
+        write_statistics=False,
+        column_encoding=dict.fromkeys(numbers, "BYTE_STREAM_SPLIT"),
+    )
+    os.replace(beside, path)
+    return path

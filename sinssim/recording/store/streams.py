@@ -1,0 +1,174 @@
+"""The streams of a run: what is recorded, exactly, in SI units, under the same column names everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.scenario.sections.faults import CHANNELS
+from sinssim.strapdown.nav_error import NavError
+from sinssim.truth.trajectory import Channel
+
+if TYPE_CHECKING:
+    from sinssim.sensors.sets.reading import Readings
+
+
+@dataclass(frozen=True)
+class Vector:
+    """Some columns of a stream that belong together.
+
+    Attributes:
+        name: short name.
+        columns: name of each column, ending in its unit.
+        values: (N, len(columns)).
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    values: Array
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A table over time: one Parquet file, and in the recording one entity per vector.
+
+    Attributes:
+        name: name of the file and of the entities' parent.
+        time: (N,) s.
+        vectors: the columns.
+    """
+
+    name: str
+    time: Array
+    vectors: tuple[Vector, ...]
+
+
+def _state(latitude: Array, longitude: Array, height: Array, velocity_ned: Array, q_nb: Array) -> tuple[Vector, ...]:
+    position = np.column_stack((latitude, longitude, height))
+    return (
+        Vector("position", ("latitude_rad", "longitude_rad", "height_m"), position),
+        Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), velocity_ned),
+        Vector("attitude", ("q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z"), q_nb),
+    )
+
+
+def truth_stream(time: Array, truth: NavState) -> Stream:
+    """Return the stream `truth`.
+
+    Args:
+        time: (N+1,) s.
+        truth: true states at those times.
+
+    Returns:
+        N+1 rows.
+    """
+    s = truth
+    return Stream("truth", time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
+
+
+def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
+    """Return the stream `imu_<kind>`; the time of a row is the end of its interval.
+
+    Args:
+        kind: "ideal", "measured" or "compensated".
+        imu: the increments.
+        with_angles: whether there are gyros, or what takes their place, so that there are increments of angle.
+
+    Returns:
+        N rows; with a column of flags for each sensor if the sensors report any.
+    """
+    vectors = [Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)]
+    if with_angles:
+        vectors.insert(0, Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta))
+    if imu.flags is not None:
+        columns = tuple(f"flags_{channel}" for channel in CHANNELS)
+        vectors.append(Vector("flags", columns, imu.flags.astype(np.float64)))
+    return Stream(f"imu_{kind}", imu.time[1:], tuple(vectors))
+
+
+def set_streams(kind: str, readings: Readings) -> list[Stream]:
+    """Return what a set of sensors reads beside the increments of a block with gyros.
+
+    Args:
+        kind: "ideal" or "measured".
+        readings: of the set.
+
+    Returns:
+        `accelerometers_<kind>`, N rows, of six accelerometers, `attitude_<kind>`, N+1 rows, of an attitude sensor.
+    """
+    found, time = [], readings.imu.time
+    if readings.accelerometers is not None:
+        columns = tuple(f"dvel_{i}_mps" for i in range(1, readings.accelerometers.shape[1] + 1))
+        found.append(Stream(f"accelerometers_{kind}", time[1:], (Vector("dvel", columns, readings.accelerometers),)))
+    if readings.attitude is not None:
+        columns = ("q_ib_w", "q_ib_x", "q_ib_y", "q_ib_z")
+        found.append(Stream(f"attitude_{kind}", time, (Vector("attitude", columns, readings.attitude),)))
+    return found
+
+
+def nav_stream(name: str, solution: NavSolution) -> Stream:
+    """Return the stream `nav_<algorithm>`.
+
+    Args:
+        name: the algorithm.
+        solution: its solution.
+
+    Returns:
+        N+1 rows.
+    """
+    s = solution
+    return Stream(f"nav_{name}", s.time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
+
+
+def error_stream(name: str, error: NavError, solution: NavSolution) -> Stream:
+    """Return the stream `error_<algorithm>`: the errors, and what the algorithm's attitude variables lost.
+
+    Args:
+        name: the algorithm.
+        error: its errors.
+        solution: its solution, for the norm or orthogonality defect.
+
+    Returns:
+        N+1 rows.
+    """
+    return Stream(
+        f"error_{name}",
+        error.time,
+        (
+            Vector("position", ("position_n_m", "position_e_m", "position_d_m"), error.position_ned),
+            Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), error.velocity_ned),
+            Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), error.attitude),
+            Vector("defect", ("defect",), solution.defect[:, np.newaxis]),
+        ),
+    )
+
+
+def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
+    """Return what was logged along the flight: channels over the same times share a stream.
+
+    Args:
+        channels: by name, with units.
+
+    Returns:
+        `flight`, and `flight_2`… if there are channels over other times.
+    """
+    groups: list[tuple[Array, list[Vector]]] = []
+    for name, channel in channels.items():
+        values = channel.values.reshape(len(channel.time), -1)
+        unit = _UNIT_NAMES.get(channel.unit, channel.unit.replace("/", "_p_"))
+        column = f"{name}_{unit}" if unit and not name.endswith(f"_{unit.lower()}") else name
+        columns = (column,) if values.shape[1] == 1 else tuple(f"{column}_{i}" for i in range(values.shape[1]))
+        group = next((g for g in groups if g[0] is channel.time or np.array_equal(g[0], channel.time)), None)
+        if group is None:
+            group = (channel.time, [])
+            groups.append(group)
+        group[1].append(Vector(name, columns, values))
+    return [Stream("flight" if i == 0 else f"flight_{i + 1}", t, tuple(v)) for i, (t, v) in enumerate(groups)]
+
+
+_UNIT_NAMES = {"m/s": "mps", "m/s²": "mps2", "rad/s": "radps", "deg/s": "degps", "°": "deg", "%": "percent"}
+"""Units as they are written in a column's name."""

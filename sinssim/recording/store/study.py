@@ -1,0 +1,82 @@
+"""Writes the results of a study: report.html, results.json, results.parquet, recording.rrd, study.toml."""
+
+from __future__ import annotations
+
+import json
+import platform
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from sinssim.recording.report.study import html_report
+from sinssim.recording.store.directory import write_text
+from sinssim.recording.store.parquet import write_table
+from sinssim.recording.store.summary import plain, processor, versions
+from sinssim.studies.results import Comparison, Row
+
+
+def results(comparison: Comparison) -> dict[str, Any]:
+    """Return everything that a study found out, as plain numbers and words.
+
+    Args:
+        comparison: the study.
+
+    Returns:
+        What `results.json` holds; numbers that are not known are None.
+    """
+    study = comparison.study
+    found = {
+        "study": study.name,
+        "description": study.description,
+        "status": comparison.status,
+        "seed": study.seed,
+        "seconds": round(comparison.seconds, 2),
+        "verdicts": [asdict(verdict) for verdict in comparison.verdicts],
+        "picks": [asdict(pick) for pick in comparison.picks],
+        "motions": [
+            {"part": part, "motion": name, **asdict(facts)} for (part, name), facts in comparison.motions.items()
+        ],
+        "costs": [{**asdict(cost), "operations_per_step": cost.operations.total} for cost in comparison.costs.values()],
+        "orders": [asdict(order) for order in comparison.orders],
+        "cases": [asdict(row) for row in comparison.rows],
+        "versions": versions(),
+    }
+    return {key: plain(value) for key, value in found.items()}
+
+
+def write_study(comparison: Comparison, folder: Path) -> None:
+    """Write everything.
+
+    Args:
+        comparison: what the study found out.
+        folder: an existing, empty folder.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import tomli_w
+
+    from sinssim.recording.rerun.study import record
+
+    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
+    write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
+    write_text(folder / "results.json", json.dumps(results(comparison), indent=2, ensure_ascii=False) + "\n")
+    _write_parquet(comparison, folder / "results.parquet")
+    write_text(folder / "report.html", html_report(comparison, about))
+    record(comparison, folder / "recording.rrd")
+
+
+def _write_parquet(comparison: Comparison, path: Path) -> None:
+    import pyarrow as pa
+
+    columns: dict[str, Any] = {}
+    for name in (f.name for f in fields(Row)):
+        values = [getattr(row, name) for row in comparison.rows]
+        columns[name] = pa.array(["/".join(f"{r:g}" for r in v) for v in values] if name == "schedule_hz" else values)
+    write_table(pa.table(columns), path)
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return [_without_none(item) for item in value] if isinstance(value, list | tuple) else value

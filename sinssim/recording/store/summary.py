@@ -1,0 +1,194 @@
+"""A run in numbers: each algorithm's errors, as `summary.json` has them and as a table for people."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+import sinssim
+from sinssim import units
+from sinssim.data import DROPPED, FROZEN, SATURATED, Array, ImuData, NavSolution
+from sinssim.errors import RunError
+from sinssim.strapdown.nav_error import NavError
+
+_QUANTITIES = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
+NO_NUMBERS: dict[str, float] = {f"{kind}_{q}": math.nan for q in _QUANTITIES for kind in ("final", "rms", "max")}
+"""The errors of an algorithm that has no solution, as `error_numbers` would return them."""
+
+
+def error_numbers(error: NavError) -> dict[str, float]:
+    """Return one algorithm's errors in numbers.
+
+    Args:
+        error: its errors.
+
+    Returns:
+        `final_`, `rms_` and `max_` of `horizontal_error_m`, `height_error_m`, `velocity_error_mps` and
+        `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others
+        are magnitudes.
+    """
+    numbers = {}
+    found = (error.horizontal, error.height, error.speed, error.angle / units.ARCSEC)
+    for name, values in zip(_QUANTITIES, found, strict=True):
+        numbers[f"final_{name}"] = float(values[-1])
+        numbers[f"rms_{name}"] = _rms(values)
+        numbers[f"max_{name}"] = float(np.abs(values).max())
+    return numbers
+
+
+def _rms(values: Array) -> float:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.sqrt(np.mean(values * values)))
+
+
+def flagged(imu: ImuData) -> dict[str, int]:
+    """Return how many samples the sensors flagged, for `summary.json`.
+
+    Args:
+        imu: measured increments.
+
+    Returns:
+        Samples by kind of flag, set by any sensor; nothing of sensors that set none.
+    """
+    if imu.flags is None:
+        return {}
+    kinds = {"saturated": SATURATED, "dropped": DROPPED, "frozen": FROZEN}
+    return {name: int(np.any(imu.flags & bit, axis=1).sum()) for name, bit in kinds.items()}
+
+
+def flagged_words(flags: Mapping[str, int], samples: int) -> str:
+    """Say how many samples the sensors flagged.
+
+    Args:
+        flags: what `flagged` returned.
+        samples: how many there are.
+
+    Returns:
+        A sentence; nothing if there are no such samples.
+    """
+    found = [f"{count:,} {name}" for name, count in flags.items() if count]
+    return f"Flagged by the sensors, of {samples:,} samples: {', '.join(found)}." if found else ""
+
+
+def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:
+    """Return the passages through a singular attitude, for `summary.json`.
+
+    Args:
+        solutions: by algorithm.
+
+    Returns:
+        For each algorithm that had any: start, end, damage and text of each.
+    """
+    return {
+        name: [
+            {
+                "start_s": event.start,
+                "end_s": event.end,
+                "damage_arcsec": event.damage / units.ARCSEC,
+                "text": event.text,
+            }
+            for event in solution.events
+        ]
+        for name, solution in solutions.items()
+        if solution.events
+    }
+
+
+def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
+    """Find the algorithms whose errors are no finite numbers.
+
+    Args:
+        errors: by algorithm.
+
+    Returns:
+        For each of them what there is to say, and the instant from which on it is so.
+    """
+    found = {}
+    for name, error in errors.items():
+        if all(map(math.isfinite, error_numbers(error).values())):
+            continue
+        with np.errstate(over="ignore", invalid="ignore"):
+            finite = np.isfinite(error.horizontal**2 + error.height**2 + error.speed**2 + error.angle**2)
+        time = float(error.time[int(np.argmin(finite))])
+        found[name] = RunError(f"its errors are no finite numbers from t = {time:.2f} s on: it diverged.", time=time)
+    return found
+
+
+def failures(failed: Mapping[str, RunError]) -> dict[str, dict[str, Any]]:
+    """Return which algorithms have no result, and why, for `summary.json`.
+
+    Args:
+        failed: by algorithm.
+
+    Returns:
+        For each the instant, None if it is not known, and the text.
+    """
+    return {name: {"time_s": error.time, "text": str(error)} for name, error in failed.items()}
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold: null in place of what is no finite number, at any depth.
+
+    Args:
+        value: dictionaries, lists and tuples of numbers, texts and the like.
+
+    Returns:
+        The same, with None where a float is NaN or infinite.
+    """
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what made the numbers.
+
+    Returns:
+        By name.
+    """
+    names = ("jsbsim", "numpy", "scipy", "numba", "filterpy", "rerun-sdk", "pyarrow")
+    return {"sinssim": sinssim.__version__, **{name: version(name) for name in names}}
+
+
+def processor() -> str:
+    """Return the name of the machine's processor.
+
+    Returns:
+        As the machine says it.
+    """
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
+    except OSError:
+        names = []
+    return (names or [platform.processor() or platform.machine()])[0]
+
+
+def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:
+    """Return the errors as a table.
+
+    Args:
+        numbers: what `error_numbers` returned, by algorithm.
+
+    Returns:
+        Markdown: a row for each quantity, a column for each algorithm.
+    """
+    lines = ["| error | " + " | ".join(numbers) + " |", "|---|" + "---|" * len(numbers)]
+    for quantity, key in (
+        ("horizontal [m]", "horizontal_error_m"),
+        ("height [m]", "height_error_m"),
+        ("velocity [m/s]", "velocity_error_mps"),
+        ("attitude [arcsec]", "attitude_error_arcsec"),
+    ):
+        for kind in ("final", "max"):
+            found = (n[f"{kind}_{key}"] for n in numbers.values())
+            values = " | ".join(f"{value:.4g}" if math.isfinite(value) else "–" for value in found)
+            lines.append(f"| {kind} {quantity} | {values} |")
+    return "\n".join(lines)

@@ -1,0 +1,102 @@
+"""The table of a run's errors, and the sentences below it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+
+from sinssim.recording.store.filter_summary import sentences
+from sinssim.recording.store.summary import flagged_words
+from sinssim.scenario.height import height_words
+from sinssim.scenario.notes import defaults_taken, keys_without_effect
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from sinssim.scenario import Scenario
+
+_METRES_PER_NMI = 1852.0
+_HEADINGS = (
+    "horizontal\nfinal, m",
+    "\nrms, m",
+    "\nmax, m",
+    "\nmax, nmi",
+    "height\nmax, m",
+    "velocity\nmax, m/s",
+    "attitude\nmax, arcmin",
+)
+
+
+def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> None:
+    """Print each algorithm's errors, remarks on the run, and the time of each stage.
+
+    Args:
+        scenario: what was run.
+        summary: what `summary.json` holds.
+        console: where.
+    """
+    failures, of_filter = summary["failures"], summary.get("filter", {})
+    aided = {name: of_filter[name] for name in ("aided", "smoothed") if of_filter.get(name)}
+    table = Table(
+        title=f"{scenario.name}: errors against the truth",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    table.add_column("algorithm", no_wrap=True)
+    for heading in _HEADINGS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, errors in {**summary["algorithms"], **aided}.items():
+        table.add_row(name, *_cells(errors, failed=name in failures))
+    lines = [f"Height of the inertial solutions: {height_words(scenario)}."]
+    samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
+    if flags := flagged_words(summary["flagged_samples"], samples):
+        lines.append(flags)
+    lines += (*keys_without_effect(scenario.imu, summary["end_s"]), *defaults_taken(scenario.imu, summary["end_s"]))
+    lines += [f"{name} has no result: {failure['text']}" for name, failure in failures.items()]
+    lines += [event["text"] for events in summary["singularities"].values() for event in events]
+    if of_filter:
+        lines += sentences(of_filter)
+    timing = {stage.removesuffix("_s"): seconds for stage, seconds in summary["timing"].items()}
+    lines.append("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
+    if scenario.description:
+        console.print(f"{scenario.description}\n", markup=False)
+    console.print(table)
+    for line in lines:
+        console.print(line, markup=False)
+
+
+def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
+    """Return the cells of one algorithm; one that failed has numbers only up to its failure."""
+    farthest, angle = errors["max_horizontal_error_m"], errors["max_attitude_error_arcsec"]
+    return (
+        number(errors["final_horizontal_error_m"]),
+        number(errors["rms_horizontal_error_m"]),
+        number(farthest),
+        "–" if failed or farthest is None else f"{farthest / _METRES_PER_NMI:.3f}",
+        number(errors["max_height_error_m"]),
+        number(errors["max_velocity_error_mps"]),
+        "–" if failed or angle is None else number(angle / 60.0),
+    )
+
+
+def number(value: float | None) -> str:
+    """Write a number with four significant digits, without an exponent where a person can do without.
+
+    Args:
+        value: the number; None for what is not known.
+
+    Returns:
+        For example "0.01235", "123457", "1.2e-07", or "–" for None.
+    """
+    if value is None:
+        return "–"
+    if value == 0.0:
+        return "0"
+    if not math.isfinite(value) or not 1e-4 <= abs(value) < 1e9:
+        return f"{value:.1e}"
+    return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"

@@ -1,0 +1,97 @@
+"""Estimates the rotation and acceleration of a scenario's motion from its plan without flying it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sinssim.earth.models import OMEGA_IE
+from sinssim.scenario.duration import expected_duration, planned_turning
+from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sections.flight import FlightSection, Turbulence
+from sinssim.scenario.sections.motion import (
+    ConingMotion,
+    DwellStep,
+    MotionSection,
+    RotationTableMotion,
+    ScullingMotion,
+    SpinConeMotion,
+)
+from sinssim.units import ARCSEC, DEG, G0
+
+_RADIUS = 6.371e6  # of the Earth, m
+_AIRLINER = 250.0  # m/s: speeds over ground are of this order at most, and what follows from them is small
+_SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), span of a wing of middle size, m
+
+
+class Excitation(NamedTuple):
+    """Rotation and acceleration that excite the errors of the inertial sensors.
+
+    Attributes:
+        duration: of the run, s.
+        rate: ∫ω² dt over it, rad²/s; ω is the rate against inertial space.
+        force: ∫f² dt over it, m²/s³; at least what gravity makes.
+    """
+
+    duration: float
+    rate: float
+    force: float
+
+
+def excitation(scenario: Scenario) -> Excitation:
+    """Estimate the rotation and acceleration of a scenario's motion.
+
+    The Earth's rate, and what a speed over the curved Earth adds; the manoeuvres of a flight and its turbulence, or the
+    motion's own rates; angular vibration; and gravity. It is right to a factor of a few.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        The estimate.
+
+    Raises:
+        InputError: the aircraft's description is not right.
+    """
+    lasts = expected_duration(scenario)
+    rate, turning = OMEGA_IE, 0.0
+    if scenario.great_circle is not None:
+        rate += scenario.great_circle.speed_mps / _RADIUS
+    elif scenario.flight is not None:
+        rate += _AIRLINER / _RADIUS
+        turning = planned_turning(scenario.flight) + _gusts(scenario.flight) ** 2 * lasts
+    elif scenario.motion is not None:
+        turning = _of_motion(scenario.motion)
+    for vibration in scenario.vibration:
+        middle = math.sqrt(vibration.low_hz * (vibration.high_hz or vibration.low_hz))
+        turning += ((vibration.rms_arcsec or 0.0) * ARCSEC * 2.0 * math.pi * middle) ** 2 * lasts
+    return Excitation(lasts, rate**2 * lasts + turning, G0**2 * lasts)
+
+
+def _gusts(flight: FlightSection) -> float:
+    """Return the 1σ of the roll rate by turbulence, rad/s: 1.9 σ_w/√(L b) (MIL-F-8785C)."""
+    turbulence = flight.turbulence
+    return 0.0 if turbulence is None else 1.9 * _gust_speed(turbulence) / math.sqrt(_SCALE * _SPAN)
+
+
+def _gust_speed(turbulence: Turbulence) -> float:
+    """Return the 1σ of the vertical gusts, m/s: a tenth of the wind near the ground, or by the severity above."""
+    return max(0.1 * turbulence.wind_at_6m_mps, turbulence.severity - 1.0)
+
+
+def _of_motion(motion: MotionSection) -> float:
+    """Return ∫ω² dt of a motion in closed form, rad²/s."""
+    if isinstance(motion, RotationTableMotion):
+        turns = [step for step in motion.steps if not isinstance(step, DwellStep)]
+        return sum(abs(step.angle_deg) * step.rate_deg_s * DEG**2 for step in turns)
+    if isinstance(motion, ConingMotion):
+        rate = 2.0 * math.pi * motion.frequency_hz * 2.0 * math.sin(0.5 * motion.half_angle_deg * DEG)
+    elif isinstance(motion, ScullingMotion):
+        rate = math.sqrt(2.0) * math.pi * motion.frequency_hz * motion.angle_deg * DEG
+    elif isinstance(motion, SpinConeMotion):
+        about, along = motion.precession_deg_s, motion.spin_deg_s  # a cone's angle apart
+        rate = math.sqrt(about**2 + along**2 + 2.0 * about * along * math.cos(motion.angle_deg * DEG)) * DEG
+    else:
+        rocking = math.sqrt(2.0) * math.pi * motion.frequency_hz * motion.angle_deg
+        rate = math.hypot(motion.spin_deg_s, rocking) * DEG
+    return rate**2 * motion.duration_s

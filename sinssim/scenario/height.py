@@ -1,0 +1,36 @@
+"""Describes the height reference of a scenario, because pure inertial height is unstable."""
+
+from __future__ import annotations
+
+import math
+
+from sinssim.scenario.schema import Scenario
+from sinssim.sensors.aiding.barometer import BarometerSection
+
+_E_FOLD_S = math.sqrt(6.371e6 / (2.0 * 9.81))
+"""√(R/2g): time in which an error of free height grows e-fold, s. Gravity falls by 2g/R per metre."""
+
+
+def height_words(scenario: Scenario) -> str:
+    """Describe the height reference and its effect on the horizontal solution.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        A phrase without a full stop.
+    """
+    navigation, aiding = scenario.navigation, scenario.aiding
+    if navigation.vertical == "free":
+        return (
+            f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and in the long run spoil the horizontal "
+            'solution, too (navigation.vertical = "baro-loop" holds it)'
+        )
+    if navigation.vertical == "truth":
+        return "the true height, always: the height has no error, and spoils nothing of the horizontal solution"
+    held = (
+        f"held by the loop of {navigation.baro_time_constant_s:g} s, so that it does not spoil the horizontal solution"
+    )
+    if aiding is not None and aiding.sensor(BarometerSection) is not None:
+        return f"{held}; its error is that of [aiding.baro]"
+    return f"{held}; it goes by a perfect altimeter (the true height), as there is no [aiding.baro]"

@@ -1,0 +1,110 @@
+"""Notes on a scenario: keys without effect, times that the run does not reach, defaults that are taken."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
+
+FLICKER_SAMPLES = 2.5e6
+"""Flicker has its Allan deviation of 0.664 B up to so many samples; see `sinssim.sensors.noise.flicker`."""
+
+
+def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
+    """Yield notes on keys of a sensor block that have no effect.
+
+    Args:
+        imu: the [imu] section.
+        end: when the run ends, s.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    if not (imu.temperature_start_c or imu.temperature_steady_c):
+        warming = [key for term in TERMS if term.stage == "WARMING" for key in term.keys]
+        by_temperature = [key for key in warming if _says(imu, key)]
+        if imu.laser_gyro is not None and imu.laser_gyro.gas_flow_mps:
+            by_temperature.append("laser_gyro.gas_flow_mps")
+        for name in by_temperature:
+            yield (
+                f"imu.{name} changes nothing: temperature_start_c and temperature_steady_c are 0, the temperature of "
+                "the calibration."
+            )
+    if imu.temperature_start_c == imu.temperature_steady_c and "warm_up_time_s" in imu.model_fields_set:
+        yield "imu.warm_up_time_s changes nothing: temperature_start_c and temperature_steady_c are the same."
+    for triad in ("gyro", "accel"):
+        instability, correlation_time = (
+            term.key for term in of_triad(triad) if term.field in ("instability", "correlation_time")
+        )
+        value = getattr(imu, instability)
+        of_grade = getattr(find_grade(imu.grade), triad).instability
+        if getattr(imu, correlation_time) is not None and not (of_grade if value is None else value):
+            yield f"imu.{correlation_time} changes nothing: there is no {instability}."
+    for number, fault in enumerate(imu.faults, start=1):
+        to = None if fault.type == "spike" else fault.to_s
+        if to is not None and to > end:
+            yield f"imu.faults.{number}.to_s = {to:g}: the run ends at {end:.6g} s, and with it the {fault.type}."
+
+
+def _says(imu: ImuSection, name: str) -> bool:
+    value = getattr(imu, name)
+    return any(value) if isinstance(value, tuple) else bool(value)
+
+
+def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
+    """Yield notes on outages, faults, stops and alignments that begin or end after the run.
+
+    Args:
+        scenario: the scenario.
+        end: when the run ends, s.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    wanted = None if scenario.filter is None else scenario.filter.alignment_s
+    if wanted is not None and wanted >= end:
+        yield f"filter.alignment_s = {wanted:g}: the run ends at {end:.0f} s, and the alignment takes longer."
+    for name, sensor in (scenario.aiding.sensors() if scenario.aiding else {}).items():
+        times = [(f"outages_s.{i}", begin) for i, (begin, _) in enumerate(sensor.outages_s, start=1)]
+        times += [(f"during_s.{i}", b) for i, (b, _) in enumerate(getattr(sensor, "during_s", None) or (), start=1)]
+        if isinstance(sensor, GnssSection):
+            for kind, faults in (("jumps", sensor.jumps), ("ramps", sensor.ramps)):
+                times += [(f"{kind}.{i}", fault.from_s) for i, fault in enumerate(faults, start=1)]
+        for key, begin in times:
+            if begin >= end:
+                yield f"aiding.{name}.{key} begins at {begin:g} s, and the run ends at {end:.0f} s: it never happens."
+        if sensor.latency_s >= end:
+            yield (
+                f"aiding.{name}.latency_s = {sensor.latency_s:g}: the run ends at {end:.0f} s, and no reading arrives "
+                "before."
+            )
+
+
+def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:
+    """Yield notes on default correlation times, and on flicker in a run longer than its validity.
+
+    Args:
+        imu: the [imu] section.
+        duration: of the run, s.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    for triad, unit in (("gyro", "deg_h"), ("accel", "ug")):
+        instability = getattr(imu, f"{triad}_instability_{unit}")
+        if instability and getattr(imu, f"{triad}_correlation_time_s") is None:
+            yield (
+                f"imu.{triad}_instability_{unit} = {instability:g} has no {triad}_correlation_time_s beside it: "
+                f"{CORRELATION_TIME:g} s is taken."
+            )
+        flicker = getattr(imu, f"{triad}_flicker_{unit}")
+        if flicker and duration * imu.rate_hz > FLICKER_SAMPLES:
+            yield (
+                f"imu.{triad}_flicker_{unit} = {flicker:g} is flicker noise up to {FLICKER_SAMPLES:g} samples, "
+                f"{FLICKER_SAMPLES / imu.rate_hz:.4g} s at {imu.rate_hz:g} Hz; over longer times its Allan deviation "
+                "falls below 0.664 B, by 1.5 % at 4e6 samples."
+            )

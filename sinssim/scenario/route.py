@@ -1,0 +1,126 @@
+"""Checks the distance of a motion from the pole of its route, for frame = "transverse"."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from sinssim.algorithms import REGISTRY
+from sinssim.data import Array, NavState
+from sinssim.errors import InputError
+from sinssim.scenario.duration import plan_at_start, reckon_legs
+from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sections.flight import FlightSection
+from sinssim.scenario.sections.truth import GreatCircleSection
+from sinssim.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
+from sinssim.truth.flight.legs.waypoint import WaypointLeg
+
+
+class _Approach(NamedTuple):
+    """Closest approach of a motion to the pole of its route: distance, m, speed, m/s, and time."""
+
+    latitude: float
+    longitude: float
+    beside: float
+    speed: float
+    when: str
+
+
+def check_route(scenario: Scenario) -> None:
+    """Raise for a plan that comes too near to the pole of its route, as far as that is known before the flight.
+
+    Known are the places of a vehicle at rest, all of a great circle, and of a flight its start and its waypoints.
+
+    Args:
+        scenario: the scenario.
+
+    Raises:
+        InputError: it does; the message says where, when and how near.
+    """
+    navigation = scenario.navigation
+    if navigation.frame != "transverse" or navigation.route_deg is None:
+        return
+    lat_a, lon_a, lat_b, lon_b = map(math.radians, navigation.route_deg)
+    pole, step = route_pole((lat_a, lon_a, lat_b, lon_b), 0.0, 0.0, np.zeros(3)), _step(scenario)
+    for approach in _approaches(scenario, pole):
+        distance = float(distance_from_pole(pole, approach.latitude, approach.longitude)) + approach.beside
+        if distance <= float(nearest_allowed(approach.speed, step)):
+            nearer = pole if normal(approach.latitude, approach.longitude) @ pole > 0.0 else -pole
+            why = sentence(nearer, distance, approach.speed, step, approach.when)
+            raise InputError(f"navigation.route_deg: {why}")
+
+
+def check_route_flown(scenario: Scenario, time: Array, truth: NavState) -> None:
+    """Raise for a true motion that comes too near to the pole of its route.
+
+    Args:
+        scenario: the scenario.
+        time: edges of the samples, (N+1,) s.
+        truth: true states there.
+
+    Raises:
+        InputError: it does; the message says where, when and how near.
+    """
+    navigation = scenario.navigation
+    if navigation.frame != "transverse":
+        return
+    route = None
+    if navigation.route_deg is not None:
+        lat_a, lon_a, lat_b, lon_b = map(math.radians, navigation.route_deg)
+        route = lat_a, lon_a, lat_b, lon_b
+    latitude, longitude, velocity = truth.latitude, truth.longitude, truth.velocity_ned
+    pole = route_pole(route, float(latitude[0]), float(longitude[0]), velocity[0])
+    every = slice(None, None, round(_step(scenario) * scenario.imu.rate_hz))
+    if len(time[every]) < 2:
+        return
+    near = too_near(pole, time[every], latitude[every], longitude[every], velocity[every])
+    if near is not None:
+        raise InputError(f"navigation.{'frame' if route is None else 'route_deg'}: {near[1]}")
+
+
+def _step(scenario: Scenario) -> float:
+    """Return the shortest step that one of the scenario's algorithms takes, s."""
+    known = [REGISTRY[name].samples for name in scenario.navigation.algorithms if name in REGISTRY]
+    return min(known, default=1) / scenario.imu.rate_hz
+
+
+def _approaches(scenario: Scenario, pole: Array) -> Iterator[_Approach]:
+    rest = scenario.parked or scenario.motion
+    if rest is not None:
+        yield _Approach(math.radians(rest.latitude_deg), math.radians(rest.longitude_deg), 0.0, 0.0, "all the time")
+    elif scenario.great_circle is not None:
+        yield from _on_circle(scenario.great_circle, pole)
+    elif scenario.flight is not None:
+        yield from _on_flight(scenario.flight)
+
+
+def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
+    """Start, end, and where between them the circle n₀ cos u + t₀ sin u comes nearest to the pole or its opposite."""
+    lat, lon, course = (math.radians(v) for v in (circle.latitude_deg, circle.longitude_deg, circle.course_deg))
+    up = normal(lat, lon)
+    north = np.array([-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat)])
+    ahead = math.cos(course) * north + math.sin(course) * np.array([-math.sin(lon), math.cos(lon), 0.0])
+    whole = circle.speed_mps * circle.duration_s / RADIUS
+    nearest = math.atan2(ahead @ pole, up @ pole) % math.pi
+    angles = [0.0, *np.arange(nearest, whole, math.pi), whole]
+    for angle in sorted(angles, key=lambda u: -abs((up * math.cos(u) + ahead * math.sin(u)) @ pole)):
+        there = up * math.cos(angle) + ahead * math.sin(angle)
+        seconds = angle * RADIUS / circle.speed_mps if angle else 0.0
+        latitude, longitude = math.asin(max(-1.0, min(1.0, there[2]))), math.atan2(there[1], there[0])
+        yield _Approach(latitude, longitude, 0.0, circle.speed_mps, f"at t = {seconds:.0f} s")
+
+
+def _on_flight(flight: FlightSection) -> Iterator[_Approach]:
+    """The start, and every waypoint, which is passed within its radius."""
+    start = plan_at_start(flight)
+    wind = math.hypot(flight.wind.north_mps, flight.wind.east_mps)
+    yield _Approach(start.latitude, start.longitude, 0.0, max(0.0, start.true_airspeed() - wind), "at the start")
+    for number, (leg, _, plan) in enumerate(reckon_legs(flight), start=1):
+        if isinstance(leg, WaypointLeg):
+            latitude, longitude = math.radians(leg.latitude_deg), math.radians(leg.longitude_deg)
+            speed = max(0.0, plan.true_airspeed() - wind)
+            when = f"or less where leg {number}, the waypoint, ends"
+            yield _Approach(latitude, longitude, leg.capture_radius_m, speed, when)

@@ -1,0 +1,78 @@
+"""The [aiding] section of a scenario, made of the aiding sensors that there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+from pydantic import create_model, model_validator
+
+from sinssim.errors import InputError
+from sinssim.section import Section
+from sinssim.sensors.aiding.base.sensor import AidingSensor
+from sinssim.sensors.aiding.registry import SENSORS, load_class
+
+_Sensor = TypeVar("_Sensor", bound=AidingSensor)
+
+_BROKEN: dict[str, str] = {}
+"""Why a sensor cannot be used, by its table; the others still can."""
+
+
+def _classes() -> Iterator[tuple[str, type[AidingSensor]]]:
+    """Yield table and class of every sensor that can be used; note the others."""
+    for name, entry in SENSORS.items():
+        try:
+            yield name, load_class("sinssim.sensors.aiding", entry, AidingSensor)
+        except InputError as error:
+            _BROKEN[name] = str(error)
+
+
+_CLASSES = dict(_classes())
+
+
+class _Tables(Section):
+    """The aiding sensors of the filter; each table switches one sensor on."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _can_be_used(cls, data: Any) -> Any:
+        for name in data if isinstance(data, dict) else ():
+            if name in _BROKEN:
+                raise ValueError(f"[aiding.{name}]: {_BROKEN[name]}")
+        return data
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if not self.sensors():
+            raise ValueError(f"it names no sensor; tables in it may be {', '.join(type(self).model_fields)}")
+        return self
+
+    def sensors(self) -> dict[str, AidingSensor]:
+        """Return the sensors that are switched on, by table."""
+        return {name: sensor for name, sensor in self if sensor is not None}
+
+    def sensor(self, kind: type[_Sensor]) -> _Sensor | None:
+        """Return the sensor of a class, None if it is not switched on."""
+        return next((sensor for sensor in self.sensors().values() if isinstance(sensor, kind)), None)
+
+
+if TYPE_CHECKING:
+    AidingSection = _Tables
+else:
+    AidingSection = create_model(
+        "AidingSection",
+        __base__=_Tables,
+        __module__=__name__,
+        __doc__=_Tables.__doc__,
+        **{name: (sensor | None, None) for name, sensor in _CLASSES.items()},
+    )
+
+
+def describe_sensors() -> dict[str, str]:
+    """Return the tables of [aiding], and what each is.
+
+    Returns:
+        The first line of each sensor's docstring by table; of a sensor that cannot be used, why.
+    """
+    sentences = {name: (_CLASSES[name].__doc__ or "").split("\n")[0] for name in SENSORS if name in _CLASSES}
+    return sentences | {name: f"(cannot be used: {why})" for name, why in _BROKEN.items()}

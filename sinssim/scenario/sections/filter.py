@@ -1,0 +1,116 @@
+"""The [filter] section of a scenario: the Kalman filter on the aiding sensors."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from sinssim.errors import unknown_name
+from sinssim.section import Positive, Section
+
+NAVIGATION_STATES = ("position", "velocity", "attitude")
+LEAST_IN_MOTION_S = 45.0
+"""Shortest alignment in motion: two windows of 20 s with fixes at their ends, and some time until the first fix, s."""
+
+FILTER_STATES: dict[str, str] = {
+    "gyro bias": "constant errors of the gyros",
+    "accelerometer bias": "constant errors of the accelerometers",
+    "gyro scale": "scale-factor errors of the gyros",
+    "accelerometer scale": "scale-factor errors of the accelerometers",
+    "gyro misalignment": "tilts of the gyros' sensitive axes, six angles",
+    "accelerometer misalignment": "tilts of the accelerometers' sensitive axes, six angles",
+}
+
+
+def _known(name: str) -> str:
+    if name in NAVIGATION_STATES:
+        raise ValueError(f"{name!r} is a state of every filter; states names errors of the inertial sensors")
+    if name not in FILTER_STATES:
+        raise unknown_name("block of states", name, FILTER_STATES)
+    return name
+
+
+Factor = Annotated[float, Field(ge=1e-3, le=1e3)]
+PositionSigma = Annotated[float, Field(ge=1e-6, le=2e7)]
+"""m: from what no sensor tells to half the Earth's circumference."""
+VelocitySigma = Annotated[float, Field(ge=1e-6, le=1e4)]
+"""m/s: from what no sensor tells to more than a satellite's velocity."""
+AngleSigma = Annotated[float, Field(ge=1e-6, le=10800.0)]
+"""arcmin: from what no sensor tells to half a turn."""
+StateBlock = Annotated[str, AfterValidator(_known)]
+
+
+class InitialSigmaSection(Section):
+    """1σ of the initial state that the filter assumes; default: the values of [navigation.initial_error]."""
+
+    position_m: PositionSigma | None = Field(
+        default=None, description="1σ of the position to the north, and to the east"
+    )
+    height_m: PositionSigma | None = Field(default=None, description="1σ of the height")
+    velocity_mps: VelocitySigma | None = Field(default=None, description="1σ of each component of the velocity")
+    tilt_arcmin: AngleSigma | None = Field(default=None, description="1σ of the tilt about north, and about east")
+    heading_arcmin: AngleSigma | None = Field(default=None, description="1σ of the heading")
+
+
+class FilterSection(Section):
+    """A Kalman filter on the aiding sensors; it assumes the true noise unless a factor changes it."""
+
+    states: tuple[StateBlock, ...] | None = Field(
+        default=None,
+        description=f"errors of the inertial sensors that are states, any of {', '.join(FILTER_STATES)}; default: "
+        "those that matter for the grade and the planned motion; states of aiding sensors are added automatically",
+    )
+    loop: Literal["closed", "open"] = Field(
+        default="closed",
+        description="closed: estimated errors are fed back into engine and compensator; open: fed forward",
+    )
+    rate_hz: float = Field(
+        default=10.0,
+        ge=1.0,
+        description="rate of the covariance prediction; its interval is rounded to whole samples of the IMU",
+    )
+    gate: float = Field(
+        default=1e-4,
+        ge=0.0,
+        lt=1.0,
+        description="fraction of correct readings that the gate may reject; 0 rejects none",
+    )
+    smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
+    alignment: Literal["at-rest", "in-motion"] = Field(
+        default="at-rest",
+        description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, or by satellite "
+        "velocities on a vehicle that turns",
+    )
+    alignment_s: Positive | None = Field(
+        default=None,
+        description="duration of the coarse alignment, default: no alignment; the filter begins at its end, in motion "
+        "at the first fix after it",
+    )
+    inertial_noise_factor: Factor = Field(
+        default=1.0, description="noise of gyros and accelerometers that the filter assumes, relative to the true noise"
+    )
+    measurement_noise_factor: Factor = Field(
+        default=1.0, description="noise of the aiding sensors that the filter assumes, relative to the true noise"
+    )
+    initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
+
+    @model_validator(mode="after")
+    def _alignment_lasts(self) -> Self:
+        if self.alignment == "in-motion":
+            if self.alignment_s is None:
+                raise ValueError('alignment = "in-motion" needs alignment_s, a minute or two with turns in it')
+            if self.alignment_s < LEAST_IN_MOTION_S:
+                raise ValueError(
+                    f"alignment_s = {self.alignment_s:g} must be at least {LEAST_IN_MOTION_S:g} for an alignment in "
+                    "motion"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _states_once(self) -> Self:
+        named = self.states or ()
+        twice = sorted({name for name in named if named.count(name) > 1})
+        if twice:
+            raise ValueError(f"states names {twice[0]!r} twice; every block can be there once")
+        return self

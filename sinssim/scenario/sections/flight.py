@@ -1,0 +1,170 @@
+"""The [flight] section of a scenario: aircraft, start, legs, wind and turbulence.
+
+Airspeeds are calibrated (what the pilot reads), heights are above the ellipsoid, headings are true, clockwise
+from north. A leg begins with the heading, height and airspeed of the leg before it; the legs themselves lie in
+`sinssim.truth.flight.legs`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from sinssim.section import Heading, Latitude, Longitude, Moment, NotNegative, Section
+from sinssim.truth.flight.aircraft import aircraft_exists
+from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase
+from sinssim.truth.flight.legs import LEGS
+
+_ON_RUNWAY = " and ".join(
+    f'"{name}"'
+    for leg in sorted(LEGS, key=lambda leg: leg.ends == "air")  # those that stay on it first
+    if leg.begins == "runway"
+    for name in get_args(leg.model_fields["type"].annotation)
+)
+
+
+def _name(value: Any) -> Any:
+    """Accept a whole number as a name, because a shell removes the quotes of "737"."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+if TYPE_CHECKING:
+    Leg = LegBase
+else:
+    Leg = Annotated[Union[LEGS], Field(discriminator="type")]  # noqa: UP007
+"""One leg of a flight plan; `type` says which."""
+
+
+class AirStart(Section):
+    """The flight begins in the air, in trimmed straight and level flight.
+
+    Attributes:
+        latitude_deg, longitude_deg: place, degrees.
+        altitude_m: height above the ellipsoid, m.
+        heading_deg: heading, degrees.
+        airspeed_kt: calibrated airspeed, kt; None: the aircraft's usual one.
+    """
+
+    on: Literal["air"]
+    latitude_deg: Latitude = Field(description="latitude of the start")
+    longitude_deg: Longitude = Field(description="longitude of the start")
+    altitude_m: Altitude = Field(description="height above the ellipsoid")
+    heading_deg: Heading = Field(default=0.0, description="heading")
+    airspeed_kt: Airspeed | None = Field(default=None, description="calibrated airspeed; default: the aircraft's")
+
+
+class RunwayStart(Section):
+    """The flight begins at rest on a runway, engines running, brakes set.
+
+    Attributes:
+        latitude_deg, longitude_deg: place, degrees.
+        altitude_m: height of the runway above the ellipsoid, m.
+        heading_deg: heading of the runway, degrees.
+    """
+
+    on: Literal["runway"]
+    latitude_deg: Latitude = Field(description="latitude of the start")
+    longitude_deg: Longitude = Field(description="longitude of the start")
+    altitude_m: Annotated[float, Field(ge=-430.0, le=4500.0)] = Field(
+        default=0.0, description="height of the runway above the ellipsoid"
+    )
+    heading_deg: Heading = Field(default=0.0, description="heading of the runway")
+
+
+Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]
+"""Where and how the flight begins."""
+
+
+_Gradual = Annotated[float, Field(ge=0.01, le=1e6)]
+"""How long a gust takes to rise or fall, s: a quicker one is a jump between two steps of the flight model."""
+_Wind = Annotated[float, Field(ge=-100.0, le=100.0)]
+"""m/s: the strongest jet stream."""
+
+
+class Gust(Section):
+    """One gust with (1 - cos) rise and fall and a steady part between.
+
+    Attributes:
+        start_s: flight time at which it begins, s.
+        rise_s, steady_s, fall_s: durations of its three parts, s.
+        velocity_ned_mps: the wind's change at its height, north, east, down, m/s.
+    """
+
+    start_s: Moment = Field(description="flight time at which it begins")
+    rise_s: _Gradual = Field(default=2.0, description="duration of the rise")
+    steady_s: Moment = Field(default=0.0, description="duration at full strength")
+    fall_s: _Gradual = Field(default=2.0, description="duration of the fall")
+    velocity_ned_mps: tuple[_Wind, _Wind, _Wind] = Field(
+        description="change of the wind at full strength, north, east, down"
+    )
+
+
+class Wind(Section):
+    """Steady wind and gusts. The components give the direction *towards* which the wind blows.
+
+    Attributes:
+        north_mps, east_mps, down_mps: steady wind, m/s.
+        gusts: gusts on top.
+    """
+
+    north_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards north")
+    east_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards east")
+    down_mps: float = Field(default=0.0, ge=-20.0, le=20.0, description="steady wind downwards")
+    gusts: tuple[Gust, ...] = Field(default=(), description="gusts on top of it")
+
+
+class Turbulence(Section):
+    """Dryden turbulence after MIL-F-8785C, seeded by the scenario's seed.
+
+    Attributes:
+        severity: row of the specification's table, which sets the strength above 2000 ft: 2 is weak (0.3 m/s at
+            3 km), 3 light (1.5 m/s), 4 moderate (2.5 m/s), 6 severe.
+        wind_at_6m_mps: wind speed 20 ft above the ground, which sets the strength below 1000 ft, m/s; light
+            7.7, moderate 15.4, severe 23.
+    """
+
+    severity: int = Field(default=3, ge=1, le=7, description="2 weak, 3 light, 4 moderate, 6 severe")
+    wind_at_6m_mps: NotNegative = Field(default=7.7, le=100.0, description="wind speed 6 m above the ground")
+
+
+class FlightSection(Section):
+    """A flight: aircraft, start, legs, wind and turbulence.
+
+    Attributes:
+        aircraft: name of the aircraft, a folder with an aircraft.toml.
+        start: where and how the flight begins.
+        legs: the legs, in order.
+        wind: steady wind and gusts.
+        turbulence: turbulence; None: calm air.
+    """
+
+    aircraft: Annotated[str, BeforeValidator(_name), AfterValidator(aircraft_exists)] = Field(
+        description="see `sinssim list aircraft`"
+    )
+    start: Start
+    legs: tuple[Leg, ...] = Field(description="the legs, in order")
+    wind: Wind = Field(default=Wind())
+    turbulence: Turbulence | None = None
+
+    @model_validator(mode="after")
+    def _order_of_legs(self) -> Self:
+        if not self.legs:
+            raise ValueError("a flight has at least one leg")
+        on_ground = self.start.on == "runway"
+        height = self.start.altitude_m
+        for number, leg in enumerate(self.legs, start=1):
+            name = f"leg {number} ({leg.type})"
+            if on_ground and leg.begins != "runway":
+                raise ValueError(f"{name} begins on the runway; the legs before the first in the air are {_ON_RUNWAY}")
+            if not on_ground and leg.begins == "runway":
+                raise ValueError(
+                    f'{name} needs the aircraft at rest on a runway: start with on = "runway" and put it before any '
+                    "leg in the air"
+                )
+            on_ground = leg.ends == "runway"
+            try:
+                height = leg.end_height(height)
+            except ValueError as error:
+                raise ValueError(f"{name} {error}") from error
+        return self

@@ -1,0 +1,168 @@
+"""The [imu] section of a scenario: grade, rate and place of the sensor block, and errors that differ from the grade.
+
+Every error that differs from run to run can be said in two ways:
+
+- `gyro_bias_sigma_deg_h = 0.01` is a 1σ: the three axes are drawn, each from its own seeded generator;
+- `gyro_bias_deg_h = [0.01, 0.0, 0.0]` is the error itself on the forward, right and down axis: nothing is drawn.
+
+Neither means: the grade's 1σ, or none where grades have none. The random walks, the quanta and the instabilities
+describe a noise and are one number for the three axes. Writing 0 switches an error off; the draws of all the others
+stay what they were. What each does, and in which order, is written in `sinssim.sensors.imu.emulate`.
+
+The unit behind a key may be another one that datasheets use, for example `gyro_misalignment_mrad`,
+`accel_bias_sigma_mg` or `accel_vrw_mps_sqrt_h`; `sinssim.sensors.imu.terms` has the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
+
+from sinssim.scenario.sections.faults import Fault
+from sinssim.scenario.sections.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3
+from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.terms import TERMS
+
+Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]
+Place = Annotated[float, Field(ge=-1e4, le=1e4)]
+Places = tuple[Place, Place, Place]
+
+_SIGMA = "1σ of the random error of the same name, instead of the grade's"
+_OVER = "above that of the calibration"
+_FIXED_OR_DRAWN = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
+
+
+def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of one error term with their types and descriptions."""
+    number: Any = Annotated[float, Field(**dict[str, Any](term.limits))] if term.limits else float
+    if not term.drawn:
+        number = number if term.limits else NotNegative
+        kind = number if term.default is not None else number | None
+        yield term.key, (kind, Field(default=term.default, description=term.explanation))
+        return
+    several: Any = tuple.__class_getitem__((number,) * term.size)  # tuple[float, float, float]
+    sigma: Any = Annotated[float, Field(**dict[str, Any](term.sigma_limits))]
+    yield term.key, (several | None, Field(default=None, description=term.explanation))
+    yield term.sigma_key, (sigma | None, Field(default=None, description=_SIGMA))
+
+
+class _Block(Section):
+    """Grade, rate, set of sensors and place of a sensor block."""
+
+    grade: str = Field(default="laser-standard", description="name of the grade, one of `sinssim.sensors.GRADES`")
+    rate_hz: Annotated[float, Field(gt=0.0, le=1e5)] = Field(default=100.0, description="samples per second")
+    sensor_set: SensorSet = Gyros(type="gyros")
+    lever_arm_m: LeverArm | None = Field(
+        default=None,
+        description="place of the block from the centre of gravity, forward, right, down; default: the aircraft's",
+    )
+    mounting_deg: Vector3 | None = Field(
+        default=None,
+        description="roll, pitch and yaw of the block's axes in the vehicle's; default: the aircraft's",
+    )
+
+
+if TYPE_CHECKING:
+
+    class _Terms(_Block):
+        """A block and the keys of its error terms, which are data."""
+
+        def __getattr__(self, key: str) -> Any:
+            """Return what the section says of an error."""
+
+else:
+    _Terms = create_model("_Terms", __base__=_Block, **{key: kind for term in TERMS for key, kind in _keys(term)})
+
+
+class ImuSection(_Terms):
+    """The sensor block: grade, rate, place and errors."""
+
+    temperature_start_c: Celsius = Field(default=0.0, description=f"temperature of the block at the start, {_OVER}")
+    temperature_steady_c: Celsius = Field(default=0.0, description=f"temperature of the block after warm-up, {_OVER}")
+    warm_up_time_s: Positive = Field(default=600.0, description="time constant of the warm-up")
+    accel_arms_mm: tuple[Places, Places, Places] = Field(
+        default=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        description="places of the three accelerometers in the block, forward, right, down each (size effect)",
+    )
+    accel_delay_ms: float = Field(
+        default=0.0,
+        description="time by which the accelerometers' readings lag the gyros': a reading for the time t is the "
+        "specific force at t less the delay; at most one interval, negative if they lead",
+    )
+
+    laser_gyro: LaserGyroSection | None = Field(
+        default=None, description="the gyros' physics, from which their random walk and quantum follow"
+    )
+    faults: tuple[Fault, ...] = Field(default=(), description="what goes wrong in the run")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _other_units(cls, data: Any) -> Any:
+        return in_scenario_units(data, cls.model_fields)
+
+    @field_validator(*(key for term in TERMS for key in term.keys))
+    @classmethod
+    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
+        return not_absurd(str(info.field_name), value)
+
+    @field_validator("grade")
+    @classmethod
+    def _known_grade(cls, name: str) -> str:
+        find_grade(name)
+        return name
+
+    @field_validator(*(fixed for fixed, _ in _FIXED_OR_DRAWN), mode="before")
+    @classmethod
+    def _one_number_per_axis(cls, value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, int | float):
+            sigma = dict(_FIXED_OR_DRAWN)[str(info.field_name)]
+            raise ValueError(f"the error itself needs one number per axis, a list; a 1σ to draw from is {sigma}")
+        return value
+
+    @model_validator(mode="after")
+    def _fixed_or_drawn(self) -> Self:
+        for fixed, sigma in _FIXED_OR_DRAWN:
+            if getattr(self, fixed) is not None and getattr(self, sigma) is not None:
+                raise ValueError(
+                    f"{fixed} (the error itself) and {sigma} (1σ to draw it from) are both given: keep one of them"
+                )
+        if abs(self.accel_delay_ms) * 1e-3 * self.rate_hz > 1.0:
+            raise ValueError(
+                f"accel_delay_ms = {self.accel_delay_ms:g} is more than one interval between samples; at rate_hz = "
+                f"{self.rate_hz:g} at most {1e3 / self.rate_hz:g} either way can be had"
+            )
+        for number, fault in enumerate(self.faults, start=1):
+            if fault.type == "jitter" and fault.sigma_ms * 1e-3 * self.rate_hz > 0.1:
+                raise ValueError(
+                    f"faults.{number}.sigma_ms = {fault.sigma_ms:g} would bring the time stamps out of order; at "
+                    f"rate_hz = {self.rate_hz:g} at most {100.0 / self.rate_hz:g}, a tenth of the interval, can be had"
+                )
+        if self.laser_gyro is not None:
+            for key in ("gyro_arw_deg_sqrt_h", "gyro_quantum_arcsec"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key} follows from the physics in laser_gyro, which is given too: keep one")
+        return self
+
+    @model_validator(mode="after")
+    def _errors_are_of_this_set(self) -> Self:
+        if isinstance(self.sensor_set, SixAccelerometers | AttitudeSensor):
+            kind = self.sensor_set.type
+            for name, field in type(self).model_fields.items():
+                if "gyro" in name and getattr(self, name) != field.default:
+                    raise ValueError(f'{name} is given, and sensor_set.type = "{kind}" has no gyros: leave it out')
+            for fixed, sigma in _FIXED_OR_DRAWN:
+                if kind == "accelerometers" and getattr(self, fixed) is not None:
+                    raise ValueError(
+                        f"{fixed} has one number per axis of a triad, and sensor_set.type = "
+                        f'"{kind}" has six accelerometers, whose errors are drawn: give {sigma}'
+                    )
+            for name in ("accel_arms_mm", "accel_delay_ms", "faults"):
+                if getattr(self, name) != type(self).model_fields[name].default:
+                    raise ValueError(f'{name} is of a block of gyros; with sensor_set.type = "{kind}" leave it out')
+        return self

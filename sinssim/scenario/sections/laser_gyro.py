@@ -1,0 +1,66 @@
+"""The [imu.laser_gyro] table of a scenario: gyros given by their physics instead of by their noise."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.section import NotNegative, Positive, Section
+from sinssim.units import ARCSEC, DEG_H
+
+GasFlow = Annotated[float, Field(ge=-10.0, le=10.0)]
+Gain = Annotated[float, Field(ge=0.0, le=100.0)]
+ThermalSpeed = Annotated[float, Field(ge=100.0, le=1e4)]
+Expansion = Annotated[float, Field(ge=-100.0, le=100.0)]
+PathControl = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class LaserGyroSection(Section):
+    """Laser gyros by their physics: the ring determines the pulse weight, dithered lock-in the random walk."""
+
+    perimeter_mm: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="length of the ring")
+    area_mm2: Annotated[float, Field(gt=0.0, le=1e11)] = Field(description="area that the beams enclose")
+    wavelength_nm: Positive = Field(
+        default=632.8, description="wavelength of the laser; 632.8 is the red line of helium-neon"
+    )
+    lock_in_deg_h: NotNegative = Field(description="half-width of the dead zone without dither, 0 for none")
+    dither_amplitude_arcsec: Positive = Field(
+        description="amplitude of the mechanical dither, from the middle to a turnaround"
+    )
+    dither_frequency_hz: Positive = Field(description="frequency of the dither")
+    gas_flow_mps: GasFlow = Field(
+        default=0.0,
+        description="mean flow of the gas along the beams; it causes a bias that changes with the temperature, and "
+        "that the calibration removes at its own temperature",
+    )
+    gain_percent: Gain = Field(default=0.0, description="power gain per round trip at the centre of the line")
+    thermal_speed_mps: ThermalSpeed = Field(
+        default=550.0, description="most probable speed of the atoms; 550 is neon's at 367 K"
+    )
+    expansion_ppm_per_c: Expansion = Field(default=0.02, description="linear expansion of the ring; 0.02 is Zerodur's")
+    path_control: PathControl = Field(
+        default=0.0, description="fraction of the path length's change that the path control removes, 0 for no control"
+    )
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Self:
+        largest = self.perimeter_mm**2 / (4.0 * math.pi)
+        if self.area_mm2 > largest:
+            raise ValueError(
+                f"a perimeter_mm of {self.perimeter_mm:g} encloses at most {largest:.4g} mm² (a circle), not an "
+                f"area_mm2 of {self.area_mm2:g}"
+            )
+        rate_deg_h = 2.0 * math.pi * self.dither_frequency_hz * self.dither_amplitude_arcsec * ARCSEC / DEG_H
+        if rate_deg_h <= self.lock_in_deg_h:
+            raise ValueError(
+                f"the dither turns at no more than {rate_deg_h:.4g} deg/h and never leaves lock_in_deg_h = "
+                f"{self.lock_in_deg_h:g}; it needs a larger dither_amplitude_arcsec or dither_frequency_hz"
+            )
+        if bool(self.gas_flow_mps) != bool(self.gain_percent):
+            raise ValueError(
+                f"gas_flow_mps = {self.gas_flow_mps:g} with gain_percent = {self.gain_percent:g}: a null shift needs "
+                "both, and no null shift neither"
+            )
+        return self

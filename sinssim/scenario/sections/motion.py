@@ -1,0 +1,168 @@
+"""The [motion] table, motions in closed form for testing algorithms, and the [[vibration]] of any motion."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.section import (
+    Axis,
+    Duration,
+    Frequency,
+    Heading,
+    Height,
+    Latitude,
+    Longitude,
+    NotNegative,
+    Positive,
+    Section,
+    Turn,
+    TurnRate,
+)
+
+_TURNS = ("roll", "pitch", "yaw")
+
+# Sizes beyond which the motion is none of a vehicle: half a turn, a kilometre, and what crushes any instrument.
+_MOST_ARCSEC, _MOST_MM, _MOST_G = 648_000.0, 1e6, 1e5
+
+
+class VibrationSection(Section):
+    """Vibration of the sensor block on top of the motion, in the block's axes: a sinusoid, or noise in a band."""
+
+    coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="what vibrates")
+    rms_arcsec: NotNegative | None = Field(
+        default=None, le=_MOST_ARCSEC, description="rms of a vibration in roll, pitch or yaw"
+    )
+    rms_mm: NotNegative | None = Field(
+        default=None, le=_MOST_MM, description="rms of a vibration forward, right or down"
+    )
+    rms_g: NotNegative | None = Field(
+        default=None,
+        le=_MOST_G,
+        description="instead of rms_mm: rms of the acceleration, whose spectrum is then flat",
+    )
+    low_hz: Frequency = Field(description="lower edge of the band, or the frequency of a sinusoid")
+    high_hz: Frequency | None = Field(default=None, description="upper edge of the band; none for a sinusoid")
+    phase_deg: float = Field(
+        default=0.0,
+        ge=-36_000.0,
+        le=36_000.0,
+        description="phase of a sinusoid (with rms_g, of its acceleration) at the start",
+    )
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        of_turns, of_displacements = ("rms_arcsec",), ("rms_mm", "rms_g")
+        right = of_turns if self.coordinate in _TURNS else of_displacements
+        given = tuple(key for key in (*of_turns, *of_displacements) if getattr(self, key) is not None)
+        if len(given) != 1 or given[0] not in right:
+            raise ValueError(
+                f"a vibration in {self.coordinate} has its size in {' or '.join(right)}; here it is given in "
+                f"{' and '.join(given) or 'none'}"
+            )
+        if self.high_hz is not None and self.high_hz <= self.low_hz:
+            raise ValueError(
+                f"the band from {self.low_hz:g} Hz to {self.high_hz:g} Hz is empty; high_hz must be higher"
+            )
+        return self
+
+
+class _Placed(Section):
+    latitude_deg: Latitude = Field(default=45.0, description="latitude of the place")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude of the place")
+    altitude_m: Height = Field(default=0.0, description="height of the place above the ellipsoid")
+    roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0, description="mean roll")
+    pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="mean pitch")
+    heading_deg: Heading = Field(default=0.0, description="mean heading")
+
+
+class ConingMotion(_Placed):
+    """Classical coning: the forward axis describes a cone, and the block has no net rotation."""
+
+    type: Literal["coning"]
+    half_angle_deg: Positive = Field(le=180.0, description="half-angle of the cone")
+    frequency_hz: Frequency = Field(description="frequency of the motion round the cone")
+    duration_s: Duration = Field(description="duration")
+
+
+class ScullingMotion(_Placed):
+    """A turn about the forward axis in phase with an oscillation to the right."""
+
+    type: Literal["sculling"]
+    angle_deg: Turn = Field(description="amplitude of the turn")
+    displacement_mm: Positive = Field(le=_MOST_MM, description="amplitude of the oscillation")
+    frequency_hz: Frequency = Field(description="frequency of both")
+    duration_s: Duration = Field(description="duration")
+
+
+class SpinConeMotion(_Placed):
+    """The block spins about its forward axis while that axis describes a cone."""
+
+    type: Literal["spin-cone"]
+    angle_deg: Positive = Field(le=180.0, description="angle between the forward axis and the axis of the cone")
+    precession_deg_s: TurnRate = Field(description="rate round the cone")
+    spin_deg_s: TurnRate = Field(description="rate about the forward axis")
+    duration_s: Duration = Field(description="duration")
+
+
+class SpinRockMotion(_Placed):
+    """A spin with rocking on top, about one axis; the sensor block's lever arm is that of [imu]."""
+
+    type: Literal["spin-rock"]
+    axis: Axis = Field(description="axis of the spin: forward, right, down")
+    spin_deg_s: TurnRate = Field(default=0.0, description="steady rate")
+    angle_deg: Turn = Field(description="amplitude of the rocking")
+    frequency_hz: Frequency = Field(description="frequency of the rocking")
+    duration_s: Duration = Field(description="duration")
+
+
+class DwellStep(Section):
+    """The table stands still."""
+
+    type: Literal["dwell"]
+    duration_s: Duration = Field(description="duration")
+
+
+class TurnStep(Section):
+    """The table turns about an axis of the block."""
+
+    type: Literal["turn"]
+    axis: Axis = Field(description="axis of the turn in the block's axes: forward, right, down")
+    angle_deg: float = Field(ge=-3.6e7, le=3.6e7, description="angle of the turn, right-handed about the axis")
+    rate_deg_s: float = Field(ge=1e-6, le=360_000.0, description="full rate of the turn")
+    ramp_s: float = Field(default=1.0, ge=1e-3, le=1e6, description="duration of the rise of the rate, and of its fall")
+    profile: Literal["smooth", "trapezoidal"] = Field(default="smooth", description="shape of the rise and the fall")
+
+    @model_validator(mode="after")
+    def _can_be_done(self) -> Self:
+        if abs(self.angle_deg) < self.rate_deg_s * self.ramp_s:
+            raise ValueError(
+                f"a turn by {self.angle_deg:g}° never reaches {self.rate_deg_s:g}°/s with ramps of {self.ramp_s:g} s; "
+                f"ramp_s of at most {abs(self.angle_deg) / self.rate_deg_s:g}, or a lower rate, is needed"
+            )
+        return self
+
+
+Step = Annotated[DwellStep | TurnStep, Field(discriminator="type")]
+
+
+class RotationTableMotion(_Placed):
+    """A sequence on a rotation table; it lasts as long as its steps."""
+
+    type: Literal["rotation-table"]
+    steps: tuple[Step, ...] = Field(min_length=1, description="steps of the table in their order")
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the sequence, s."""
+        return sum(
+            step.duration_s if isinstance(step, DwellStep) else abs(step.angle_deg) / step.rate_deg_s + step.ramp_s
+            for step in self.steps
+        )
+
+
+MotionSection = Annotated[
+    ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | RotationTableMotion,
+    Field(discriminator="type"),
+]

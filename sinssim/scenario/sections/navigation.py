@@ -1,0 +1,171 @@
+"""The [navigation] table of a scenario: algorithms, frame, vertical channel, rates, and the initial errors."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from sinssim.algorithms import MEASURED_ATTITUDE, schedule
+from sinssim.errors import InputError
+from sinssim.frames import (
+    BARO_TIME_CONSTANT,
+    CURVATURES,
+    FRAME_REGISTRY,
+    SLOW_QUANTITIES,
+    VERTICALS,
+    check_curvature,
+    check_three_rates,
+    frames_that,
+    listed,
+)
+from sinssim.scenario.sections.choices import (
+    Algorithm,
+    Curvature,
+    Frame,
+    Gravity,
+    SlowQuantities,
+    Vertical,
+)
+from sinssim.section import (
+    Latitude,
+    Longitude,
+    Offset,
+    Rate,
+    Section,
+    Speed,
+    Spread,
+    Velocity,
+)
+
+_Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]
+"""Error of an angle, arcmin: half a turn, beyond which it begins anew."""
+_ArcminSigma = Annotated[float, Field(ge=0.0, le=10_800.0)]
+
+BaroTimeConstant = Annotated[float, Field(ge=0.1, le=1e6)]
+"""Time constant of the baro loop, s: below, the loop is quicker than its readings; above, it holds nothing in a run."""
+
+
+class InitialErrorSection(Section):
+    """Errors of the initial state of navigation: fixed errors, and 1σ of random errors, which add up."""
+
+    north_m: Offset = Field(default=0.0, description="position error to the north")
+    east_m: Offset = Field(default=0.0, description="position error to the east")
+    height_m: Offset = Field(default=0.0, description="height error, up positive")
+    velocity_north_mps: Velocity = Field(default=0.0, description="velocity error to the north")
+    velocity_east_mps: Velocity = Field(default=0.0, description="velocity error to the east")
+    velocity_down_mps: Velocity = Field(default=0.0, description="velocity error, down positive")
+    roll_arcmin: _Arcmin = Field(default=0.0, description="roll error")
+    pitch_arcmin: _Arcmin = Field(default=0.0, description="pitch error")
+    heading_arcmin: _Arcmin = Field(default=0.0, description="heading error")
+    position_sigma_m: Spread = Field(
+        default=0.0, description="1σ of the random position error to the north, and to the east"
+    )
+    height_sigma_m: Spread = Field(default=0.0, description="1σ of the random height error")
+    velocity_sigma_mps: Speed = Field(default=0.0, description="1σ of the random error of each velocity component")
+    tilt_sigma_arcmin: _ArcminSigma = Field(
+        default=0.0, description="1σ of the random tilt about north, and about east"
+    )
+    heading_sigma_arcmin: _ArcminSigma = Field(default=0.0, description="1σ of the random heading error")
+
+
+class NavigationSection(Section):
+    """Strapdown navigation: computes position, velocity and attitude from the measured increments."""
+
+    algorithms: tuple[Algorithm, ...] = Field(
+        default=("quaternion",),
+        min_length=1,
+        description="attitude algorithms, each with a solution of its own; see `sinssim list algorithms`",
+    )
+    frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
+    gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
+    curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
+    vertical: Vertical = Field(
+        default="free",
+        description=f"height channel: {', '.join(VERTICALS)}; default: baro-loop for [flight], [great_circle] and "
+        "scenarios with [aiding.baro], else free. The loop uses [aiding.baro], or the true height without it",
+    )
+    baro_time_constant_s: BaroTimeConstant = Field(
+        default=BARO_TIME_CONSTANT,
+        description='time constant of vertical = "baro-loop"; the loop holds the '
+        "error of a reading until the next one arrives, and opens when that is overdue",
+    )
+    rates_hz: tuple[Rate, Rate, Rate] | None = Field(
+        default=None,
+        description="rates of the fast, medium and slow part; each divides the one before, the fast one the IMU's",
+    )
+    slow_quantities: SlowQuantities = Field(
+        default="hold",
+        description=f"with rates_hz, slow quantities between slow instants: {' or '.join(SLOW_QUANTITIES)}",
+    )
+    route_deg: tuple[Latitude, Longitude, Latitude, Longitude] | None = Field(
+        default=None,
+        description='latitude and longitude of A and of B, whose great circle is the equator of frame = "transverse"; '
+        "default: the great circle along the initial velocity",
+    )
+    initial_error: InitialErrorSection = Field(default=InitialErrorSection())
+
+    @model_validator(mode="after")
+    def _algorithms_once(self) -> Self:
+        if len(set(self.algorithms)) < len(self.algorithms):
+            raise ValueError("algorithms names one algorithm twice; once is enough")
+        return self
+
+    @model_validator(mode="after")
+    def _attitude_is_measured_or_computed(self) -> Self:
+        if MEASURED_ATTITUDE in self.algorithms and (len(self.algorithms) > 1 or self.frame != "inertial"):
+            raise ValueError(
+                f'algorithms = ["{MEASURED_ATTITUDE}"] goes with frame = "inertial" and with no other algorithm; here '
+                f'frame = "{self.frame}" and algorithms = {list(self.algorithms)}'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _everything_is_used(self) -> Self:
+        check_curvature(self.frame, self.curvature)
+        if self.slow_quantities != "hold" and self.rates_hz is None:
+            raise ValueError(
+                f'slow_quantities = "{self.slow_quantities}" would change nothing: it belongs to a schedule, and '
+                "rates_hz gives none"
+            )
+        angles = ("roll_arcmin", "pitch_arcmin", "heading_arcmin", "tilt_sigma_arcmin", "heading_sigma_arcmin")
+        wrong = [name for name in angles if getattr(self.initial_error, name)]
+        if wrong and MEASURED_ATTITUDE in self.algorithms:
+            raise ValueError(
+                f"initial_error.{wrong[0]} would change nothing: with a measured attitude none is started from; "
+                "imu.sensor_set.bias_arcsec is the error of the sensor at the start"
+            )
+        return self
+
+    @field_validator("rates_hz")
+    @classmethod
+    def _rates_can_be_had(
+        cls, rates: tuple[float, float, float] | None, info: ValidationInfo
+    ) -> tuple[float, float, float] | None:
+        if rates is not None:
+            try:
+                schedule(rates, rates[0])
+                if MEASURED_ATTITUDE in info.data.get("algorithms", ()):
+                    raise InputError("a measured attitude has no parts that could run at three rates")
+                for algorithm in info.data.get("algorithms", ()):
+                    check_three_rates(algorithm, info.data.get("frame", "level"))
+            except InputError as error:
+                raise ValueError(str(error).removeprefix("rates_hz: ")) from error  # the key is named already
+        return rates
+
+    @field_validator("route_deg")
+    @classmethod
+    def _route_is_one(
+        cls, route: tuple[float, float, float, float] | None, info: ValidationInfo
+    ) -> tuple[float, float, float, float] | None:
+        if route is None:
+            return route
+        if "frame" in info.data and not FRAME_REGISTRY[info.data["frame"]].takes_route:
+            able = listed(frames_that(lambda entry: entry.takes_route))
+            raise ValueError(f'a route is for frame = "{able}" only; here frame = "{info.data["frame"]}"')
+        lat_a, lon_a, lat_b, lon_b = map(math.radians, route)
+        cosine = math.sin(lat_a) * math.sin(lat_b) + math.cos(lat_a) * math.cos(lat_b) * math.cos(lon_b - lon_a)
+        if 1.0 - abs(cosine) < 1e-12:
+            raise ValueError("A and B of the route coincide or lie opposite, and fix no great circle")
+        return route

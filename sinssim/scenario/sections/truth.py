@@ -1,0 +1,47 @@
+"""The tables of the true motion that is known in closed form ([parked], [great_circle]), and [truth]."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from sinssim.earth.models import ELLIPSOIDS
+from sinssim.scenario.sections.choices import EllipsoidName, Gravity
+from sinssim.section import (
+    Duration,
+    Heading,
+    Height,
+    Latitude,
+    Longitude,
+    Section,
+    Speed,
+)
+
+
+class ParkedSection(Section):
+    """A vehicle that stands still: any place on the Earth, the poles included, any attitude."""
+
+    latitude_deg: Latitude = Field(description="geodetic latitude, north positive")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude, east positive")
+    altitude_m: Height = Field(default=0.0, description="height above the ellipsoid")
+    roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0, description="roll, right side down positive")
+    pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="pitch, nose up positive")
+    heading_deg: Heading = Field(default=0.0, description="heading, clockwise from north")
+    duration_s: Duration = Field(description="duration")
+
+
+class GreatCircleSection(Section):
+    """Level flight at constant height and ground speed along a great circle: truth in closed form."""
+
+    latitude_deg: Latitude = Field(description="latitude at the start")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude at the start")
+    altitude_m: Height = Field(default=0.0, description="height above the ellipsoid")
+    course_deg: Heading = Field(description="course at the start, clockwise from north")
+    speed_mps: Speed = Field(description="ground speed")
+    duration_s: Duration = Field(description="duration")
+
+
+class TruthSection(Section):
+    """Gravity model and ellipsoid of the truth."""
+
+    gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
+    ellipsoid: EllipsoidName = Field(default="wgs84", description=f"one of {', '.join(ELLIPSOIDS)}")

@@ -1,0 +1,48 @@
+"""An attitude reference: the attitude of the block in the local level, with noise and drift."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from pydantic import Field
+
+from sinssim import rotation
+from sinssim.section import CorrelationTime, Spread
+from sinssim.sensors.aiding.base.random_errors import correlated, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle
+from sinssim.units import ARCMIN
+
+
+class AttitudeSection(AidingSensor):
+    """An attitude reference, which measures the attitude of the block in the local level."""
+
+    sigma_arcmin: Noise3 = Field(default=(6.0, 6.0, 18.0), description="white noise about forward, right and down")
+    bias_sigma_arcmin: Spread = Field(default=0.0, description="1σ of the Gauss-Markov error about each axis")
+    bias_correlation_time_s: CorrelationTime = Field(default=600.0, description="correlation time of this error")
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return attitudes q_nb ∘ q(ε), ε noise and drift about the block's axes.
+
+        Args:
+            vehicle: the vehicle that carries the reference.
+
+        Returns:
+            "attitude", unit quaternions q_nb; the 1σ is that about each axis of the block.
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        s, seed = self, vehicle.seed
+        time = s.epochs(vehicle.trajectory)
+        slow = (ARCMIN * s.bias_sigma_arcmin,) * 3
+        bias = correlated(seed, "attitude drift", slow, time, s.bias_correlation_time_s)
+        sigma = ARCMIN * np.array(s.sigma_arcmin)
+        error = bias + white(seed, "attitude noise", sigma, len(time))
+        q_nb = vehicle.trajectory.state(time).q_nb
+        value = rotation.multiply(q_nb, rotation.quaternion_from_rotation_vector(error))
+        return [s.readings("attitude", "attitude", time, value, sigma, {"attitude bias": bias})]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the drift about the block's axes."""
+        yield SensorState("attitude bias", (ARCMIN * self.bias_sigma_arcmin,) * 3, self.bias_correlation_time_s)

@@ -1,0 +1,68 @@
+"""The random errors of aiding sensors; every axis of every term has random numbers of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sinssim.data import Array
+
+
+def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> Array:
+    """Return white noise.
+
+    Args:
+        seed: the run's seed.
+        term: name of the sensor and the error, for example "gnss position noise".
+        sigma: 1σ of each axis, (k,).
+        count: number of readings M.
+
+    Returns:
+        (M, k).
+    """
+    from sinssim.sensors.noise.random_numbers import normals  # needs the compiler
+
+    return np.column_stack([s * normals(seed, term, i, count) for i, s in enumerate(sigma)])
+
+
+def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array, correlation_time: float) -> Array:
+    """Return a stationary first-order Gauss-Markov process.
+
+    Args:
+        seed: the run's seed.
+        term: name of the sensor and the error.
+        sigma: 1σ of each axis, (k,).
+        time: of the readings, (M,) s.
+        correlation_time: s.
+
+    Returns:
+        (M, k).
+    """
+    if not np.any(sigma):
+        return np.zeros((len(time), len(sigma)))
+    from sinssim.sensors.noise.gauss_markov import gauss_markov
+
+    fresh = white(seed, term, sigma, len(time))
+    interval = np.diff(time)
+    return np.column_stack([gauss_markov(interval, correlation_time, axis.copy()) for axis in fresh.T])
+
+
+def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int = 0) -> float:
+    """Return an error that is constant during a run: the given one, or one that is drawn.
+
+    Args:
+        seed: the run's seed.
+        term: name of the sensor and the error.
+        fixed: the error itself, None to draw it.
+        sigma: 1σ to draw it from.
+        axis: number of the axis.
+
+    Returns:
+        The error, in the units of `fixed` and `sigma`.
+    """
+    if fixed is not None:
+        return fixed
+    from sinssim.sensors.noise.random_numbers import normals
+
+    return sigma * float(normals(seed, term, axis, 1)[0])

@@ -1,0 +1,202 @@
+"""The base of every aiding sensor: its keys, its readings on their way to the filter, and the filter's states for it.
+
+An error that differs from run to run can be given in two ways, as for the inertial sensors: `bias_sigma_m = 10.0` is
+the 1σ that it is drawn from, `bias_m = 10.0` the error itself. All noises are 1σ of each reading. The filter is told
+the 1σ of the white noise, and the description of what its states can follow; `[filter]` may tell it otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import AfterValidator, Field
+
+from sinssim.data import Array, Measurements
+from sinssim.errors import InputError
+from sinssim.section import LeverArm, Moment, Noise, Rate, Section
+from sinssim.sensors.aiding.registry import SENSORS
+from sinssim.truth.sample_times import sample_edges
+
+if TYPE_CHECKING:
+    from sinssim.data import NavSolution
+    from sinssim.truth.trajectory import Trajectory
+
+Mask = NDArray[np.bool_]
+Spans = Sequence[tuple[float, float]]
+
+
+def in_order(span: tuple[float, float]) -> tuple[float, float]:
+    """Return a span of time; raise ValueError for one that does not end after it begins."""
+    if not span[0] < span[1]:
+        raise ValueError(f"from {span[0]:g} s to {span[1]:g} s is no time; the end must lie after the begin")
+    return span
+
+
+Span = Annotated[tuple[Moment, Moment], AfterValidator(in_order)]
+"""From, to: times of the run, s."""
+
+Noise3 = tuple[Noise, Noise, Noise]
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """The vehicle that carries aiding sensors.
+
+    Attributes:
+        trajectory: true motion of the sensor block.
+        seed: the run's seed; every axis of every term of every sensor has a generator of its own, so that the draws of
+            one do not depend on which others there are.
+        navigate: navigates another inertial system of a grade at a lever arm [m] from the block, from the exact start;
+            the solution is in the block's axes. None if nothing does.
+    """
+
+    trajectory: Trajectory
+    seed: int = 0
+    navigate: Callable[[str, LeverArm], NavSolution] | None = None
+
+
+class SensorState(NamedTuple):
+    """An error of an aiding sensor that the filter estimates: a constant, or a Gauss-Markov process.
+
+    Attributes:
+        block: name of the states, "<label> bias" for example, see `sinssim.estimation.model.BLOCKS`.
+        sigma: 1σ of each component, SI; the filter has no state for an error whose 1σ are all zero.
+        correlation_time: of a Gauss-Markov process, s; infinite for a constant.
+    """
+
+    block: str
+    sigma: tuple[float, ...]
+    correlation_time: float = math.inf
+
+
+@dataclass(frozen=True)
+class AidingReadings:
+    """The readings of an aiding sensor, of one kind of measurement, and the truth about them.
+
+    Attributes:
+        measurements: what the filter gets.
+        time: instants of all readings, those in outages too, (M,) s.
+        parameters: true values of what a filter may estimate of the sensor, by block of states: constants (k,), or at
+            `time` (M, k).
+    """
+
+    measurements: Measurements
+    time: Array
+    parameters: dict[str, Array]
+
+
+class AidingSensor(Section):
+    """A table of [aiding]: the keys of every aiding sensor, a rate, a latency, and times without readings."""
+
+    rate_hz: Rate = Field(
+        default=1.0, description="readings per second, at most the IMU's; the first one interval after the start"
+    )
+    latency_s: Moment = Field(default=0.0, description="time from a reading's validity to its arrival at the filter")
+    outages_s: tuple[Span, ...] = Field(
+        default=(), description="[from, to] of each interval without readings; intervals may overlap"
+    )
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return what the sensor gives during a run.
+
+        Args:
+            vehicle: the vehicle that carries it.
+
+        Returns:
+            One entry for each kind of measurement that it gives.
+
+        Raises:
+            InputError: the motion is over before the first reading, or the seed cannot be used.
+        """
+        raise NotImplementedError
+
+    def states(self) -> Iterable[SensorState]:
+        """Return the errors of the sensor that the filter estimates; by default there are none."""
+        return ()
+
+    def epochs(self, trajectory: Trajectory) -> Array:
+        """Return the instants at which the sensor reads, outages included.
+
+        Args:
+            trajectory: the true motion.
+
+        Returns:
+            start + k/rate for k = 1, 2, …, (M,) s.
+
+        Raises:
+            InputError: the motion is over before the first reading.
+        """
+        duration = trajectory.end - trajectory.start
+        if duration * self.rate_hz < 1.0 - 1e-9:
+            key = next((k for k, entry in SENSORS.items() if entry.endswith(f".{type(self).__name__}")), "?")
+            raise InputError(
+                f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first reading comes after {1.0 / self.rate_hz:g} s, and "
+                f"the motion is over after {duration:g} s; a higher rate or a longer motion is needed."
+            )
+        return sample_edges(trajectory.start, trajectory.end, self.rate_hz)[1:]
+
+    def readings(
+        self,
+        label: str,
+        kind: str,
+        time: Array,
+        value: Array,
+        sigma: ArrayLike,
+        parameters: dict[str, Array],
+        *,
+        lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+        valid: Mask | None = None,
+        lag: float = 0.0,
+    ) -> AidingReadings:
+        """Return readings as the filter gets them.
+
+        All have been drawn before: an outage leaves the noise of the others alone.
+
+        Args:
+            label: name of the readings, unique among all sensors; those of the sensor's blocks begin with it.
+            kind: kind of measurement, see `Measurements`.
+            time: instants of all readings, (M,) s.
+            value: all readings, (M, k).
+            sigma: 1σ of each component that the filter is told, (k,).
+            parameters: see `AidingReadings`.
+            lever_arm: from the block to the sensor, body axes, (3,) m.
+            valid: which readings exist, outages apart, (M,); all by default.
+            lag: time by which the reading lags the quantity, s.
+
+        Returns:
+            The readings outside the outages.
+        """
+        kept = ~within(time, self.outages_s)
+        if valid is not None:
+            kept &= valid
+        sigmas = np.tile(np.asarray(sigma, dtype=np.float64), (int(np.count_nonzero(kept)), 1))
+        instant, arm = time[kept], np.asarray(lever_arm, dtype=np.float64)
+        given = Measurements(kind, instant - lag, instant + self.latency_s, value[kept], sigmas, arm, label)
+        return AidingReadings(given, time, parameters)
+
+
+def exclude_each_other(section: Section, fixed: str, sigma: str) -> None:
+    """Raise ValueError for an error that is both given and to be drawn."""
+    if getattr(section, fixed) is not None and getattr(section, sigma):
+        raise ValueError(f"{fixed} (the error) and {sigma} (1σ to draw it from) are both given: keep one of them")
+
+
+def within(time: Array, spans: Spans) -> Mask:
+    """Return which instants lie in one of some spans.
+
+    Args:
+        time: (M,) s.
+        spans: begin and end of each, both included, s.
+
+    Returns:
+        (M,).
+    """
+    inside = np.zeros(len(time), dtype=bool)
+    for begin, end in spans:
+        inside |= (time >= begin) & (time <= end)
+    return inside

@@ -1,0 +1,72 @@
+"""The aiding sensors that a scenario may have, and the kinds of measurement that they give.
+
+Adding a sensor takes a file beside this one and a line in `SENSORS`; see `docs/extending/aiding-sensor.md`. Adding a
+kind of measurement takes a file under `sinssim/estimation/measurements/` and a line in `KINDS`; see
+`docs/extending/measurement-kind.md`.
+"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import TypeVar
+
+import sinssim
+from sinssim.errors import InputError
+
+_T = TypeVar("_T")
+
+SENSORS: dict[str, str] = {
+    "gnss": "gnss.GnssSection",
+    "baro": "barometer.BarometerSection",
+    "magnetometer": "magnetometer.MagnetometerSection",
+    "airspeed": "airspeed.AirspeedSection",
+    "odometer": "odometer.OdometerSection",
+    "zero_velocity": "standstill.ZeroVelocitySection",
+    "zero_rate": "standstill.ZeroRateSection",
+    "attitude": "attitude_reference.AttitudeSection",
+    "star_tracker": "star_tracker.StarTrackerSection",
+    "master": "master.MasterSection",
+}
+"""File and class of each sensor, by its table in [aiding]."""
+
+KINDS: dict[str, str] = {
+    "gnss-position": "position.GnssPosition",
+    "gnss-velocity": "velocity.GnssVelocity",
+    "baro-height": "height.BaroHeight",
+    "zero-velocity": "velocity.ZeroVelocity",
+    "zero-rate": "rate.ZeroRate",
+    "heading": "heading.Heading",
+    "attitude": "attitude.Attitude",
+    "earth-attitude": "attitude.EarthAttitude",
+    "speed": "speed.Speed",
+    "airspeed": "airspeed.Airspeed",
+}
+"""File and class of each kind of measurement, by `Measurements.kind`."""
+
+
+def load_class(package: str, entry: str, base: type[_T]) -> type[_T]:
+    """Load the class of an entry.
+
+    Args:
+        package: that the file lies in, for example "sinssim.sensors.aiding".
+        entry: file and class, for example "gnss.GnssSection".
+        base: class that it derives from.
+
+    Returns:
+        The class.
+
+    Raises:
+        InputError: the file is missing or broken, or holds no such class; the message names its path.
+    """
+    module, _, name = entry.rpartition(".")
+    path = Path(sinssim.__file__).parent.joinpath(*package.split(".")[1:], *module.split(".")).with_suffix(".py")
+    try:
+        found = getattr(importlib.import_module(f"{package}.{module}"), name)
+    except Exception as error:  # whatever a broken file raises
+        raise InputError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, base)):
+        raise InputError(f"{path} cannot be used: {name} must be a class that derives from {base.__name__}.")
+    if not (found.__doc__ or "").strip():
+        raise InputError(f"{path} cannot be used: {name} needs a docstring, whose first line says what it is.")
+    return found

@@ -1,0 +1,161 @@
+"""From ideal increments to measured ones: every error of the sensor block, in one pass.
+
+Stages, in this order. T is the interval's length, t its middle since the start, u = Δβ/T the mean rate or specific
+force of the interval in the block's axes, f that of the accelerometers; i the sensitive axis, j ≠ i the others. Every
+error is 0 unless given; the names in brackets are the fields of `TriadErrors` (SI) and the keys of a scenario's [imu],
+"gyro_" or "accel_" before them and their unit behind. What varies from run to run has a second key with "_sigma" before
+the unit, from which it is drawn.
+
+  1. where and when: accelerometer i sits at its own place r_i, and the accelerometers' readings lag the gyros' by δ
+     (arms: accel_arms_mm; delay: accel_delay_ms); gas flow in laser gyros, alike in all three, feigns a rotation that
+     changes with the temperature (null_shift: [imu.laser_gyro]). The same in every run: `sinssim.sensors.imu.placement`
+         f_i ← f_i + [ω̇ × r_i + ω × (ω × r_i)]_i,     f(t) ← f(t − δ),     ω_i ← ω_i + Ω₀(Θ) − Ω₀(0)
+  2. sensitive axis (misalignment: _misalignment_arcsec)
+         x_i = u_i + Σ_j M_ij u_j
+  3. response (asymmetry: _asymmetry_ppm; quadratic: gyro_quadratic_ppm_per_deg_s, accel_quadratic_ug_per_g2; cubic:
+     gyro_cubic_ppm_per_deg2_s2, accel_cubic_ug_per_g3; cross_axis: accel_cross_axis_ug_per_g2)
+         n_i = x_i + ½κ|x_i| + K₂x_i² + K₃x_i³ + Σ_j C_ij x_i u_j
+     κ is the scale factor of positive inputs less that of negative ones, relative; C the cross-coupling of pendulous
+     accelerometers (K_ip, K_io of IEEE Std 1293), which rectifies vibration (vibro-pendulous error)
+  4. equation (2), with what drifts (scale: _scale_ppm; scale_temperature: _scale_temperature_ppm_per_c; bias:
+     gyro_bias_deg_h, accel_bias_ug; g_sensitivity: gyro_g_sensitivity_deg_h_per_g; bias_temperature:
+     gyro_bias_temperature_deg_h_per_c, accel_bias_temperature_ug_per_c; ramp: gyro_ramp_deg_h_per_h,
+     accel_ramp_ug_per_h)
+         y_i = (1 + k_i + k′_i Θ) n_i + ω₀_i + Σ_m G_im f_m + β_i Θ + R_i t + b_i + w_i + c_i
+     Θ(t) = Θ_∞ + (Θ₀ − Θ_∞) exp(−t/τ_Θ) is the temperature over that of the calibration (temperature_start_c,
+     temperature_steady_c, warm_up_time_s)
+       b: bias instability, stationary first-order Gauss-Markov of 1σ σ_b and correlation time τ_b (instability,
+          correlation_time: gyro_instability_deg_h, accel_instability_ug, _correlation_time_s)
+       w: rate random walk K, 0 at the start (rate_walk: gyro_rrw_deg_h_sqrt_h, accel_rrw_ug_sqrt_h)
+       c: flicker, the bias instability B of IEEE Std 952 (flicker: gyro_flicker_deg_h, accel_flicker_ug)
+  5. noise and faults (random_walk N: gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz)
+         Δβ̃_i = y_i T + N√T ν_i + bias steps and spikes of [[imu.faults]]
+  6. saturation (limit: gyro_range_deg_s, accel_range_g): Δβ̃_i is cut to ±limit·T, and flagged
+  7. quantisation of the accumulated sum (quantum Q: gyro_quantum_arcsec, accel_quantum_mm_s)
+         Δβ̃_i ← differences of round(Σ Δβ̃_i / Q) Q
+  8. what the link does: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
+
+Other units of the same quantity may stand in a key (gyro_misalignment_mrad, accel_vrw_mps_sqrt_h, gyro_bias_deg_s):
+`sinssim.sensors.imu.terms` has the table. Stage 3 acts on the mean of an interval, and the arms of stage 1 on what
+a curve through the samples shows of the rotation: what motion faster than the samples adds to both,
+`sinssim.sensors.imu.rectification` puts into the ideal increments. Of the delay nothing is added: it moves no mean.
+
+Allan deviations over τ, sampled with T, of each noise alone:
+    Q  quantisation: √3 Q_z/τ with Q_z = Q/√12                        N  N/√τ
+    K  K√(τ/3), exactly at every τ = T, 2T, …                         R  Rτ/√2
+    B  √(2 ln 2/π) B = 0.664 B, flat to 0.2 % from τ = T to 3·10⁶ T: a sum of ten first-order processes with time
+       constants from T to 4·10⁶ T, driven by one white noise
+    b  Gauss-Markov, exactly at every τ = T, 2T, …: σ²(τ) = σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4e^(−τ/τ_b) + e^(−2τ/τ_b))]
+       (IEEE Std 952): K = σ_b√(2/τ_b) far below τ_b, 0.617 σ_b at its top τ = 1.89 τ_b
+
+Every term has its own random numbers (`sinssim.sensors.noise.random_numbers`), so that switching one off leaves the
+draws of all the others as they were.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sinssim.checks import checked_imu
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.errors import ImuErrors, draw
+from sinssim.sensors.imu.placement import what_is_felt
+from sinssim.units import ARCSEC
+
+_MOST_JITTER = 0.1  # of the interval
+
+
+def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuData:
+    """Return what a sensor block with errors gives in place of the ideal increments.
+
+    Args:
+        ideal: error-free increments.
+        spec: the [imu] section of a scenario, from which this run's errors are drawn, or the errors themselves.
+        seed: the run's seed. Every axis of every term has random numbers of its own, so that the draws of one term
+            do not depend on which others are switched on.
+
+    Returns:
+        Measured increments on the same times, but for jitter of the stamps; where nothing is wrong, the ideal arrays
+        themselves.
+
+    Raises:
+        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, the section is of
+            a set of sensors without gyros, an error is invalid, a pulse weighs more than the whole signal, or a fault
+            lies outside the run.
+    """
+    from sinssim.sensors.imu import error_kernel as kernel
+    from sinssim.sensors.imu.pack import pack
+    from sinssim.sensors.noise.random_numbers import key
+
+    ideal = checked_imu(ideal)
+    time = ideal.time
+    if isinstance(spec, ImuSection) and spec.sensor_set.type != "gyros":
+        raise InputError(
+            f'a block of three gyros and three accelerometers is emulated; sensor_set.type = "{spec.sensor_set.type}" '
+            "is another one."
+        )
+    key_0, key_1 = key(seed)
+    errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
+    packed = pack([errors], float(time[0]))
+    _check_faults(errors, time)
+    felt = what_is_felt(ideal, errors)
+    dtheta, dvel = (np.ascontiguousarray(rows, dtype=np.float64) for rows in (felt.dtheta, felt.dvel))
+    _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, dtheta)
+    _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, dvel)
+    stamps = _jittered(ideal.time, errors, seed)
+    if packed.nothing:
+        return felt if stamps is ideal.time else replace(felt, time=stamps)
+    gyro, accel = np.empty_like(dtheta), np.empty_like(dvel)
+    flagged = bool(packed.active & (kernel.LIMITED | kernel.FAULTY))
+    flags = np.zeros((len(dtheta) if flagged else 0, 6), dtype=np.uint8)
+    kernel.measure_all(
+        packed.active, time, dtheta, dvel, packed.conditions, packed.parameters, key_0, key_1,
+        packed.kinds, packed.spans, packed.amounts, gyro, accel, flags,
+    )  # fmt: skip
+    return ImuData(stamps, gyro, accel, flags if flagged else None)
+
+
+def _check_pulse(name: str, quantum: float, unit: float, true: Array) -> None:
+    """Refuse a pulse that weighs more than the whole signal."""
+    signal = float(np.abs(np.cumsum(true, axis=0)).max()) if quantum else 0.0
+    if 0.0 < signal < quantum:
+        raise InputError(
+            f"imu.{name} = {quantum / unit:g} is more than the signal, which never accumulates beyond "
+            f"{signal / unit:.3g} in this run: no pulse would come. Allowed: from 0 to {signal / unit:.3g}."
+        )
+
+
+def _check_faults(errors: ImuErrors, time: Array) -> None:
+    for number, fault in enumerate(errors.faults, start=1):
+        begins_before_the_end = fault.start <= time[-1] if fault.kind == "spike" else fault.start < time[-1]
+        if not (begins_before_the_end and fault.end > time[0]):
+            when = f"at {fault.start:g} s" if fault.kind == "spike" else f"from {fault.start:g} s to {fault.end:g} s"
+            raise InputError(
+                f"imu.faults.{number}: a {fault.kind} {when} lies outside the run, which lasts from {time[0]:g} s to "
+                f"{time[-1]:g} s."
+            )
+        if fault.kind == "jitter" and not fault.amount[0] <= _MOST_JITTER * np.diff(time).min():
+            raise InputError(
+                f"imu.faults.{number}: time stamps with a 1σ of {fault.amount[0]:g} s come out of order; at most "
+                f"{_MOST_JITTER * np.diff(time).min():g} s, a tenth of the interval, can be had."
+            )
+
+
+def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
+    """Return time stamps with jitter, except the first and the last; the given ones without jitter."""
+    from sinssim.sensors.noise.random_numbers import normals
+
+    if not any(fault.kind == "jitter" for fault in errors.faults):
+        return time
+    off = np.zeros_like(time)
+    for number, fault in enumerate(errors.faults):
+        if fault.kind == "jitter":
+            inside = (time >= fault.start) & (time <= fault.end)
+            off += np.where(inside, fault.amount[0] * normals(seed, "time stamp jitter", number, len(time)), 0.0)
+    off[[0, -1]] = 0.0
+    half = 0.49 * np.diff(time).min()  # a stamp never passes its neighbour's place
+    return np.asarray(time + np.clip(off, -half, half))

@@ -1,0 +1,334 @@
+"""Compiled kernel of the sensor errors: stages 2 to 8 of `emulate` for one sample of one run.
+
+A kernel that runs a sensor block through an ensemble holds, for R runs of six channels (three gyros, three
+accelerometers):
+
+    p[run, channel, parameter]   what is constant in a run, SI (`pack` fills it from `ImuErrors`)
+    s[run, channel, state]       what goes on from sample to sample (`begin` sets it)
+    c[condition]                 what all runs share at a sample (`advance` moves it on)
+    z[noise, channel, run]       the normal numbers of the sample (`draw_sample` fills it), or of a block of samples
+
+and calls, for each sample, `advance` and `draw_sample` once and `measure` for every run. Nothing is kept but that: no
+run's samples are stored. `active` says which stages there are; a constant there leaves the others out of the machine
+code.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import DROPPED, FROZEN, SATURATED, Array
+from sinssim.jit import strict_inline, strict_kernel
+from sinssim.sensors.imu.terms import SLOTS, STAGES, non_linearity
+from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
+from sinssim.sensors.noise.gauss_markov import lost, mean_step
+from sinssim.sensors.noise.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
+
+# Stages, bits of `active`; faults have none in the table of terms
+TILTED, BENT, G_SENSITIVE, WARMING, RAMPING = (
+    STAGES[name] for name in ("TILTED", "BENT", "G_SENSITIVE", "WARMING", "RAMPING")
+)
+WHITE, WANDERING, RATE_WALKING, FLICKERING = (
+    STAGES[name] for name in ("WHITE", "WANDERING", "RATE_WALKING", "FLICKERING")
+)
+LIMITED, QUANTISED, FAULTY = STAGES["LIMITED"], STAGES["QUANTISED"], 2 * max(STAGES.values())
+
+# Parameters; "next" and "other" are the two axes after the channel's own, in the order x, y, z, x, …
+(BIAS,), (SCALE,), (TILT_NEXT, TILT_OTHER) = SLOTS["bias"], SLOTS["scale"], SLOTS["misalignment"]
+(ASYMMETRY,), (QUADRATIC,), (CUBIC,) = SLOTS["asymmetry"], SLOTS["quadratic"], SLOTS["cubic"]
+(CROSS_NEXT, CROSS_OTHER), (G_X, G_Y, G_Z) = SLOTS["cross_axis"], SLOTS["g_sensitivity"]
+(BIAS_WARM,), (SCALE_WARM,), (RAMP,) = SLOTS["bias_temperature"], SLOTS["scale_temperature"], SLOTS["ramp"]
+(RANDOM_WALK,), (INSTABILITY,), (RATE_WALK,) = SLOTS["random_walk"], SLOTS["instability"], SLOTS["rate_walk"]
+(FLICKER,), (LIMIT,), (QUANTUM,) = SLOTS["flicker"], SLOTS["limit"], SLOTS["quantum"]
+PARAMETERS = sum(map(len, SLOTS.values()))
+
+# States
+WANDER, WALKED, REMAINDER, LAST, FLICKERS = range(5)
+STATES = FLICKERS + len(RATES)
+
+# Conditions: the interval's edges, length, its root, and its middle since the start; temperature above the steady one
+# at its start, factor over half of it, temperature in its middle; the length that the coefficients are for
+FROM, TO, T, ROOT_T, MIDDLE, EXCESS, HALF_DECAY, WARMTH, FOR_T = range(9)
+# the constants: first edge, steady temperature, time constants of warm-up and instabilities
+START, STEADY, WARM_UP, GYRO_TIME, ACCEL_TIME = range(9, 14)
+# the four Gauss-Markov coefficients of the gyros and of the accelerometers
+GYRO, ACCEL = 14, 18
+CONDITIONS = 22
+_BLOCK = 256  # samples whose random numbers are drawn together
+_SAME = 1e-6  # relative; intervals that differ by less have the same decay
+
+# Noises
+NOISES = (WHITE, WANDERING, RATE_WALKING, FLICKERING)
+TERMS = tuple(
+    term_number(name) for name in ("random walk", "bias instability", "rate random walk", "flicker", "flicker start")
+)
+_WHITE, _WANDERING, _RATE_WALKING, _FLICKERING, _START = range(5)
+
+# The means of a Wiener process over equal intervals: their increments have the variance 2/3 and the covariance 1/6 of
+# K²T, which a (1 − a, a) pair of weights on successive normal numbers gives if a(1 − a) = 1/6.
+_MEAN_OF_WALK = 0.5 * (1.0 + 1.0 / math.sqrt(3.0))
+
+_NEXT, _OTHER = (1, 2, 0, 4, 5, 3), (2, 0, 1, 5, 3, 4)  # the axes after each channel's own
+
+# Faults
+STEP, SPIKE, NARROW, DROP, FREEZE = range(5)
+
+_KEPT = tuple(1.0 - rate for rate in RATES)
+_FLICKERS = len(RATES)
+
+Counts = NDArray[np.int64]
+
+non_linearity_k = strict_inline(non_linearity)
+
+
+@strict_inline
+def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -> None:
+    """Set one run's state at the start: stationary instability and flicker, nothing accumulated.
+
+    Args:
+        active: stages there are.
+        s: states, (R, 6, STATES), of which the run's are written.
+        run: which run.
+        key_0, key_1: of the run's seed.
+    """
+    s[run] = 0.0
+    for axis in range(3):
+        if active & WANDERING:
+            one, two = normal_pair(key_0, key_1, np.int64(0), TERMS[_WANDERING], np.uint64(axis))
+            s[run, axis, WANDER], s[run, axis + 3, WANDER] = one, two
+        if active & FLICKERING:
+            for n in range(_FLICKERS):
+                one, two = normal_pair(key_0, key_1, np.int64(n), TERMS[_START], np.uint64(axis))
+                for m in range(n, _FLICKERS):
+                    s[run, axis, FLICKERS + m] += STATIONARY[m, n] * one
+                    s[run, axis + 3, FLICKERS + m] += STATIONARY[m, n] * two
+
+
+@strict_inline
+def advance(active: int, c: Array, t0: float, t1: float) -> None:
+    """Move the conditions on to the next interval.
+
+    Args:
+        active: stages there are.
+        c: conditions, (CONDITIONS,).
+        t0, t1: edges of the interval, s.
+    """
+    interval = t1 - t0
+    c[FROM], c[TO], c[T] = t0, t1, interval
+    c[ROOT_T] = math.sqrt(interval)
+    c[MIDDLE] = 0.5 * ((t0 - c[START]) + (t1 - c[START]))
+    if active & (WANDERING | WARMING) and abs(interval - c[FOR_T]) > _SAME * c[FOR_T]:
+        c[FOR_T] = interval
+        c[GYRO], c[GYRO + 1], c[GYRO + 2], c[GYRO + 3] = mean_step(interval / c[GYRO_TIME])
+        c[ACCEL], c[ACCEL + 1], c[ACCEL + 2], c[ACCEL + 3] = mean_step(interval / c[ACCEL_TIME])
+        c[HALF_DECAY] = 1.0 - lost(0.5 * interval / c[WARM_UP])
+    if active & WARMING:
+        middle = c[EXCESS] * c[HALF_DECAY]
+        c[WARMTH] = c[STEADY] + middle
+        c[EXCESS] = middle * c[HALF_DECAY]
+
+
+@strict_kernel
+def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> None:
+    """Draw the normal numbers of one sample of all runs, several at a time where the machine has the lanes.
+
+    Args:
+        active: stages there are.
+        z: (4, 6, R), written.
+        k: number of the sample, from 0.
+        key_0, key_1: of the runs' seeds, (R,).
+    """
+    for n in range(4):
+        if active & NOISES[n]:
+            for axis in range(3):
+                normal_pairs_of_runs(z[n, axis], z[n, axis + 3], key_0, key_1, k + 1, TERMS[n], np.uint64(axis))
+
+
+@strict_inline
+def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int) -> float:
+    """Return channel i's increment after stages 2 to 5, faults apart."""
+    interval = c[T]
+    after, other = u[_NEXT[i]], u[_OTHER[i]]
+    x = u[i]
+    if active & TILTED:
+        x += p[run, i, TILT_NEXT] * after + p[run, i, TILT_OTHER] * other
+    n = x
+    if active & BENT:
+        mean = x / interval
+        n += non_linearity_k(x, mean, p[run, i, ASYMMETRY], p[run, i, QUADRATIC], p[run, i, CUBIC])
+        n += mean * (p[run, i, CROSS_NEXT] * after + p[run, i, CROSS_OTHER] * other)
+    scale, rate = p[run, i, SCALE], p[run, i, BIAS]
+    if active & WARMING:
+        scale += p[run, i, SCALE_WARM] * c[WARMTH]
+        rate += p[run, i, BIAS_WARM] * c[WARMTH]
+    if active & RAMPING:
+        rate += p[run, i, RAMP] * c[MIDDLE]
+    if active & G_SENSITIVE:
+        rate += (p[run, i, G_X] * u[3] + p[run, i, G_Y] * u[4] + p[run, i, G_Z] * u[5]) / interval
+    if active & WANDERING:
+        first = GYRO if i < 3 else ACCEL
+        fresh, before = z[_WANDERING, i, j], s[run, i, WANDER]
+        rate += p[run, i, INSTABILITY] * (c[first + 2] * before + c[first + 3] * fresh)
+        s[run, i, WANDER] = c[first] * before + c[first + 1] * fresh
+    if active & RATE_WALKING:
+        fresh, before = c[ROOT_T] * z[_RATE_WALKING, i, j], s[run, i, WALKED]
+        rate += p[run, i, RATE_WALK] * (before + _MEAN_OF_WALK * fresh)
+        s[run, i, WALKED] = before + fresh
+    if active & FLICKERING:
+        fresh = z[_FLICKERING, i, j]
+        total = DIRECT * fresh
+        for m in range(_FLICKERS):
+            value = _KEPT[m] * s[run, i, FLICKERS + m] + fresh
+            s[run, i, FLICKERS + m] = value
+            total += WEIGHTS[m] * value
+        rate += p[run, i, FLICKER] * total
+    y: float = (1.0 + scale) * n + rate * interval  # (2)
+    if active & WHITE:
+        y += p[run, i, RANDOM_WALK] * c[ROOT_T] * z[_WHITE, i, j]
+    return y
+
+
+@strict_inline
+def _delivered(
+    active: int,
+    y: float,
+    i: int,
+    c: Array,
+    p: Array,
+    s: Array,
+    run: int,
+    kinds: Counts,
+    spans: Array,
+    amounts: Array,
+) -> tuple[float, int]:
+    """Return what channel i gives out for its increment, stages 5 (faults) to 8, and its flags."""
+    flags = 0
+    limit = p[run, i, LIMIT] if p[run, i, LIMIT] > 0.0 else math.inf
+    if active & FAULTY:
+        for n in range(len(kinds)):
+            if spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
+                if kinds[n] == STEP:
+                    y += amounts[n, i] * (min(spans[n, 1], c[TO]) - max(spans[n, 0], c[FROM]))
+                elif kinds[n] == NARROW and amounts[n, i] > 0.0:
+                    limit = min(limit, amounts[n, i])
+            if kinds[n] == SPIKE and c[FROM] < spans[n, 0] <= c[TO]:
+                y += amounts[n, i]
+    if active & (LIMITED | FAULTY):
+        most = limit * c[T]
+        if abs(y) > most:
+            y = math.copysign(most, y)
+            flags |= SATURATED
+    if active & QUANTISED and p[run, i, QUANTUM] > 0.0:
+        # Whole pulses; the remainder stays in the counter, so that nothing is lost.
+        due = s[run, i, REMAINDER] + y
+        y = np.rint(due / p[run, i, QUANTUM]) * p[run, i, QUANTUM]
+        s[run, i, REMAINDER] = due - y
+    if active & FAULTY:
+        for n in range(len(kinds)):
+            if amounts[n, i] > 0.0 and spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
+                if kinds[n] == DROP:
+                    y = 0.0
+                    flags |= DROPPED
+                elif kinds[n] == FREEZE:
+                    y = s[run, i, LAST]
+                    flags |= FROZEN
+        s[run, i, LAST] = y
+    return y, flags
+
+
+@strict_inline
+def measure(
+    active: int,
+    u: Array,
+    y: Array,
+    flags: NDArray[np.uint8],
+    c: Array,
+    p: Array,
+    s: Array,
+    run: int,
+    z: Array,
+    j: int,
+    kinds: Counts,
+    spans: Array,
+    amounts: Array,
+) -> None:
+    """Turn one ideal sample into what a run's sensors give.
+
+    Args:
+        active: stages there are.
+        u: ideal increments, gyros first, (6,) rad and m/s.
+        y: measured increments, (6,), written.
+        flags: of the channels, (6,), written where the sensors have a range or a fault.
+        c: conditions of the sample, (CONDITIONS,).
+        p: parameters, (R, 6, PARAMETERS).
+        s: states, (R, 6, STATES), moved on.
+        run: which run.
+        z: normal numbers, (4, 6, J).
+        j: which column of them is the sample's.
+        kinds: of the faults, (F,).
+        spans: their first and last instants, (F, 2) s.
+        amounts: what they do to each channel, (F, 6).
+    """
+    for i in range(6):
+        y[i] = _sensed(active, u, i, c, p, s, run, z, j)
+        if active & (FAULTY | LIMITED | QUANTISED):
+            y[i], flags[i] = _delivered(active, y[i], i, c, p, s, run, kinds, spans, amounts)
+
+
+@strict_kernel
+def measure_all(
+    active: int,
+    time: Array,
+    dtheta: Array,
+    dvel: Array,
+    c: Array,
+    p: Array,
+    key_0: np.uint64,
+    key_1: np.uint64,
+    kinds: Counts,
+    spans: Array,
+    amounts: Array,
+    gyro: Array,
+    accel: Array,
+    flags: NDArray[np.uint8],
+) -> None:
+    """Pass all samples of one run through its sensors.
+
+    Args:
+        active: stages there are.
+        time: edges of the intervals, (N+1,) s.
+        dtheta, dvel: ideal increments, (N, 3) rad and m/s.
+        c: conditions at the start, (CONDITIONS,).
+        p: parameters, (1, 6, PARAMETERS).
+        key_0, key_1: of the run's seed.
+        kinds, spans, amounts: faults, as in `measure`.
+        gyro, accel: measured increments, (N, 3), written.
+        flags: of the channels, (N, 6), written where the sensors can set any; else (0, 6).
+    """
+    count = len(dtheta)
+    z = np.empty((4, 6, _BLOCK))
+    s = np.empty((1, 6, STATES))
+    u, y, f = np.empty(6), np.empty(6), np.zeros(6, np.uint8)
+    begin(active, s, 0, key_0, key_1)
+    for base in range(0, count, _BLOCK):
+        size = min(_BLOCK, count - base)
+        for n in range(4):  # a block of numbers at a time: eight at once in the machine's lanes
+            if active & NOISES[n]:
+                for axis in range(3):
+                    normal_pairs(
+                        z[n, axis, :size], z[n, axis + 3, :size], key_0, key_1, base + 1, TERMS[n], np.uint64(axis)
+                    )
+        for j in range(size):
+            k = base + j
+            advance(active, c, time[k], time[k + 1])
+            u[0], u[1], u[2] = dtheta[k, 0], dtheta[k, 1], dtheta[k, 2]
+            u[3], u[4], u[5] = dvel[k, 0], dvel[k, 1], dvel[k, 2]
+            measure(active, u, y, f, c, p, s, 0, z, j, kinds, spans, amounts)
+            gyro[k, 0], gyro[k, 1], gyro[k, 2] = y[0], y[1], y[2]
+            accel[k, 0], accel[k, 1], accel[k, 2] = y[3], y[4], y[5]
+            if active & (FAULTY | LIMITED):
+                for i in range(6):
+                    flags[k, i] = f[i]

@@ -1,0 +1,350 @@
+"""The error terms of an inertial sensor block: one row each, which everything else reads.
+
+From a row of `TERMS` follow the keys of a scenario's [imu] and [compensation] with their limits, the field of
+`TriadErrors` and its validation, the parameters of the kernel and the stage that they make necessary, the labels of
+report and tables, what `sinssim sensors` says of a grade, the entry in the alignment budget, and what a filter is told
+that it does not know. What a term does stands in `sinssim.sensors.imu.error_kernel`, the position error that it makes
+in `sinssim.sensors.expectation`. docs/extending/gyro-error-term.md adds one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from sinssim.sensors.imu.error_term import (
+    ACCELERATION,
+    ANGLE,
+    ANGLE_WALK,
+    PER_DEGREE,
+    PER_G,
+    PER_HOUR,
+    RATE,
+    RATIO,
+    VELOCITY_WALK,
+    ErrorTerm,
+    per,
+)
+from sinssim.units import DEG, DEG_H, G0, UG
+
+CORRELATION_TIME = 3600.0
+"""Correlation time of the bias instability [s]. No maker states one; an hour is what the published error models
+of such sensors assume (NavToolkit's `ImuModel` presets; the STIM300 and Ellipse2 error table of an article in
+NAVIGATION, the journal of the Institute of Navigation, which marks it as not specified by the manufacturer)."""
+
+
+_MOST_TILT = 40_000.0  # arcsec: beyond 11 degrees three axes are no block any more
+
+
+def _both(
+    field: str,
+    size: int,
+    gyro_units: Mapping[str, float],
+    accel_units: Mapping[str, float],
+    *,
+    gyro: Mapping[str, Any] | None = None,
+    accel: Mapping[str, Any] | None = None,
+    **shared: Any,
+) -> Iterator[ErrorTerm]:
+    """Yield the rows of an error that gyros and accelerometers have alike, but for what is said of each."""
+    for triad, units, own in (("gyro", gyro_units, gyro), ("accel", accel_units, accel)):
+        yield ErrorTerm(
+            **dict[str, Any](name=f"{triad}_{field}", triad=triad, field=field, size=size, units=units)
+            | shared
+            | dict(own or {})
+        )
+
+
+_ROWS = (
+    *_both(
+        "bias", 3, RATE, ACCELERATION,
+        si_unit="{rate}",
+        label="bias",
+        meaning="reading when there is nothing to read, constant in a run",
+        explanation="turn-on biases (ω₀ and a₀ of equation (2))",
+        calibrated=True,
+        source="bias",
+    ),
+    *_both(
+        "scale", 3, RATIO, RATIO,
+        si_unit="1",
+        label="scale factor",
+        meaning="part by which it exaggerates",
+        explanation="relative scale-factor errors (k and h of equation (2))",
+        untold="scale factors",
+        calibrated=True,
+        source="scale factor",
+        limits={"gt": -1e6},
+    ),
+    *_both(
+        "misalignment", 6, ANGLE, ANGLE,
+        si_unit="rad",
+        label="tilt towards",
+        meaning="lean of a sensitive axis towards each of the others",
+        explanation="the six angles xy, xz, yx, yz, zx, zy; ij is the tilt of sensitive axis i towards the "
+        "block's axis j",
+        stage="TILTED",
+        untold="misalignments",
+        calibrated=True,
+        source="misalignment",
+        limits={"ge": -_MOST_TILT, "le": _MOST_TILT},
+        sigma_limits={"ge": 0.0, "le": _MOST_TILT / 4.0},
+    ),
+    *_both(
+        "asymmetry", 3, RATIO, RATIO,
+        si_unit="1",
+        label="asymmetry",
+        meaning="scale factor of positive inputs less that of negative ones",
+        explanation="relative scale factor of positive inputs less that of negative ones",
+        stage="BENT",
+        untold="asymmetry",
+        calibrated=True,
+        source="non-linearity",
+    ),
+    *_both(
+        "quadratic", 3, per(RATIO, {"deg_s": DEG, "rad_s": 1.0}), per(ACCELERATION, {"g2": G0**2}),
+        si_unit="1/({rate})",
+        meaning="error that grows with the square of the input",
+        stage="BENT",
+        untold="quadratic terms",
+        calibrated=True,
+        source="non-linearity",
+        gyro={
+            "label": "scale factor, with the rate",
+            "explanation": "non-linearity of the scale factor, its change with the rate and with the rate "
+            "squared; no grade has "
+            "any",
+        },
+        accel={
+            "label": "K₂",
+            "explanation": "non-linearity K₂ and K₃ of IEEE Std 1293, the reading's error with the specific "
+            "force squared and "
+            "cubed; no grade has any",
+        },
+    ),
+    *_both(
+        "cubic", 3, per(RATIO, {"deg2_s2": DEG**2, "rad2_s2": 1.0}), per(ACCELERATION, {"g3": G0**3}),
+        si_unit="1/({rate})²",
+        meaning="error that grows with the cube of the input",
+        stage="BENT",
+        untold="cubic terms",
+        calibrated=True,
+        source="non-linearity",
+        gyro={
+            "label": "scale factor, with its square",
+            "explanation": "non-linearity of the scale factor, its change with the rate and with the rate "
+            "squared; no grade has "
+            "any",
+        },
+        accel={
+            "label": "K₃",
+            "explanation": "non-linearity K₂ and K₃ of IEEE Std 1293, the reading's error with the specific "
+            "force squared and "
+            "cubed; no grade has any",
+        },
+    ),
+    ErrorTerm(
+        "accel_cross_axis", "accel", "cross_axis", 6, per(ACCELERATION, {"g2": G0**2}),
+        si_unit="1/({rate})",
+        label="coupling with",
+        meaning="error that grows with the product of the inputs along and across the sensitive axis",
+        explanation="the six couplings xy, xz, yx, yz, zx, zy; ij is the error of accelerometer i per force "
+        "along itself "
+        "and force along the block's axis j (vibro-pendulous error, IEEE Std 1293's K_ip, K_io)",
+        stage="BENT",
+        untold="cross-axis coupling",
+        calibrated=True,
+        source="non-linearity",
+    ),
+    ErrorTerm(
+        "gyro_g_sensitivity", "gyro", "g_sensitivity", 9, per(RATE, PER_G),
+        si_unit="rad/s/(m/s²)",
+        label="g-sensitivity to",
+        meaning="rate that an acceleration feigns",
+        explanation="the nine biases per specific force xx, xy, xz, yx, …, zz; ij is that of gyro i per force "
+        "along the "
+        "block's axis j",
+        stage="G_SENSITIVE",
+        untold="sensitivity to g",
+        calibrated=True,
+        source="g-sensitivity",
+        multiplies=lambda x, f: f,
+    ),
+    *_both(
+        "bias_temperature", 3, per(RATE, PER_DEGREE), per(ACCELERATION, PER_DEGREE),
+        si_unit="{rate}/K",
+        label="bias, with temperature",
+        meaning="bias that a degree of warming brings",
+        explanation="biases per degree over the temperature of the calibration",
+        stage="WARMING",
+        calibrated=True,
+        source="temperature",
+    ),
+    *_both(
+        "scale_temperature", 3, per(RATIO, PER_DEGREE), per(RATIO, PER_DEGREE),
+        si_unit="1/K",
+        label="scale factor, with temperature",
+        meaning="scale-factor error that a degree of warming brings",
+        explanation="scale-factor errors per degree",
+        stage="WARMING",
+        untold="scale factors' dependence on temperature",
+        calibrated=True,
+        source="temperature",
+    ),
+    *_both(
+        "ramp", 3, per(RATE, PER_HOUR), per(ACCELERATION, PER_HOUR),
+        si_unit="{rate}/s",
+        label="growth of the bias",
+        meaning="steady growth of the bias",
+        explanation="growth of the biases from the start (rate ramp R)",
+        stage="RAMPING",
+        source="ramp",
+    ),
+    *_both(
+        "random_walk", 1, ANGLE_WALK, VELOCITY_WALK,
+        si_unit="{integral}/√s",
+        explanation="angle and velocity random walk N",
+        stage="WHITE",
+        source="random walk",
+        gyro={
+            "name": "gyro_arw",
+            "label": "angle random walk",
+            "meaning": "white noise: how the angle wanders, with √t",
+        },
+        accel={
+            "name": "accel_vrw",
+            "label": "velocity random walk",
+            "meaning": "white noise: how the velocity wanders, with √t",
+        },
+    ),
+    *_both(
+        "quantum", 1, ANGLE, {"mm_s": 1e-3, "mps": 1.0},
+        si_unit="{integral}",
+        label="pulse weight",
+        meaning="weight of one pulse of the accumulated output",
+        explanation="weight of one pulse of the accumulated angle or velocity",
+        stage="QUANTISED",
+        source="quantisation",
+        accel={
+            "default": 0.0,
+        },
+    ),
+    *_both(
+        "instability", 1, RATE, ACCELERATION,
+        si_unit="{rate}",
+        label="bias instability, 1σ",
+        meaning="slow wandering of the bias within a run",
+        explanation="1σ of the bias instability, first-order Gauss-Markov",
+        stage="WANDERING",
+        source="bias instability",
+    ),
+    *_both(
+        "correlation_time", 1, {"s": 1.0, "h": 3600.0}, {"s": 1.0, "h": 3600.0},
+        si_unit="s",
+        meaning="how long the bias remembers where it was",
+        explanation="correlation time of the bias instability; default: 3600",
+        label="",
+        limits={"gt": 0.0},
+        without=CORRELATION_TIME,
+        slots=0,
+    ),
+    *_both(
+        "flicker", 1, RATE, ACCELERATION,
+        si_unit="{rate}",
+        label="flicker B",
+        meaning="bias instability B, floor of the Allan deviation over 0.664",
+        explanation="B of IEEE Std 952's bias instability, whose Allan deviation is 0.664 B at every averaging "
+        "time; no "
+        "grade has any",
+        stage="FLICKERING",
+        source="flicker",
+    ),
+    *_both(
+        "rate_walk", 1,
+        {"deg_h_sqrt_h": DEG_H / 60.0, "rad_s_sqrt_s": 1.0}, {"ug_sqrt_h": UG / 60.0, "mps2_sqrt_s": 1.0},
+        si_unit="{rate}/√s",
+        label="rate random walk",
+        meaning="how the bias itself wanders, with √t",
+        explanation="rate random walk K; no grade has any",
+        stage="RATE_WALKING",
+        source="rate random walk",
+        gyro={
+            "name": "gyro_rrw",
+        },
+        accel={
+            "name": "accel_rrw",
+        },
+    ),
+    *_both(
+        "limit", 1, {"deg_s": DEG, "rad_s": 1.0}, {"g": G0, "mps2": 1.0},
+        si_unit="{rate}",
+        label="range ±",
+        meaning="largest input that the sensor can tell",
+        explanation="values beyond it in either direction are limited and flagged; default: no limit",
+        stage="LIMITED",
+        untold="range",
+        limits={"gt": 0.0},
+        gyro={
+            "name": "gyro_range",
+        },
+        accel={
+            "name": "accel_range",
+        },
+    ),
+)  # fmt: skip
+
+TERMS = tuple(sorted(_ROWS, key=lambda term: ("gyro", "accel").index(term.triad)))
+"""Every error term of a sensor block that a scenario can state, those of the gyros first."""
+
+FIELDS: dict[str, ErrorTerm] = {term.field: term for term in reversed(TERMS)}
+"""A row for each field of `TriadErrors`."""
+
+STAGES = {stage: 1 << bit for bit, stage in enumerate(dict.fromkeys(term.stage for term in TERMS if term.stage))}
+"""Bits of the kernel's stages by name."""
+
+
+def _numbered() -> dict[str, tuple[int, ...]]:
+    """Give the parameters of the kernel their numbers."""
+    slots, used = {}, 0
+    for name in dict.fromkeys(term.field for term in _ROWS):
+        term = FIELDS[name]
+        count = {1: 1, 3: 1, 6: 2, 9: 3}[term.size] if term.slots is None else term.slots
+        slots[name] = tuple(range(used, used + count))
+        used += count
+    return slots
+
+
+SLOTS = _numbered()
+"""Parameters of the kernel by field: one for each axis; of six numbers the two after the channel's own axis, in the
+order x, y, z, x, …; of nine one for each axis of the block."""
+
+CALIBRATED = tuple(name for name in SLOTS if FIELDS[name].calibrated)
+"""Fields of `TriadErrors` that a calibration knows."""
+
+
+def of_triad(triad: str) -> tuple[ErrorTerm, ...]:
+    """Return the terms of one triad.
+
+    Args:
+        triad: "gyro" or "accel".
+
+    Returns:
+        Its rows of the table.
+    """
+    return tuple(term for term in TERMS if term.triad == triad)
+
+
+def non_linearity(x: Any, mean: Any, asymmetry: Any, quadratic: Any, cubic: Any) -> Any:
+    """Return ½κ|x| + K₂x² + K₃x³, for increments or means: the departure of a response from a straight line.
+
+    It is compiled into the kernel, and works on arrays.
+
+    Args:
+        x: increment along the sensitive axis; or its mean rate or specific force.
+        mean: mean rate or specific force.
+        asymmetry, quadratic, cubic: κ, K₂ and K₃.
+
+    Returns:
+        Like x.
+    """
+    return mean * (quadratic + cubic * mean) * x + 0.5 * asymmetry * abs(x)

@@ -1,0 +1,219 @@
+"""Counter-based random numbers (Philox): each is a function of seed, term, axis and index, on any machine.
+
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC11, 2011): the seed is its
+key; its counter holds the number of the sample, the CRC-32 of the term's name and the axis. The 128 bits that come out
+make two normal numbers by Box and Muller's method: the first is the gyro's, the second the accelerometer's of the same
+term and axis. Logarithm, sine and cosine are polynomials, and everything stays in the order in which it is written, so
+that nothing depends on a machine's library, nor on whether the compiler computes one number at a time or eight.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError, shortened
+from sinssim.jit import strict_inline, strict_kernel
+
+Words = NDArray[np.uint64]
+
+_MULTIPLY_0, _MULTIPLY_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+_LOW = np.uint64(0xFFFFFFFF)
+_32, _20, _12 = np.uint64(32), np.uint64(20), np.uint64(12)
+_ROUNDS = 10
+
+_BITS = 2.0**-52
+_LN2 = math.log(2.0)
+_QUARTER = 0.5 * math.pi
+_SQRT_HALF = 0x3FE6A09E667F3BCD  # the bits of √½
+
+# atanh(s)/s for s² ≤ (3 − 2√2)², sin(x)/x and cos(x) for |x| ≤ π/4, all to rounding (series in s² and x²)
+_ATANH = tuple(1.0 / (2 * n + 1) for n in range(11))
+_SIN = tuple((-1) ** n / math.factorial(2 * n + 1) for n in range(8))
+_COS = tuple((-1) ** n / math.factorial(2 * n) for n in range(9))
+
+
+@strict_inline
+def philox(
+    key_0: np.uint64, key_1: np.uint64, c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64
+) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
+    """Return the four words of one block; every argument holds 32 bits.
+
+    Args:
+        key_0, key_1: the key.
+        c0, c1, c2, c3: the counter.
+
+    Returns:
+        Four words of 32 bits.
+    """
+    for _ in range(_ROUNDS):
+        product_0, product_1 = _MULTIPLY_0 * c0, _MULTIPLY_1 * c2
+        c0 = (product_1 >> _32) ^ c1 ^ key_0
+        c2 = (product_0 >> _32) ^ c3 ^ key_1
+        c1, c3 = product_1 & _LOW, product_0 & _LOW
+        key_0, key_1 = (key_0 + _WEYL_0) & _LOW, (key_1 + _WEYL_1) & _LOW
+    return c0, c1, c2, c3
+
+
+@strict_inline
+def _log(x: float) -> float:
+    """Return ln x of a normal positive number: x = 2^e m with √½ ≤ m < √2, ln m = 2 atanh((m − 1)/(m + 1))."""
+    bits = np.float64(x).view(np.int64)
+    exponent = (bits - _SQRT_HALF) >> 52
+    m = np.int64(bits - (exponent << 52)).view(np.float64)
+    s = (m - 1.0) / (m + 1.0)
+    z = s * s
+    series = _ATANH[10]
+    for n in range(9, -1, -1):
+        series = _ATANH[n] + z * series
+    return float(exponent) * _LN2 + 2.0 * s * series
+
+
+@strict_inline
+def normal_pair(
+    key_0: np.uint64, key_1: np.uint64, number: np.int64, term: np.uint64, axis: np.uint64
+) -> tuple[float, float]:
+    """Return two independent normal numbers, mean 0, variance 1, at most 8.6 from 0.
+
+    Args:
+        key_0, key_1: of the seed, as `key` gives them.
+        number: of the sample, from 0.
+        term: as `term_number` gives it.
+        axis: number of the axis.
+
+    Returns:
+        The gyro's number and the accelerometer's.
+    """
+    sample = np.uint64(number)
+    w0, w1, w2, w3 = philox(key_0, key_1, sample & _LOW, sample >> _32, term, axis)
+    # 52 bits and a half: neither 0 nor 1 is met
+    radius = math.sqrt(-2.0 * _log((float(np.int64((w0 << _20) | (w1 >> _12))) + 0.5) * _BITS))
+    turn = (float(np.int64((w2 << _20) | (w3 >> _12))) + 0.5) * (4.0 * _BITS)
+    quarter = math.floor(turn + 0.5)
+    x = (turn - quarter) * _QUARTER
+    z = x * x
+    sine, cosine = _SIN[7], _COS[8]
+    for n in range(6, -1, -1):
+        sine = _SIN[n] + z * sine
+    sine *= x
+    for n in range(7, -1, -1):
+        cosine = _COS[n] + z * cosine
+    quadrant = np.int64(quarter)
+    swapped = (quadrant & 1) == 1
+    first = sine if swapped else cosine
+    second = cosine if swapped else sine
+    first = -first if ((quadrant + 1) & 2) == 2 else first
+    second = -second if (quadrant & 2) == 2 else second
+    return radius * first, radius * second
+
+
+@strict_kernel
+def normal_pairs(
+    one: Array, two: Array, key_0: np.uint64, key_1: np.uint64, first: int, term: np.uint64, axis: np.uint64
+) -> None:
+    """Write consecutive pairs of normal numbers, several at a time where the machine has the lanes.
+
+    Args:
+        one, two: for the gyro's and the accelerometer's numbers, (N,).
+        key_0, key_1: of the seed.
+        first: number of the first sample.
+        term: as `term_number` gives it.
+        axis: number of the axis.
+    """
+    for n in range(len(one)):
+        one[n], two[n] = normal_pair(key_0, key_1, np.int64(first + n), term, axis)
+
+
+@strict_kernel
+def normal_pairs_of_runs(
+    one: Array, two: Array, key_0: Words, key_1: Words, number: int, term: np.uint64, axis: np.uint64
+) -> None:
+    """Write the pairs of one sample of many runs, several at a time where the machine has the lanes.
+
+    Args:
+        one, two: for the gyro's and the accelerometer's numbers, (R,).
+        key_0, key_1: of the runs' seeds, (R,).
+        number: of the sample.
+        term: as `term_number` gives it.
+        axis: number of the axis.
+    """
+    for run in range(len(one)):
+        one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(number), term, axis)
+
+
+def term_number(term: str) -> np.uint64:
+    """Return the number by which the generator knows a term.
+
+    Args:
+        term: its name, for example "random walk".
+
+    Returns:
+        The name's CRC-32.
+    """
+    return np.uint64(zlib.crc32(term.encode()))
+
+
+def key(seed: int) -> tuple[np.uint64, np.uint64]:
+    """Return the generator's key.
+
+    Args:
+        seed: the run's seed.
+
+    Returns:
+        Low and high half.
+
+    Raises:
+        InputError: the seed is not a whole number of at most 64 bits.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 1 << 64:
+        raise InputError(
+            f"the seed {shortened(repr(seed))} cannot start a random generator; it must be a whole number from 0 to "
+            "2⁶⁴ − 1."
+        )
+    return np.uint64(int(seed) & 0xFFFFFFFF), np.uint64(int(seed) >> 32)
+
+
+def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
+    """Return the normal numbers of one axis of one error term of gyros and accelerometers, mean 0, variance 1.
+
+    Args:
+        seed: the run's seed, from 0 to 2⁶⁴ − 1.
+        term: name of the error term, for example "bias".
+        axis: number of the axis, from 0.
+        count: how many.
+        first: number of the first.
+
+    Returns:
+        Those of the gyro and those of the accelerometer, (2, count).
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    out = np.empty((2, count))
+    key_0, key_1 = key(seed)
+    normal_pairs(out[0], out[1], key_0, key_1, first, term_number(term), np.uint64(axis))
+    return out
+
+
+def normals(seed: int, term: str, axis: int, count: int) -> Array:
+    """Return normal numbers that belong to one axis of one term and to nothing else, mean 0, variance 1.
+
+    Args:
+        seed: the run's seed, from 0 to 2⁶⁴ − 1.
+        term: name of the term, for example "gnss position".
+        axis: number of the axis, from 0.
+        count: how many.
+
+    Returns:
+        The numbers, (count,).
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    numbers: Array = pairs(seed, term, axis, count)[0]
+    return numbers

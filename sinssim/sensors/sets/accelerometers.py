@@ -1,0 +1,112 @@
+"""Single accelerometers with errors: the six of a gyro-free block."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sinssim.arguments import check_kind, doubles
+from sinssim.checks import check_finite
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError, shortened
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw, warm_up
+
+# Each further triad of accelerometers draws from seeds of its own, far from any that a scenario uses.
+_APART = 1 << 32
+
+
+def draw_accelerometers(section: ImuSection, count: int, seed: int = 0) -> list[TriadErrors]:
+    """Return the errors of single accelerometers, drawn in threes as those of a triad are.
+
+    Args:
+        section: the [imu] section of a scenario.
+        count: how many accelerometers, a multiple of three.
+        seed: the run's seed; the first three draw as the triad of an ordinary block does.
+
+    Returns:
+        One triad for every three accelerometers.
+
+    Raises:
+        InputError: another number of accelerometers, or a seed that cannot be used.
+    """
+    if count % 3:
+        raise InputError(f"accelerometers are emulated in threes; got {count} of them.")
+    return [draw(section, seed + triad * _APART).accel for triad in range(count // 3)]
+
+
+def emulate_accelerometers(
+    time: Array,
+    force: Array,
+    direction: Array,
+    section: ImuSection,
+    seed: int = 0,
+    errors: Sequence[TriadErrors] | None = None,
+) -> Array:
+    """Return what accelerometers of a grade give in place of the ideal increments.
+
+    Every one has all the errors that the section gives an accelerometer of a triad: it is emulated as the axis of a
+    triad at its own place, whose two other axes stand across it, so that its misalignment tilts it towards them.
+
+    Args:
+        time: edges of the intervals, (N+1,) s.
+        force: integrals of the specific force at each accelerometer's place, (N, K, 3) m/s, K a multiple of three.
+        direction: of its sensitive axis, unit vectors in the same axes, (K, 3).
+        section: the [imu] section of a scenario.
+        seed: the run's seed.
+        errors: of the accelerometers in threes, if they are drawn of section and seed already.
+
+    Returns:
+        Measured increments, (N, K) m/s.
+
+    Raises:
+        InputError: arrays that do not belong together, a number of accelerometers that is no multiple of three, or
+            what `emulate` refuses.
+    """
+    from sinssim.sensors.noise.random_numbers import key
+
+    time, force, direction = doubles("time", time), doubles("force", force), doubles("direction", direction)
+    count = len(direction)
+    if direction.shape != (count, 3) or force.shape != (len(time) - 1, count, 3) or time.ndim != 1 or count < 3:
+        raise InputError(
+            f"accelerometers need (N+1,) times, (N, K, 3) increments and (K, 3) directions, K ≥ 3; got arrays of "
+            f"shapes {time.shape}, {force.shape} and {direction.shape}."
+        )
+    if count % 3:
+        raise InputError(f"accelerometers are emulated in threes; got {count} of them.")
+    check_finite("force", force, "m/s")
+    if not np.allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=0.0, atol=1e-6):
+        raise InputError(f"direction = {shortened(str(direction.tolist()))} must be unit vectors.")
+    check_kind("section", section, ImuSection, "ImuSection, for example ImuSection(grade='tactical')")
+    key(seed)  # refuses an invalid seed
+    seed = int(seed)
+    triads = draw_accelerometers(section, count, seed) if errors is None else errors
+    if not isinstance(triads, list | tuple) or len(triads) * 3 != count:
+        raise InputError(f"errors = {shortened(repr(triads))} must be a list of {count // 3} TriadErrors.")
+    for triad in triads:
+        check_kind("each of errors", triad, TriadErrors)
+    measured = np.empty(force.shape[:2])
+    for k, sensitive in enumerate(direction):
+        axis = k % 3
+        own = force[:, k] @ axes_about(sensitive, axis).T
+        block = ImuErrors(accel=triads[k // 3], warm_up=warm_up(section))
+        imu = emulate(ImuData(time, np.zeros_like(own), own), block, seed + k // 3 * _APART)
+        measured[:, k] = imu.dvel[:, axis]
+    return measured
+
+
+def axes_about(direction: Array, axis: int) -> Array:
+    """Return the axes of a right-handed triad, one of which points a given way.
+
+    Args:
+        direction: unit vector, (3,).
+        axis: which of the triad's axes it is.
+
+    Returns:
+        Rotation matrix whose row `axis` is the direction, (3, 3).
+    """
+    across = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    across /= np.linalg.norm(across)
+    return np.roll(np.stack([direction, across, np.cross(direction, across)]), axis, axis=0)

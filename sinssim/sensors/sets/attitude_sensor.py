@@ -1,0 +1,100 @@
+"""A direct attitude sensor: a gyro with three degrees of freedom that reads the attitude in inertial space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sinssim import earth, rotation
+from sinssim.data import Array, NavState
+from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.errors import InputError
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.sensor_set import AttitudeSensor
+from sinssim.sensors.imu.errors import draw
+from sinssim.sensors.noise.random_numbers import normals
+from sinssim.units import ARCSEC
+
+
+@dataclass(frozen=True)
+class AttitudeSensorErrors:
+    """The errors of the sensor: its inertial reference is off, drifts away, and is read with noise.
+
+    Attributes:
+        bias: rotation vector by which the reference is off at the first reading, inertial axes, (3,) rad.
+        drift: rate at which it turns on from there, inertial axes, (3,) rad/s.
+        noise: 1σ of every reading about every axis of the body, rad.
+    """
+
+    bias: Array = field(default_factory=lambda: np.zeros(3))
+    drift: Array = field(default_factory=lambda: np.zeros(3))
+    noise: float = 0.0
+
+
+def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorErrors:
+    """Return the errors of one run's attitude sensor: fixed values as given, the others drawn.
+
+    Args:
+        section: the [imu] section of a scenario, whose sensor_set is an attitude sensor. Where that says nothing of
+            a drift, the sensor drifts as the section's gyros would be biased.
+        seed: the run's seed.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the seed cannot be used, or the section is of another set of sensors.
+    """
+    sensor = section.sensor_set
+    if not isinstance(sensor, AttitudeSensor):
+        raise InputError(f'an attitude sensor is asked for of sensor_set.type = "{sensor.type}", which has none.')
+    own = {"gyro_bias_deg_h": sensor.drift_deg_h, "gyro_bias_sigma_deg_h": sensor.drift_sigma_deg_h}
+    if any(value is not None for value in own.values()):
+        section = section.model_copy(update=own)
+    drift = draw(section, seed).gyro.bias
+    if sensor.bias_arcsec is not None:
+        bias = np.array(sensor.bias_arcsec)
+    else:
+        normal = [normals(seed, "attitude sensor bias", i, 1) for i in range(3)]
+        bias = (sensor.bias_sigma_arcsec or 0.0) * np.concatenate(normal)
+    return AttitudeSensorErrors(bias * ARCSEC, drift, sensor.noise_arcsec * ARCSEC)
+
+
+def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return the attitude relative to the inertial frame that coincides with the Earth-fixed one at t = 0.
+
+    Args:
+        state: true states, N rows.
+        time: of each, (N,) s.
+        ellipsoid: gives the Earth's rate.
+
+    Returns:
+        Quaternions q_ib, (N, 4).
+    """
+    longitude = state.longitude + ellipsoid.omega * np.asarray(time, dtype=np.float64)
+    return rotation.multiply(earth.q_en(state.latitude, longitude), state.q_nb)
+
+
+def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed: int = 0) -> Array:
+    """Return what the sensor reads: q̃_ib = q(bias + drift (t − t₀)) ∘ q_ib ∘ q(noise).
+
+    Args:
+        time: of the readings, (N,) s.
+        q_ib: true attitudes, (N, 4).
+        errors: of the sensor.
+        seed: the run's seed; each axis's noise has random numbers of its own.
+
+    Returns:
+        Measured attitudes, unit quaternions, (N, 4).
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    off = errors.bias + np.multiply.outer(time - time[0], errors.drift)
+    measured = rotation.multiply(rotation.quaternion_from_rotation_vector(off), q_ib)
+    if errors.noise:
+        white = [normals(seed, "attitude sensor noise", i, len(time)) for i in range(3)]
+        noise = rotation.quaternion_from_rotation_vector(errors.noise * np.stack(white, axis=1))
+        measured = rotation.multiply(measured, noise)
+    return rotation.normalize(measured)

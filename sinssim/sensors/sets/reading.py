@@ -1,0 +1,125 @@
+"""The three sets of sensors of section 8.1 on the same motion: what they read, at any rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import sensors
+from sinssim.data import Array, ImuData
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.sensor_set import SixAccelerometers
+from sinssim.sensors.imu.rectification import rectified
+from sinssim.sensors.sets.accelerometers import emulate_accelerometers
+from sinssim.sensors.sets.attitude_sensor import inertial_attitude, sense_attitude
+from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
+from sinssim.sensors.sets.true_errors import TrueErrors, draw_true_errors
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What one set of sensors reads along a motion.
+
+    Attributes:
+        imu: increments of angle and velocity; those of angle are NaN where the attitude is measured instead, and come
+            from the differences of accelerometers where there are six.
+        attitude: attitude relative to inertial space at the edges, (N+1, 4), of a set that measures it, else None.
+        accelerometers: increments of single accelerometers, (N, 6) m/s, of a set without gyros, else None.
+        arm: of that set's cube, m.
+        rate: inertial angular rate at the start, (3,) rad/s, which that set has to be told.
+    """
+
+    imu: ImuData
+    attitude: Array | None = None
+    accelerometers: Array | None = None
+    arm: float = 0.0
+    rate: Array | None = None
+
+    def at(self, ratio: int) -> Readings:
+        """Return the same readings at a lower rate.
+
+        A gyro or accelerometer that is read less often counts the same pulses: its increments are summed.
+
+        Args:
+            ratio: how many samples make one; samples left over at the end are dropped.
+
+        Returns:
+            Sums of the increments, and the attitude at the edges that are left.
+        """
+        if ratio == 1:
+            return self
+        count = len(self.imu) // ratio
+        time = self.imu.time[: count * ratio + 1 : ratio].copy()
+        if self.accelerometers is not None and self.rate is not None:
+            return _six(time, sums(self.accelerometers, ratio), self.arm, self.rate)
+        imu = ImuData(time, sums(self.imu.dtheta, ratio), sums(self.imu.dvel, ratio))
+        return Readings(imu, None if self.attitude is None else self.attitude[: count * ratio + 1 : ratio].copy())
+
+
+def sums(rows: Array, ratio: int) -> Array:
+    """Return the increments of a lower rate: each is the sum of `ratio` consecutive ones.
+
+    Noise, quantisation and everything else in the samples is the same at every rate, and only the algorithm sees less
+    of the motion within them.
+
+    Args:
+        rows: increments, (N, k).
+        ratio: how many are summed.
+
+    Returns:
+        (N // ratio, k); a rest at the end is dropped.
+    """
+    if ratio == 1:
+        return rows
+    count = len(rows) // ratio
+    return np.asarray(rows[: count * ratio].reshape(count, ratio, -1).sum(axis=1))
+
+
+def read(
+    trajectory: Trajectory, ideal: ImuData, section: ImuSection, seed: int = 0, errors: TrueErrors | None = None
+) -> tuple[Readings, Readings]:
+    """Return what a set of sensors would read without errors, and what it reads.
+
+    Args:
+        trajectory: the true motion.
+        ideal: ideal increments of an ordinary block along it, at the section's rate.
+        section: the [imu] section of a scenario: the set, and its errors.
+        seed: the run's seed.
+        errors: the true errors that are drawn of section and seed, if that is done already.
+
+    Returns:
+        Ideal and measured readings.
+
+    Raises:
+        InputError: the seed cannot be used, or the motion is too short for the set.
+    """
+    true = draw_true_errors(section, seed) if errors is None else errors
+    if isinstance(section.sensor_set, SixAccelerometers):
+        return _read_six(trajectory, ideal, section, seed, true, section.sensor_set.arm_m)
+    measured = sensors.emulate(rectified(trajectory, ideal, true.imu), true.imu, seed)
+    if true.attitude_sensor is None:
+        return Readings(ideal), Readings(measured)
+    attitude = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)
+    read_out = sense_attitude(ideal.time, attitude, true.attitude_sensor, seed)
+    without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
+    return Readings(ideal, attitude), Readings(without_gyros, read_out)
+
+
+def _read_six(
+    trajectory: Trajectory, ideal: ImuData, section: ImuSection, seed: int, errors: TrueErrors, arm: float
+) -> tuple[Readings, Readings]:
+    from sinssim.truth.accelerometers import velocity_increments
+
+    layout, rate = cube(arm), trajectory.rates(ideal.time[0])[0]
+    time, force = velocity_increments(trajectory, layout.position, section.rate_hz)
+    measured = emulate_accelerometers(time, force, layout.direction, section, seed, errors.accelerometers)
+    return _six(time, layout.feel(force), arm, rate), _six(time, measured, arm, rate)
+
+
+def _six(time: Array, dvel: Array, arm: float, rate: Array) -> Readings:
+    return Readings(gyro_free_increments(time, dvel, cube(arm), rate), None, dvel, arm, rate)

@@ -1,0 +1,53 @@
+"""The true errors of one run's sensors, drawn once for all who need them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sinssim.scenario.sections.compensation import CompensationSection
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, SixAccelerometers
+from sinssim.sensors.imu.compensation import draw_calibration
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.sets.accelerometers import draw_accelerometers
+from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, draw_attitude_sensor
+
+
+@dataclass(frozen=True)
+class TrueErrors:
+    """The true errors of one run's sensors.
+
+    Attributes:
+        imu: errors of a block of three gyros and three accelerometers.
+        calibration: what the calibration takes them for, None without one.
+        accelerometers: errors of the six single accelerometers in threes, of a set that has them.
+        attitude_sensor: errors of the attitude sensor, of a set that has one.
+    """
+
+    imu: ImuErrors
+    calibration: ImuErrors | None = None
+    accelerometers: tuple[TriadErrors, ...] = ()
+    attitude_sensor: AttitudeSensorErrors | None = None
+
+
+def draw_true_errors(section: ImuSection, seed: int = 0, compensation: CompensationSection | None = None) -> TrueErrors:
+    """Return the errors of one run's sensors: fixed values as given, the others drawn.
+
+    Args:
+        section: the [imu] section of a scenario: the set, and its errors.
+        seed: the run's seed.
+        compensation: the [compensation] section, if there is one.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    imu = draw(section, seed)
+    return TrueErrors(
+        imu,
+        None if compensation is None else draw_calibration(imu, compensation, seed),
+        tuple(draw_accelerometers(section, 6, seed)) if isinstance(section.sensor_set, SixAccelerometers) else (),
+        draw_attitude_sensor(section, seed) if isinstance(section.sensor_set, AttitudeSensor) else None,
+    )

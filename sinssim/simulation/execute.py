@@ -1,0 +1,331 @@
+"""One run from end to end: fly, sense, navigate, compare, record."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import ExitStack, suppress
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.data import Array, NavSolution
+from sinssim.earth.coordinates import geodetic_to_ecef
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.frames import BARO_TIME_CONSTANT
+from sinssim.recording.report.run_report import run_report
+from sinssim.recording.sensor_comparison import compare_sensors
+from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
+from sinssim.recording.store.summary import (
+    NO_NUMBERS,
+    diverged,
+    error_numbers,
+    failures,
+    flagged,
+    markdown_table,
+    plain,
+    singularities,
+    versions,
+)
+from sinssim.scenario.duration import check_times
+from sinssim.scenario.route import check_route, check_route_flown
+from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.base.sensor import Vehicle
+from sinssim.simulation.initial_error import initial_state
+from sinssim.simulation.result import Run
+from sinssim.simulation.stages import Progress, Stages
+from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.system.threads import thread_pool
+
+if TYPE_CHECKING:
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.scenario import Scenario
+    from sinssim.strapdown.frames.vertical import HeightReadings
+    from sinssim.truth.trajectory import Trajectory
+
+
+def run(
+    scenario: Scenario,
+    directory: Path | str | None = None,
+    *,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> Run:
+    """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
+
+    An algorithm that fails where others do not is among the summary's failures, its numbers are None, and the run goes
+    on without it.
+
+    A run that fails or is interrupted once the flight is done leaves a valid run directory with what there was, its
+    `summary.json` saying so; it never replaces a run that was there, but goes beside it, with `-failed` or
+    `-interrupted` at the end of its name. If the disk is full nothing is left.
+
+    Args:
+        scenario: what to run.
+        directory: run directory to write; nothing is written if not given.
+        overwrite: whether a run that is in the directory already may be replaced.
+        progress: called with one of `STAGES` and its done fraction 0…1.
+
+    Returns:
+        Everything that was computed.
+
+    Raises:
+        InputError: the scenario or the directory cannot be used, a leg cannot be flown, the disk is full.
+        RunError: the navigation failed by every algorithm.
+    """
+    stages = Stages(progress or (lambda stage, fraction: None))
+    result = Run(scenario)
+    if directory is None:
+        return _compute(result, None, stages)
+    folder = RunDirectory(Path(directory), overwrite=overwrite)
+    try:
+        return _compute(result, folder, stages)
+    except BaseException as error:
+        _leave(folder, result, stages, error)
+        raise
+
+
+# Long: the stages of a run in their order, each filling its part of the run.
+def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
+    check_times(run.scenario)
+    if run.scenario.filter is not None:
+        from sinssim.estimation.from_scenario import filter_states
+        from sinssim.estimation.from_scenario.memory import check_memory
+
+        run.about_filter = filter_states.choice(run.scenario)
+        run.scenario = filter_states.with_states(run.scenario)
+        check_memory(run.scenario)
+    check_route(run.scenario)
+    cached = _fly(run, folder is not None, stages)
+    check_route_flown(run.scenario, run.time, run.truth)
+    with ExitStack() as stack:
+        writer = None
+        if folder is not None:
+            with stages("record"):
+                from sinssim.recording.rerun.writer import RunWriter
+
+                stack.enter_context(folder.writing())
+                writer = stack.enter_context(
+                    RunWriter(folder.path, run.scenario, run.trajectory, run.time, run.truth, run.ideal)
+                )
+        with stages("imu"):
+            _sense(run)
+            if writer is not None:
+                compensated = None if run.compensated is run.measured else run.compensated
+                run.sensed = tuple(compare_sensors(run.readings, run.perfect, run.ideal, compensated))
+                writer.sensed(run.readings, run.perfect, compensated, run.sensed)
+        with stages("navigate"):
+            _navigate(run, _height_reference(run))
+            numbers = {
+                name: error_numbers(run.errors[name]) if name in run.errors else NO_NUMBERS
+                for name in run.scenario.navigation.algorithms
+            }
+            run.failures = {**run.failures, **diverged(run.errors)}
+        if writer is not None:
+            with stages("record"):
+                writer.navigated(run.solutions, run.errors, run.failures)
+        of_filter = None
+        if run.scenario.filter is not None:
+            with stages("filter"):
+                run.aided = _aid(run)
+                of_filter = plain(filter_numbers(run.aided, run.scenario))
+            if writer is not None:
+                with stages("record"):
+                    writer.filtered(run.aided, filter_markdown(of_filter))
+        if writer is not None:
+            with stages("record"):
+                writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
+    run.summary = {
+        **_about(run.scenario, stages, "finished"),
+        "start_s": float(run.time[0]),
+        "end_s": float(run.time[-1]),
+        "flight_cached": cached,
+        "flagged_samples": flagged(run.measured),
+        "algorithms": plain(numbers),
+        "singularities": plain(singularities(run.solutions)),
+        "failures": failures(run.failures),
+        **({} if of_filter is None else {"filter": of_filter}),
+    }
+    run.directory = None if folder is None else _keep(folder, run, run_report(run, run.summary))
+    return run
+
+
+def _fly(run: Run, recorded: bool, stages: Stages) -> bool | None:
+    """Fly, and return whether the flight comes from the cache; None for another motion."""
+    from sinssim.truth.source import fly
+
+    flown: list[float] = []  # a kept flight goes to 1 at once
+
+    def flying(fraction: float) -> None:
+        flown.append(fraction)
+        stages.report("flight", fraction)
+
+    with stages("flight"):
+        trajectory = fly(run.scenario, flying, partial(rehearse, run.scenario, recorded))
+    with stages("truth"):
+        _follow(run, trajectory)
+    return None if run.scenario.flight is None else min(flown) == 1.0
+
+
+def _follow(run: Run, trajectory: Trajectory) -> None:
+    """Fill in the true motion and its ideal increments."""
+    ideal = trajectory.increments(run.scenario.imu.rate_hz)
+    truth = trajectory.state(ideal.time)
+    run.trajectory, run.ideal, run.truth = trajectory, ideal, truth
+
+
+def _sense(run: Run) -> None:
+    """Fill in what the sensors read, and the increments freed of what the calibration knows."""
+    from sinssim.sensors.imu.compensation import compensate
+    from sinssim.sensors.sets.reading import read
+
+    section, true = run.scenario.imu, run.true_errors
+    run.perfect, run.readings = read(run.trajectory, run.ideal, section, run.scenario.seed, true)
+    run.compensated = run.measured if true.calibration is None else compensate(run.measured, true.calibration)
+
+
+def rehearse(scenario: Scenario, recorded: bool) -> None:
+    """Load what a run needs after its flight, and compile what is not compiled yet, by going through it once.
+
+    Args:
+        scenario: says which parts; a hundred samples of straight flight stand in for its own truth.
+        recorded: whether the run will be recorded.
+    """
+    if recorded:
+        from sinssim.recording.rerun import writer  # noqa: F401
+    from sinssim.truth.curve import Curve
+
+    interval = 1.0 / scenario.imu.rate_hz
+    knots = interval * np.arange(101)
+    position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))
+    run = Run(scenario)
+    with suppress(SinssimError):  # what is wrong with the scenario shows in the run itself
+        _follow(run, Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1))))
+        _sense(run)
+        _navigate(run, run.truth.height)
+        if scenario.filter is not None:
+            _aid(run)
+
+
+def _height_reference(run: Run) -> Array | HeightReadings | None:
+    """Return what the vertical channel goes by: for a loop with a barometer its readings, else the true height."""
+    scenario = run.scenario
+    altimeter = None if scenario.aiding is None else scenario.aiding.sensor(BarometerSection)
+    if scenario.navigation.vertical != "baro-loop" or altimeter is None:
+        return run.truth.height
+    from sinssim.strapdown.frames.vertical import HeightReadings
+
+    readings = altimeter.read(Vehicle(run.trajectory, scenario.seed))[0].measurements
+    if not len(readings.time):
+        if scenario.filter is not None:  # which says that no reading came
+            return None
+        raise InputError(
+            'navigation.vertical = "baro-loop" has no height to go by: [aiding.baro] has its outages all the time.'
+        )
+    return HeightReadings(readings.arrival, readings.value[:, 0], 1.0 / altimeter.rate_hz)
+
+
+def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
+    """Navigate by every algorithm, side by side: the kernels release the interpreter's lock.
+
+    Fills in solutions and errors of the algorithms that have them, and why the others have none.
+
+    Args:
+        run: with truth and readings.
+        height: what the vertical channel goes by: heights at the samples' edges, m, or readings; None leaves it free.
+
+    Raises:
+        InputError: an option that the data or the engine do not admit.
+        RunError: no algorithm has a solution.
+    """
+    from sinssim.strapdown.measured_attitude import navigate_set
+
+    section, trajectory, time = run.scenario.navigation, run.trajectory, run.compensated.time
+    initial = initial_state(trajectory.state(time[0]), section.initial_error, trajectory.ellipsoid, run.scenario.seed)
+    route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
+    vertical = "free" if height is None else section.vertical
+
+    def by(algorithm: str) -> tuple[NavSolution, NavError] | RunError:
+        try:
+            solution = navigate_set(
+                run.compensated,
+                run.readings.attitude,
+                initial,
+                algorithm=algorithm,
+                frame=section.frame,
+                gravity=section.gravity,
+                ellipsoid=trajectory.ellipsoid.name,
+                curvature=section.curvature,
+                vertical=vertical,
+                height=None if vertical == "free" else height,
+                baro_time_constant=section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
+                rates_hz=section.rates_hz,
+                slow_quantities=section.slow_quantities,
+                route=route,
+            )
+        except RunError as error:
+            return error
+        # an algorithm that takes several samples at once has fewer rows
+        truth = run.truth if len(solution.time) == len(time) else trajectory.state(solution.time)
+        return solution, navigation_error(truth, solution, trajectory.ellipsoid)
+
+    with thread_pool(os.cpu_count()) as pool:
+        results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
+    run.failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
+    if len(run.failures) == len(results):
+        raise next(iter(run.failures.values()))
+    solved = {name: result for name, result in results.items() if not isinstance(result, RunError)}
+    run.solutions = {name: solution for name, (solution, _) in solved.items()}
+    run.errors = {name: error for name, (_, error) in solved.items()}
+
+
+def _aid(run: Run) -> Aided:
+    """Estimate by the scenario's filter, from the state that the inertial solutions start from."""
+    from sinssim.estimation.from_scenario.aided_run import aid_run
+
+    scenario, trajectory = run.scenario, run.trajectory
+    start = trajectory.state(trajectory.start)
+    initial = initial_state(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
+    return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors)
+
+
+def _about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
+    """Return what a summary says whether a run ended well or not."""
+    return {
+        "scenario": scenario.name,
+        "status": status,
+        **({"message": message} if message else {}),
+        "seed": scenario.seed,
+        "rate_hz": scenario.imu.rate_hz,
+        "timing": stages.timing(),
+        "versions": versions(),
+    }
+
+
+def _keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = "") -> Path:
+    """Complete the run directory and put it in its place."""
+    with folder.writing():
+        write_text(folder.path / "scenario.toml", run.scenario.to_toml(run.about_filter))
+        if report is not None:
+            write_text(folder.path / "report.html", report)
+        write_text(folder.path / "summary.json", json.dumps(run.summary, indent=2, allow_nan=False) + "\n")
+        return folder.keep(beside=beside)
+
+
+def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:
+    """Keep what a run recorded before it broke off, if the flight was done; else leave no trace."""
+    if not (folder.path / "recording.rrd").exists():
+        folder.discard()
+        return
+    status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+    message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
+    run.summary = _about(run.scenario, stages, status, message)
+    try:
+        report = run_report(run, run.summary)
+    except Exception:  # the report may be what failed: its error is the one that is on its way
+        report = None
+    place = _keep(folder, run, report, beside=status)
+    error.add_note(f"What was recorded until then is in {place}.")

@@ -1,0 +1,57 @@
+"""The state that navigation starts from: the true one with the scenario's initial errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import rotation, units
+from sinssim.data import Array, NavState
+from sinssim.earth.coordinates import radii
+from sinssim.earth.models import Ellipsoid
+
+if TYPE_CHECKING:
+    from sinssim.scenario.sections.navigation import InitialErrorSection
+
+
+def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0) -> NavState:
+    """Return the state that navigation starts from: the true one with errors added.
+
+    Args:
+        truth: true state at the start, scalars.
+        error: what to add; with all zeros the true state comes back bit for bit.
+        ellipsoid: reference ellipsoid.
+        seed: the run's seed, for the errors to draw.
+
+    Returns:
+        The state, scalars.
+    """
+    from sinssim.sensors.noise.random_numbers import normals
+
+    def draw(term: str, *sigma: float) -> Array:
+        return np.array([s * normals(seed, f"initial {term}", i, 1)[0] if s else 0.0 for i, s in enumerate(sigma)])
+
+    position = np.array([error.north_m, error.east_m, error.height_m])
+    position += draw("position", error.position_sigma_m, error.position_sigma_m, error.height_sigma_m)
+    velocity = np.array([error.velocity_north_mps, error.velocity_east_mps, error.velocity_down_mps])
+    velocity += draw("velocity", *[error.velocity_sigma_mps] * 3)
+    r1, r2 = radii(truth.latitude, ellipsoid)
+    longitude = truth.longitude
+    if position[1]:
+        longitude = longitude + position[1] / ((r2 + truth.height) * np.cos(truth.latitude))
+    q_nb = truth.q_nb
+    turn = np.array([error.roll_arcmin, error.pitch_arcmin, error.heading_arcmin]) * units.ARCMIN
+    if turn.any():
+        roll, pitch, heading = rotation.euler_from_quaternion(q_nb)
+        q_nb = rotation.quaternion_from_euler(roll + turn[0], pitch + turn[1], heading + turn[2])
+    phi = units.ARCMIN * draw("attitude", error.tilt_sigma_arcmin, error.tilt_sigma_arcmin, error.heading_sigma_arcmin)
+    if phi.any():
+        q_nb = rotation.multiply(rotation.quaternion_from_rotation_vector(-phi), q_nb)  # q_true = q(φ) ⊗ q_solution
+    return NavState(
+        truth.latitude + position[0] / (r1 + truth.height),
+        longitude,
+        truth.height + position[2],
+        truth.velocity_ned + velocity,
+        q_nb,
+    )

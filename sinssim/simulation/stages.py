@@ -1,0 +1,43 @@
+"""The stages of a run: their progress, and how long each takes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Progress = Callable[[str, float], None]
+"""Called with one of `STAGES` and its done fraction 0…1."""
+
+STAGES = ("flight", "truth", "imu", "navigate", "filter", "record")
+
+
+class Stages:
+    """Reports the stages of a run and measures how long each takes."""
+
+    def __init__(self, progress: Progress) -> None:
+        """Start the clock.
+
+        Args:
+            progress: what is told of the stages' progress.
+        """
+        self.report = progress
+        self._seconds = dict.fromkeys(STAGES, 0.0)
+        self._begin = time.perf_counter()
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        """Measure a stage, or a further part of it."""
+        begin = time.perf_counter()
+        if not self._seconds[stage]:
+            self.report(stage, 0.0)
+        try:
+            yield
+        finally:
+            self._seconds[stage] += time.perf_counter() - begin
+        self.report(stage, 1.0)
+
+    def timing(self) -> dict[str, float]:
+        """Return the wall-clock time of each stage and of all of them together, s."""
+        total = time.perf_counter() - self._begin
+        return {f"{stage}_s": round(s, 4) for stage, s in (*self._seconds.items(), ("total", total))}

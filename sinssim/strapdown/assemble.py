@@ -1,0 +1,81 @@
+"""The engines of a frame's template, each with the parts of one attitude algorithm bound to it.
+
+What an algorithm's file offers: see `sinssim.strapdown.files.AttitudeFile`. From its own `turn_k`, or from the shared
+`increments.interval.fitted_turn_k`, comes `fill_turns`, which makes the turns of a block of intervals (see
+`sinssim.strapdown.increments.block_turns`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from sinssim.algorithms import REGISTRY
+from sinssim.jit import bind, with_constants
+from sinssim.strapdown.files import algorithm_file
+from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.increments import block_turns as turns
+from sinssim.strapdown.increments import interval
+
+_NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
+
+
+@cache
+def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
+    """Return an algorithm's functions by the names under which the engines know them.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+
+    Returns:
+        The five functions, and `fill_turns`.
+    """
+    entry, file = REGISTRY[algorithm], algorithm_file(algorithm)
+    functions = {name: getattr(file, name, None) or interval.fitted_turn_k for name in _NAMES}
+    suffix = algorithm.replace("-", "_")
+    if entry.variant:
+        functions = {
+            name: with_constants(part, f"{name}_{suffix}", **entry.variant) for name, part in functions.items()
+        }
+    if hasattr(file, "turn_k"):
+        functions["fill_turns"] = bind(turns.fill_single_turns, f"fill_{suffix}", turn_k=functions["turn_k"])
+    else:
+        functions["fill_turns"] = turns.fill_fitted_turns
+    return functions
+
+
+def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | None:
+    """Return the engine of an algorithm whose file brings a whole one.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+        frame: one of `sinssim.FRAMES`.
+
+    Returns:
+        The engine, a function of a problem and a frame; None for an algorithm that is a set of parts.
+
+    Raises:
+        InputError: the algorithm's file cannot be used, or not in this frame.
+    """
+    file = algorithm_file(algorithm)
+    return file.engine(frame) if hasattr(file, "engine") else None
+
+
+def engines(template: Callable[..., None], frame: str) -> Callable[[str], Callable[..., None]]:
+    """Return the function that makes a frame's engines, each once.
+
+    Args:
+        template: the frame's engine as a plain function over the parts' names.
+        frame: the frame's name in the names of its engines.
+
+    Returns:
+        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, that returns the compiled engine; the engine
+        fills the solution's arrays, whose first rows hold the initial state.
+    """
+
+    @cache
+    def engine(algorithm: str) -> Callable[..., None]:
+        return bind(template, f"{frame}_{algorithm.replace('-', '_')}", **parts(algorithm))
+
+    return engine

@@ -1,0 +1,151 @@
+"""Loads the file of an attitude algorithm or of a navigation frame, and checks that it offers what its protocol asks.
+
+A file that is missing, cannot be imported or lacks a function is named with its path and what is wrong when it is
+chosen; the other algorithms and frames are not affected.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any, Protocol, cast
+
+from sinssim.algorithms import REGISTRY
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.frames import FRAME_REGISTRY
+from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+
+
+class AttitudeFile(Protocol):
+    """What the file of an attitude algorithm offers, all of it compiled by `sinssim.jit.inline`.
+
+    The attitude variables are a tuple of numbers of the file's own choice.
+    """
+
+    def start_k(self, q0: float, q1: float, q2: float, q3: float) -> Any:
+        """The variables of a unit quaternion q_nb."""
+
+    def dcm_k(self, attitude: Any) -> tuple[float, ...]:
+        """The matrix C_nb that resolves forces, row by row: nine numbers."""
+
+    def step_k(self, attitude: Any, body: BodyTurn, frame: FrameTurn) -> Any:
+        """The variables one interval later."""
+
+    def quaternion_k(self, attitude: Any) -> tuple[float, float, float, float, float]:
+        """The unit quaternion q_nb, and what the variables lost of their norm or orthogonality."""
+
+
+class OwnTurnFile(AttitudeFile, Protocol):
+    """An algorithm that makes its own `BodyTurn` of the samples, instead of `increments.interval.fitted_turn_k`."""
+
+    def turn_k(self, dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
+        """The body's turn over interval k."""
+
+
+class EngineFile(Protocol):
+    """What the file of an algorithm offers that brings an engine of its own, instead of parts for the engines."""
+
+    def engine(self, frame: str) -> Callable[[Problem, str], None]:
+        """The function that solves a problem in a frame; `InputError` for a frame that it does not know."""
+
+
+class FrameFile(Protocol):
+    """What the file of a navigation frame offers."""
+
+    def solve(self, problem: Problem, frame: str) -> None:
+        """Fill the rows of the solution after the first; `frame` is the name of the registry's entry."""
+
+    def check(self, problem: Problem, frame: str) -> None:
+        """Raise `RunError` where the solution left the region in which the frame can be used."""
+
+
+@cache
+def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
+    """Return the file of an attitude algorithm.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+
+    Returns:
+        The module.
+
+    Raises:
+        InputError: the file is missing, broken or incomplete, or the registry has the name twice; the message has the
+            path and what is wrong.
+    """
+    entry = REGISTRY[algorithm]
+    if entry.problem:
+        raise InputError(f"the algorithm {algorithm} cannot be used: {entry.problem}")
+    module, path = _loaded(f"algorithm {algorithm}", f"sinssim.strapdown.{entry.module}")
+    if entry.windowed:
+        _check(f"algorithm {algorithm}", module, path, EngineFile, compiled=False)
+        return cast(EngineFile, module)
+    protocol = OwnTurnFile if hasattr(module, "turn_k") else AttitudeFile
+    _check(f"algorithm {algorithm}", module, path, protocol, compiled=True)
+    unknown = [name for name in entry.variant if not hasattr(module, name)]
+    if unknown:
+        raise InputError(
+            f"the algorithm {algorithm} cannot be used: its variant sets {', '.join(unknown)}, which {path} does not "
+            "define."
+        )
+    return cast(AttitudeFile, module)
+
+
+@cache
+def frame_file(frame: str) -> FrameFile:
+    """Return the file of a navigation frame.
+
+    Args:
+        frame: one of `sinssim.FRAMES`.
+
+    Returns:
+        The module.
+
+    Raises:
+        InputError: the file is missing, broken or incomplete; the message has the path and what is wrong.
+    """
+    module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{FRAME_REGISTRY[frame].file}")
+    _check(f"frame {frame}", module, path, FrameFile, compiled=False)
+    return cast(FrameFile, module)
+
+
+def _loaded(what: str, name: str) -> tuple[ModuleType, str]:
+    """Import a module and return it with its path."""
+    try:
+        spec = find_spec(name)
+    except ImportError:
+        spec = None
+    if spec is None or spec.origin is None:
+        raise InputError(f"the {what} cannot be used: there is no {name.replace('.', '/')}.py.")
+    try:
+        return import_module(name), spec.origin
+    except Exception as error:  # whatever the file raises
+        raise InputError(f"the {what} cannot be used: {spec.origin}: {type(error).__name__}: {error}.") from error
+
+
+def _check(what: str, module: ModuleType, path: str, protocol: type, *, compiled: bool) -> None:
+    """Raise for a module without the functions of a protocol, with other arguments, or not compiled."""
+    wrong = []
+    for base in reversed(protocol.__mro__):
+        for name, wanted in vars(base).items():
+            if name.startswith("_") or not inspect.isfunction(wanted):
+                continue
+            arguments = list(inspect.signature(wanted).parameters)[1:]  # without self
+            there = getattr(module, name, None)
+            if there is None:
+                wrong.append(f"there is no function {name}({', '.join(arguments)})")
+            elif compiled and not hasattr(there, "py_func"):
+                wrong.append(f"{name} is not compiled: it needs the decorator `inline` of sinssim.jit")
+            else:
+                parameters = inspect.signature(getattr(there, "py_func", there)).parameters.values()
+                own = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
+                if len(own) != len(arguments):
+                    wrong.append(f"{name} takes ({', '.join(own)}), and should take ({', '.join(arguments)})")
+    if wrong:
+        raise InputError(f"the {what} cannot be used: {path}: {'; '.join(wrong)}.")

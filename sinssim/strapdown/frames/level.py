@@ -1,0 +1,259 @@
+"""Navigation in the local-level, north-pointing frame: one interval after the other, to at least the fourth order.
+
+Within an interval nothing is frozen at its start. The compensated increments are exact to the sixth order in the
+interval (see `coning_sculling`); gravity, Coriolis acceleration and the velocities that move the position are
+integrated by Simpson's rule, with the values at mid-interval from cubic Hermite interpolation between its ends.
+
+Position (spec 8.2):   φ̇ = v_N/(R₁+h),  λ̇ = v_E/((R₂+h) cos φ),  ḣ = −v_D
+Velocity:              v̇ = C_nb f + g − (2ω_ie + ω_en) × v
+Frame rate:            ω_in = ω_ie + ω_en,  ω_ie = (ω cos φ, 0, −ω sin φ),
+                       ω_en = (v_E/(R₂+h), −v_N/(R₁+h), −v_E tan φ/(R₂+h))
+
+The engine is a template over the attitude algorithm: `start_k`, `dcm_k`, `step_k` and `quaternion_k`, imported here
+from the quaternion, and `fill_turns` are bound to each algorithm's own by `sinssim.jit.bind`. The increments may begin
+before the first interval that is navigated, which is their number `first`, and go on beyond the last: the fit wants
+neighbours.
+"""
+
+from __future__ import annotations
+
+from math import cos, degrees, pi, radians, sin
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.earth.kernels import EarthParameters, gravity_ned_k, radii_k
+from sinssim.errors import RunError
+from sinssim.frames import frames_that, listed
+from sinssim.jit import inline
+from sinssim.rotation.kernels import cross_k
+from sinssim.strapdown.assemble import engines
+from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.frames.kernels import continued_k, resolved_k
+from sinssim.strapdown.frames.problem import Problem, ran_away
+from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
+from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
+from sinssim.strapdown.increments.interval import FrameTurn
+
+POLAR_LIMIT = radians(89.9)
+"""Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
+
+_EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
+
+
+@inline
+def curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tuple[float, float, float]:
+    """1/(R₁+h), 1/(R₂+h) and R₂."""
+    r1, r2 = radii_k(p, s)
+    if simplified:  # (8.16)
+        x = h / p.a
+        return (1.0 + p.e2 * (1.0 - 1.5 * s * s) - x) / p.a, (1.0 - 0.5 * p.e2 * s * s - x) / p.a, r2
+    inverse = 1.0 / ((r1 + h) * (r2 + h))
+    return (r2 + h) * inverse, (r1 + h) * inverse, r2
+
+
+@inline
+def _coriolis_k(
+    omega: float, s: float, c: float, secant: float, k1: float, k2: float, vn: float, ve: float, vd: float
+) -> tuple[float, float, float]:
+    """−(2ω_ie + ω_en) × v, from sine, cosine and secant of the latitude and the curvatures."""
+    wn = 2.0 * omega * c + ve * k2
+    we = -vn * k1
+    wd = -s * (2.0 * omega + ve * k2 * secant)
+    return wd * ve - we * vd, wn * vd - wd * vn, we * vn - wn * ve
+
+
+@inline
+def _mid_k(x0: float, x1: float, d0: float, d1: float) -> float:
+    """Value half-way, cubic Hermite: d0, d1 are the derivatives at the ends times the interval."""
+    return 0.5 * (x0 + x1) + 0.125 * (d0 - d1)
+
+
+# A compiled engine: one loop with its state in scalars.
+def _navigate(
+    time: Array,
+    dtheta: Array,
+    dvel: Array,
+    weights: Array,
+    uniform: bool,
+    first: int,
+    p: EarthParameters,
+    gravity: int,
+    simplified: bool,
+    vertical: int,
+    height_reference: Array,
+    climb_reference: Array,
+    time_constant: float,
+    latitude: Array,
+    longitude: Array,
+    height: Array,
+    velocity: Array,
+    q_nb: Array,
+    defect: Array,
+) -> None:
+    count = time.shape[0] - 1
+    lat, h = latitude[0], height[0]
+    north, east = 0.0, 0.0  # displacement from the start in latitude and longitude
+    vn, ve, vd = velocity[0, 0], velocity[0, 1], velocity[0, 2]
+    attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
+    q0, q1, q2, q3, defect[0] = quaternion_k(attitude)
+    s, c = sin(lat), cos(lat)
+    k1, k2, r2 = curvatures_k(p, simplified, s, h)
+    gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
+    loop1, loop2, loop3 = loop_gains_k(time_constant, gd, k2)
+    loop_sum = 0.0
+    omega = p.omega
+
+    an, ae, ad = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
+    i0 = 1.0 / c
+    turns = empty_turns_k()
+
+    for k in range(count):
+        dt = time[k + 1] - time[k]
+
+        # --- the body's rotation and specific force over the interval
+        if k % BLOCK == 0:
+            fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
+        b = turn_in_block_k(turns, k % BLOCK)
+
+        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then runs
+        # beside the body's and waits for nothing of it. The position found in the end corrects it to first order.
+        dlat_taken = dt * k1 * (vn + 0.5 * an)
+        h_taken = h - dt * (vd + 0.5 * ad)
+        if k % _EXACT_EVERY == 0:
+            s1, c1 = sin(lat + dlat_taken), cos(lat + dlat_taken)
+        else:
+            y = dlat_taken * dlat_taken
+            sy, cy = dlat_taken * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
+            s1, c1 = s - s * cy + c * sy, c - c * cy - s * sy
+        k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
+        gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
+        i1 = 1.0 / c1
+
+        # --- into the navigation axes of the start
+        c_nb = dcm_k(attitude)
+        dn, de, dd = resolved_k(c_nb, b.dv_x, b.dv_y, b.dv_z)
+        sn, se, sd = resolved_k(c_nb, b.fs_x, b.fs_y, b.fs_z)
+        en, ee, ed = resolved_k(c_nb, b.fe_x, b.fe_y, b.fe_z)
+
+        # --- start of the interval: frame rate times dt, acceleration times dt
+        un0, ue0, ud0 = dt * (omega * c + ve * k2), -dt * vn * k1, -dt * s * (omega + ve * k2 * i0)
+        gn0, ge0, gd0 = _coriolis_k(omega, s, c, i0, k1, k2, vn, ve, vd)
+        an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
+
+        # --- velocity at the end, predicted: the frame's rotation during the interval turns the increment by −∫ζ × a,
+        # and Coriolis acts as at mid-interval
+        hn, he, hd = 0.5 * dn + (sn - en) / 12, 0.5 * de + (se - ee) / 12, 0.5 * dd + (sd - ed) / 12  # ∫∫a/dt
+        rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
+        wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, vn + 0.5 * an0, ve + 0.5 * ae0, vd + 0.5 * ad0)
+        vn1 = vn + dn - rn + dt * (wn + gn)
+        ve1 = ve + de - re + dt * we
+        vd1 = vd + dd - rd + dt * (wd + gd)
+        # the end's specific force in the navigation axes of the end
+        ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
+        bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
+        an, ae, ad = en - ax + dt * (bn1 + gn1), ee - ay + dt * be1, ed - az + dt * (bd1 + gd1)
+
+        # --- middle of the interval: cubic Hermite for velocity; what depends on position varies with it alone
+        vnm, vem, vdm = _mid_k(vn, vn1, an0, an), _mid_k(ve, ve1, ae0, ae), _mid_k(vd, vd1, ad0, ad)
+        bend_h = 0.125 * dt * (vd - vd1)  # ⅛ (ḣ₁ − ḣ₀) dt
+        bend = 0.125 * dt * (vn * k1 - vn1 * k1_1)  # ⅛ (φ̇₀ − φ̇₁) dt
+        sm, cm, im = 0.5 * (s + s1) + c1 * bend, 0.5 * (c + c1) - s1 * bend, 0.5 * (i0 + i1) + s1 * i1 * i1 * bend
+        k1m, k2m = 0.5 * (k1 + k1_1) + k1_1 * k1_1 * bend_h, 0.5 * (k2 + k2_1) + k2_1 * k2_1 * bend_h
+        gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1) + 2.0 * gd1 * k2_1 * bend_h
+        bnm, bem, bdm = _coriolis_k(omega, sm, cm, im, k1m, k2m, vnm, vem, vdm)
+        unm, uem, udm = dt * (omega * cm + vem * k2m), -dt * vnm * k1m, -dt * sm * (omega + vem * k2m * im)
+        un1, ue1, ud1 = dt * (omega * c1 + ve1 * k2_1), -dt * vn1 * k1_1, -dt * s1 * (omega + ve1 * k2_1 * i1)
+
+        # --- velocity and position at the end
+        # −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
+        wn, we, wd = un0 + (un1 - un0) / 3.0, ue0 + (ue1 - ue0) / 3.0, ud0 + (ud1 - ud0) / 3.0
+        rn, re, rd = cross_k(wn, we, wd, dn - hn, de - he, dd - hd)
+        qn, qe, qd = cross_k(wn, we, wd, dn, de, dd)
+        qn, qe, qd = cross_k(wn, we, wd, qn, qe, qd)
+        sixth = dt / 6.0
+        vn1 = vn + dn - rn + qn / 6.0 + sixth * (gn0 + 4.0 * bnm + bn1 + gn + 4.0 * gnm + gn1)
+        ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
+        vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
+        dlat = sixth * (vn * k1 + 4.0 * vnm * k1m + vn1 * k1_1)
+        east += sixth * (ve * k2 * i0 + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
+        h1 = h - sixth * (vd + 4.0 * vdm + vd1)
+
+        # --- vertical channel
+        if vertical == BARO_LOOP:
+            h1, vd1, loop_sum = baro_loop_k(dt, loop1, loop2, loop3, loop_sum, h, h1, vd1, height_reference, k)
+        elif vertical == HELD:
+            h1 = height_reference[k + 1]
+            vd1 = climb_reference[k + 1]
+
+        # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
+        frame = FrameTurn(
+            (un0 + 4.0 * unm + un1) / 6.0, (ue0 + 4.0 * uem + ue1) / 6.0, (ud0 + 4.0 * udm + ud1) / 6.0,
+            un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1,
+        )  # fmt: skip
+        attitude = step_k(attitude, b, frame)
+
+        # summed from the start: added to the latitude itself, a slow vehicle's steps would vanish in its last digit
+        north += dlat
+        lat = latitude[0] + north
+        lon = longitude[0] + east
+        if lon > pi:
+            east -= 2.0 * pi
+            lon -= 2.0 * pi
+        elif lon <= -pi:
+            east += 2.0 * pi
+            lon += 2.0 * pi
+        vn, ve, vd, h = vn1, ve1, vd1, h1
+
+        # --- the Earth's values from where they were taken to where the vehicle is
+        moved, moved_h = dlat - dlat_taken, h1 - h_taken
+        s, c = s1 + c1 * moved, c1 - s1 * moved
+        i0 = i1 + s1 * i1 * i1 * moved
+        k1, k2 = k1_1 - k1_1 * k1_1 * moved_h, k2_1 - k2_1 * k2_1 * moved_h
+        gn, gd = gn1, gd1 - 2.0 * gd1 * k2_1 * moved_h
+
+        latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, h
+        velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = vn, ve, vd
+        r0, r1, r2, r3, defect[k + 1] = quaternion_k(attitude)
+        q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
+        q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
+
+
+engine = engines(_navigate, "level")
+
+
+def solve(problem: Problem, frame: str) -> None:
+    """Navigate in the level frame; see `sinssim.strapdown.files.FrameFile`."""
+    p = problem
+    engine(p.algorithm)(
+        p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.first, p.earth, p.gravity, p.simplified, *p.channel,
+        *p.solution,
+    )  # fmt: skip
+
+
+def check(problem: Problem, frame: str, remedy: str = "") -> None:
+    """Raise where the solution comes too near to a pole.
+
+    Args:
+        problem: solved.
+        frame: "level".
+        remedy: what to do about it, a sentence; "" names the frames that pass the poles.
+
+    Raises:
+        RunError: it does.
+    """
+    latitude = problem.latitude
+    if max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
+        return
+    row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
+    if not abs(latitude[row]) <= 0.5 * pi:  # no step of a vehicle leads from 89.9° to beyond the pole
+        raise ran_away(problem, "latitude", row)
+    remedy = remedy or f"The frames {listed(frames_that(lambda entry: entry.passes_poles))} pass the poles."
+    time = float(problem.time[row])
+    raise RunError(
+        f"the north-pointing level frame cannot be used within {90.0 - degrees(POLAR_LIMIT):.1f}° of a pole, where "
+        f"north turns as fast as the vehicle moves: latitude {degrees(latitude[row]):.4f}° at t = {time:.2f} s. "
+        f"{remedy}",
+        time=time,
+    )

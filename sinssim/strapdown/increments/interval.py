@@ -1,0 +1,113 @@
+"""What is known of one interval: the body's motion in it, and the navigation frame's."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sinssim.data import Array
+from sinssim.jit import inline
+from sinssim.rotation.kernels import cross_k, rotation_series_k
+from sinssim.strapdown.increments.coning_sculling import Twist, logarithm_k, velocity_increment_k
+from sinssim.strapdown.increments.fit import WINDOW
+
+_HALF = WINDOW // 2
+
+
+class BodyTurn(NamedTuple):
+    """Rotation of the body and its specific force over one interval, in the body axes of the interval's start.
+
+    phi: rotation vector relative to inertial space, compensated for coning, rad.
+    dv: velocity increment, compensated for sculling and rotation, m/s.
+    fs, fe: specific force at the start and the end, times the interval, m/s.
+    a1, a2, a3: the body's own rate times the interval as a1 + a2 s + a3 s² over s ∈ [−½, ½], rad.
+    theta: the increment as measured, without compensation, rad.
+    """
+
+    phi_x: float
+    phi_y: float
+    phi_z: float
+    dv_x: float
+    dv_y: float
+    dv_z: float
+    fs_x: float
+    fs_y: float
+    fs_z: float
+    fe_x: float
+    fe_y: float
+    fe_z: float
+    a1_x: float
+    a1_y: float
+    a1_z: float
+    a2_x: float
+    a2_y: float
+    a2_z: float
+    a3_x: float
+    a3_y: float
+    a3_z: float
+    theta_x: float
+    theta_y: float
+    theta_z: float
+
+
+class FrameTurn(NamedTuple):
+    """Rotation of the navigation frame relative to inertial space over one interval, in its own axes.
+
+    zeta: rotation vector, rad.
+    u0, um, u1: rate at the start, the middle and the end, times the interval, rad.
+    """
+
+    zeta_x: float
+    zeta_y: float
+    zeta_z: float
+    u0_x: float
+    u0_y: float
+    u0_z: float
+    um_x: float
+    um_y: float
+    um_z: float
+    u1_x: float
+    u1_y: float
+    u1_z: float
+
+
+@inline
+def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: float) -> BodyTurn:
+    """Body's turn from the increments, the fitted moments, their logarithm (φ, ν) and the factors b, c of J(φ)."""
+    px, py, pz, nx, ny, nz = log
+    dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz, b, c)
+    # f dt = f1 + f2 s + f3 s² at s = ∓½; the end's is turned back to the axes of the start
+    fsx = a0[3] - a3[3] / 12.0 - 0.5 * a2[3] + 0.25 * a3[3]
+    fsy = a0[4] - a3[4] / 12.0 - 0.5 * a2[4] + 0.25 * a3[4]
+    fsz = a0[5] - a3[5] / 12.0 - 0.5 * a2[5] + 0.25 * a3[5]
+    fex, fey, fez = fsx + a2[3], fsy + a2[4], fsz + a2[5]
+    ax, ay, az = cross_k(px, py, pz, fex, fey, fez)
+    bx, by, bz = cross_k(px, py, pz, ax, ay, az)
+    return BodyTurn(
+        px, py, pz, dvx, dvy, dvz, fsx, fsy, fsz,
+        fex + ax + 0.5 * bx, fey + ay + 0.5 * by, fez + az + 0.5 * bz,
+        a0[0] - a3[0] / 12.0, a0[1] - a3[1] / 12.0, a0[2] - a3[2] / 12.0, a2[0], a2[1], a2[2], a3[0], a3[1], a3[2],
+        a0[0], a0[1], a0[2],
+    )  # fmt: skip
+
+
+@inline
+def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
+    """Body's turn in interval k from the fit over its neighbours; sixth order in the interval."""
+    count = dtheta.shape[0]
+    first = min(max(k - _HALF, 0), count - min(count, WINDOW))
+    row = k - first if uniform else k
+    a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
+    x2, y2, z2, u2, v2, w2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x3, y3, z3, u3, v3, w3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(WINDOW):  # a constant count, unrolled: with fewer samples the weights beyond them are zero
+        p, q, i = weights[row, j], weights[row, WINDOW + j], min(first + j, count - 1)
+        x2, x3 = x2 + p * dtheta[i, 0], x3 + q * dtheta[i, 0]
+        y2, y3 = y2 + p * dtheta[i, 1], y3 + q * dtheta[i, 1]
+        z2, z3 = z2 + p * dtheta[i, 2], z3 + q * dtheta[i, 2]
+        u2, u3 = u2 + p * dvel[i, 0], u3 + q * dvel[i, 0]
+        v2, v3 = v2 + p * dvel[i, 1], v3 + q * dvel[i, 1]
+        w2, w3 = w2 + p * dvel[i, 2], w3 + q * dvel[i, 2]
+    a2, a3 = (x2, y2, z2, u2, v2, w2), (x3, y3, z3, u3, v3, w3)
+    log = logarithm_k(a0, a2, a3)
+    _, b, c = rotation_series_k(log[0] * log[0] + log[1] * log[1] + log[2] * log[2])
+    return turn_of_moments_k(a0, a2, a3, log, b, c)

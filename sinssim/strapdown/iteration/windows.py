@@ -1,0 +1,202 @@
+"""Windows of samples for functional iteration: Chebyshev tables, integration, and the body's motion in a window.
+
+See `functional_iteration` for the method and its sources.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.jit import inline, kernel
+from sinssim.rotation.kernels import multiply_k, quaternion_from_rotation_vector_k, rotate_k
+
+Long = NDArray[np.longdouble]
+
+WINDOW = 8
+"""Samples of a window."""
+NODES = 12
+"""Chebyshev points of a window, its ends among them."""
+
+MOST_ITERATIONS = 60  # convergence is factorial: a turn by 10 rad in a window is through in half of that
+_BLOCK = 1024  # windows whose tables are made at once when intervals are unequal
+
+
+class Windows(NamedTuple):
+    """Windows of samples, and the tables for them; times are scaled to a window's length.
+
+    first, size: first sample and number of samples that the window navigates, (K,) int.
+    fit: first sample of its polynomials, (K,) int.
+    table: which of the T tables serves it, (K,) int.
+    rate: increments to rate times length at the nodes, (T, NODES, WINDOW).
+    edge: values at the nodes to those at the ends of the samples, (T, WINDOW, NODES).
+    height: reference at the edges of the fitted samples to that at the nodes, linear in between, (T, NODES, WINDOW+1).
+    integral: values at the nodes to integrals from the window's start to the nodes, (NODES, NODES).
+    """
+
+    first: NDArray[np.intp]
+    size: NDArray[np.intp]
+    fit: NDArray[np.intp]
+    table: NDArray[np.intp]
+    rate: Array
+    edge: Array
+    height: Array
+    integral: Array
+
+
+def _integrals(x: Long, degree: int) -> Long:
+    """Return ∫ Tₘ(2x − 1) dx from 0 to x for m = 0…degree, (..., degree+1)."""
+    one = np.eye(degree + 1, dtype=np.longdouble)
+    primitive = np.stack([chebyshev.chebint(row, lbnd=-1) for row in one], axis=1)
+    return np.asarray(0.5 * chebyshev.chebvander(2.0 * x - 1.0, degree + 1) @ primitive)
+
+
+def _tables(edges: Array, skipped: int) -> tuple[Array, Array, Array]:
+    """Return the tables `rate`, `edge` and `height` of K windows.
+
+    edges: times of the fitted samples' edges, (K, WINDOW+1) s; the first `skipped` samples are fitted only.
+    """
+    start, length = edges[:, skipped, None], edges[:, -1, None] - edges[:, skipped, None]
+    x = ((edges - start) / length).astype(np.longdouble)
+    nodes = chebyshev_points()
+    # increments = ∫ polynomial: rate at the nodes = T(nodes) (∫T)⁻¹ increments
+    over_samples = np.diff(_integrals(x, WINDOW - 1), axis=1)
+    rate = chebyshev.chebvander(2.0 * nodes - 1.0, WINDOW - 1) @ _inverse(over_samples)
+    edge = np.zeros((len(edges), WINDOW, NODES))
+    at_edges = chebyshev.chebvander(2.0 * x[:, skipped + 1 :] - 1.0, NODES - 1)
+    edge[:, : WINDOW - skipped] = at_edges @ _inverse(chebyshev.chebvander(2.0 * nodes - 1.0, NODES - 1))
+    return rate.astype(np.float64), edge, np.maximum(0.0, 1.0 - _distance(x, nodes)).astype(np.float64)
+
+
+def _inverse(matrix: Long) -> Long:
+    """Return the inverse in extended precision, by Newton's iteration from that in double precision.
+
+    The tables serve every window of a run: their rounding would not average out.
+    """
+    inverse = np.linalg.inv(matrix.astype(np.float64)).astype(np.longdouble)
+    two = 2.0 * np.eye(matrix.shape[-1], dtype=np.longdouble)
+    for _ in range(2):
+        inverse = inverse @ (two - matrix @ inverse)
+    return np.asarray(inverse)
+
+
+def _distance(x: Long, nodes: Long) -> Long:
+    """Return how far nodes are from edges, in the sample between them, (K, NODES, WINDOW+1)."""
+    width = np.diff(x, axis=1)
+    ahead = (nodes[None, :, None] - x[:, None, :]) / np.concatenate([width, width[:, -1:]], axis=1)[:, None, :]
+    behind = (x[:, None, :] - nodes[None, :, None]) / np.concatenate([width[:, :1], width], axis=1)[:, None, :]
+    return np.asarray(np.maximum(ahead, behind))
+
+
+def chebyshev_points() -> Long:
+    """Return the Chebyshev points of [0, 1], its ends among them, (NODES,)."""
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(NODES) / (NODES - 1)), dtype=np.longdouble)
+
+
+def windows(time: Array, uniform: bool) -> Iterator[Windows]:
+    """Yield the windows that cover the data, with their tables, some at a time.
+
+    Args:
+        time: edges of the intervals, (N+1,) s.
+        uniform: whether all intervals are equal.
+
+    Yields:
+        Windows in order; the last may navigate fewer samples.
+
+    Raises:
+        InputError: for fewer samples than a window takes.
+    """
+    samples = len(time) - 1
+    if samples < WINDOW:
+        raise InputError(f"functional-iteration works on windows of {WINDOW} samples; the data hold {samples}.")
+    whole, left = divmod(samples, WINDOW)
+    nodes = chebyshev_points()
+    to_coefficients = _inverse(chebyshev.chebvander(2.0 * nodes - 1.0, NODES - 1))
+    integral = np.ascontiguousarray(_integrals(nodes, NODES - 1) @ to_coefficients, dtype=np.float64)
+    step = whole if uniform else _BLOCK
+    for begin in range(0, whole, step):
+        first = np.arange(begin, min(begin + step, whole)) * WINDOW
+        if uniform:
+            edges, table = np.arange(WINDOW + 1.0)[None, :], np.zeros(len(first), dtype=np.intp)
+        else:
+            edges, table = time[first[:, None] + np.arange(WINDOW + 1)], np.arange(len(first))
+        yield Windows(first, np.full(len(first), WINDOW), first, table, *_tables(edges, 0), integral)
+    if left:
+        fit = samples - WINDOW
+        one = np.array([0], dtype=np.intp)
+        tables = _tables(time[None, fit:], WINDOW - left)
+        yield Windows(one + samples - left, one + left, one + fit, one, *tables, integral)
+
+
+@inline
+def integrate_k(matrix: Array, rate: Array, c: int, start: float, out: Array) -> None:
+    """Row c of `out` = start + ∫ of row c of `rate`, at all nodes."""
+    for j in range(NODES):
+        total = 0.0
+        for i in range(NODES):
+            total += matrix[j, i] * rate[c, i]
+        out[c, j] = start + total
+
+
+@inline
+def interpolate_k(weights: Array, i: int, value: Array, c: int) -> float:
+    """Value of row c at the end of the window's sample i."""
+    total = 0.0
+    for j in range(NODES):
+        total += weights[i, j] * value[c, j]
+    return total
+
+
+@kernel
+def body_k(
+    dtheta: Array,
+    dvel: Array,
+    fit: int,
+    table: Array,
+    integral: Array,
+    rate: Array,
+    work: Array,
+    q: Array,
+    force: Array,
+) -> None:
+    """Motion of the body in a window, in its axes at the window's start.
+
+    Fills, at the nodes: q, (4, NODES), its attitude; force, (3, NODES), specific force times the window's length.
+    `rate` (6, NODES) and `work` (4, NODES) are room for work.
+    """
+    for j in range(NODES):
+        for c in range(3):
+            w, f = 0.0, 0.0
+            for i in range(WINDOW):
+                w += table[j, i] * dtheta[fit + i, c]
+                f += table[j, i] * dvel[fit + i, c]
+            rate[c, j], rate[3 + c, j] = w, f
+    for c in range(3):
+        integrate_k(integral, rate, c, 0.0, work)
+    for j in range(NODES):  # to begin with, the increments taken for a rotation vector
+        q[0, j], q[1, j], q[2, j], q[3, j] = quaternion_from_rotation_vector_k(work[0, j], work[1, j], work[2, j])
+    e0, e1, e2, e3 = q[0, NODES - 1], q[1, NODES - 1], q[2, NODES - 1], q[3, NODES - 1]
+    for _ in range(MOST_ITERATIONS):
+        for j in range(NODES):  # q̇ = ½ q ∘ ω
+            work[0, j], work[1, j], work[2, j], work[3, j] = multiply_k(
+                q[0, j], q[1, j], q[2, j], q[3, j], 0.0, 0.5 * rate[0, j], 0.5 * rate[1, j], 0.5 * rate[2, j]
+            )
+        integrate_k(integral, work, 0, 1.0, q)
+        integrate_k(integral, work, 1, 0.0, q)
+        integrate_k(integral, work, 2, 0.0, q)
+        integrate_k(integral, work, 3, 0.0, q)
+        last = NODES - 1
+        change = max(max(abs(q[0, last] - e0), abs(q[1, last] - e1)), max(abs(q[2, last] - e2), abs(q[3, last] - e3)))
+        e0, e1, e2, e3 = q[0, last], q[1, last], q[2, last], q[3, last]
+        if change < 1e-15:
+            break
+    for j in range(NODES):
+        force[0, j], force[1, j], force[2, j] = rotate_k(
+            q[0, j], q[1, j], q[2, j], q[3, j], rate[3, j], rate[4, j], rate[5, j]
+        )

@@ -1,0 +1,118 @@
+"""Errors of a navigation solution against the truth: position, velocity and attitude in true north, east, down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth.coordinates import geodetic_to_ecef
+from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.errors import InputError
+
+_BLOCK = 65536  # rows computed together, so that no temporary is as long as the run
+
+
+@dataclass(frozen=True)
+class NavError:
+    """What a navigation solution got wrong, row by row, in the local level of the true position.
+
+    Attributes:
+        time: (N,) s.
+        position_ned: solution minus truth, (N, 3) m; down is exactly minus the difference of the heights.
+        velocity_ned: solution minus truth, each in its own local level, (N, 3) m/s.
+        attitude: rotation vector φ of the error equations, q_true = q(φ) ⊗ q_solution, so that to first order
+            C_solution = (I − [φ×]) C_true: φ_north and φ_east are the tilts, and for a level body −φ_down is the
+            error of heading (solution minus truth); (N, 3) rad.
+    """
+
+    time: Array
+    position_ned: Array
+    velocity_ned: Array
+    attitude: Array
+
+    @cached_property
+    def horizontal(self) -> Array:
+        """Horizontal distance between solution and truth, (N,) m."""
+        return np.hypot(self.position_ned[:, 0], self.position_ned[:, 1])
+
+    @property
+    def height(self) -> Array:
+        """Height of the solution minus true height, (N,) m."""
+        return -self.position_ned[:, 2]
+
+    @cached_property
+    def speed(self) -> Array:
+        """Magnitude of the velocity error, (N,) m/s."""
+        return _norm(self.velocity_ned)
+
+    @cached_property
+    def angle(self) -> Array:
+        """Angle of the single rotation that takes the solution's attitude to the true one, (N,) rad."""
+        return _norm(self.attitude)
+
+
+def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid = WGS84) -> NavError:
+    """Return the errors of a navigation solution.
+
+    North and east come from the difference of the Earth-fixed positions, resolved at the true position: no wrap of
+    longitude, no division by cos φ at a pole. Velocity and attitude are compared component by component, as the
+    error equations have them; within kilometres of a pole, where north itself turns, so do they.
+
+    Args:
+        truth: true states at the solution's times, arrays of N rows.
+        solution: N rows.
+        ellipsoid: reference ellipsoid of both heights.
+
+    Returns:
+        The errors, N rows.
+
+    Raises:
+        InputError: truth and solution have different numbers of rows, or one of them is something else.
+    """
+    if not isinstance(solution, NavSolution):
+        raise InputError(
+            f"solution, the second argument of navigation_error, is a {type(solution).__name__}; it takes the true "
+            "states, a NavState, first and the navigation solution, a NavSolution, second."
+        )
+    if not isinstance(truth, NavState):
+        raise InputError(
+            f"truth, the first argument of navigation_error, is a {type(truth).__name__}; it takes the true states, "
+            "a NavState such as trajectory.state(solution.time), first and the solution, a NavSolution, second."
+        )
+    if truth.latitude.shape != solution.latitude.shape:
+        raise InputError(
+            f"truth has {truth.latitude.shape} rows and the {solution.algorithm} solution {solution.latitude.shape}; "
+            "errors need the true state at each of the solution's times."
+        )
+    error = NavError(solution.time, *(np.empty((len(solution.time), 3)) for _ in range(3)))
+    for start in range(0, len(solution.time), _BLOCK):
+        _fill(error, truth, solution, ellipsoid, slice(start, start + _BLOCK))
+    return error
+
+
+def _fill(error: NavError, truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid, part: slice) -> None:
+    """Write the errors of some rows."""
+    latitude, longitude, height = truth.latitude[part], truth.longitude[part], truth.height[part]
+    difference = geodetic_to_ecef(solution.latitude[part], solution.longitude[part], solution.height[part], ellipsoid)
+    difference -= geodetic_to_ecef(latitude, longitude, height, ellipsoid)
+    x, y, z = difference.T
+    sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
+    sin_lon, cos_lon = np.sin(longitude), np.cos(longitude)
+    position = error.position_ned[part]
+    position[:, 0] = cos_lat * z - sin_lat * (cos_lon * x + sin_lon * y)
+    position[:, 1] = cos_lon * y - sin_lon * x
+    position[:, 2] = height - solution.height[part]
+    np.subtract(solution.velocity_ned[part], truth.velocity_ned[part], out=error.velocity_ned[part])
+    error.attitude[part] = rotation.rotation_vector_from_quaternion(
+        rotation.multiply(truth.q_nb[part], rotation.conjugate(solution.q_nb[part])),
+    )
+
+
+def _norm(rows: Array) -> Array:
+    """Euclidean norm of each row, (N,)."""
+    norm: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return norm

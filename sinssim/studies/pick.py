@@ -1,0 +1,169 @@
+"""Picks an engine: the cheapest of those that are accurate enough on every motion of a part.
+
+Accurate enough is what does not show beside good sensors, or is hardly worse than the best that the part has: on every
+motion the greatest horizontal error is at most a tenth of a nautical mile per hour, or 1.1 of the least, and the
+greatest attitude error at most 0.3′, or 1.1 of the least. With ideal sensors the first of the two decides, with real
+ones, whose own errors all engines share, mostly the second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sinssim.formatting import number
+from sinssim.studies.naming import varying
+from sinssim.studies.results import Comparison, Pick, Row
+from sinssim.studies.schema import Part
+from sinssim.units import NAUTICAL_MILE
+
+MILES_PER_HOUR = 0.1
+"""A tenth of what sensors of the 1 nmi/h grade cost."""
+ARCSEC = 18.0
+"""The chapter's few tenths of a minute of arc: 0.3′."""
+HARDLY_WORSE = 1.1
+
+_ENGINE = ("algorithm", "frame", "gravity", "curvature")
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """An engine at a pace, on all motions of its part."""
+
+    name: str
+    rows: tuple[Row, ...]
+    worst: tuple[Row, str]  # where it comes nearest to what is allowed, or exceeds it most, and in what
+    excess: float  # there, its error over what is allowed
+    error: float  # greatest error over the least of any engine, over all motions and both errors
+
+    @property
+    def cost(self) -> tuple[float, float]:
+        """Processor time per second of motion, µs, and of schedules with the same the sum of their slower rates."""
+        row = self.rows[0]
+        return row.ns_per_step * row.rate_hz * 1e-3, sum(row.schedule_hz[1:])
+
+    @property
+    def horizontal(self) -> float:
+        return max(row.max_horizontal_error_m for row in self.rows)
+
+    @property
+    def attitude(self) -> float:
+        return max(row.max_attitude_error_arcsec for row in self.rows)
+
+
+def picks(comparison: Comparison) -> list[Pick]:
+    """Say which engine to pick in every part that compares some.
+
+    Args:
+        comparison: what the study found out.
+
+    Returns:
+        One for each part and each of its sets of sensors; none for a part with a single engine at a single rate.
+    """
+    found = []
+    for part in comparison.study.parts:
+        if len(part.engines) * len(part.pace) < 2:
+            continue
+        rows = comparison.of_part(part.title)
+        for sensors in part.sensors:
+            for variant in part.variants:
+                own = [row for row in rows if (row.sensors, row.variant) == (sensors, variant)]
+                found.append(_pick(part, sensors, variant, own))
+    return found
+
+
+def _pick(part: Part, sensors: str, variant: str, rows: Sequence[Row]) -> Pick:
+    count = len(part.engines) * len(part.pace)
+    planned = count * len(part.motions)
+    if len(rows) < planned:
+        missing = f"{planned - len(rows)} of its {planned} navigations were not reached"
+        return Pick(part.title, sensors, variant, "", f"Undecided: {missing}.")
+    candidates = _candidates(rows)
+    failed = count - len(candidates)
+    without = f" {failed} of {count} could not be navigated on every motion." if failed else ""
+    if not candidates:
+        return Pick(part.title, sensors, variant, "", f"None: no engine could be navigated on every motion.{without}")
+    best = min(candidates, key=lambda one: one.error)
+    enough = [one for one in candidates if one.excess <= 1.0]
+    # what costs the same to a part in a hundred costs the same: times are measured
+    least = min((one.cost[0] for one in enough), default=0.0)
+    chosen = min(
+        (one for one in enough if one.cost[0] <= 1.01 * least), key=lambda one: (one.cost[1], one.error), default=best
+    )
+    numbers = {
+        "max_horizontal_error_m": chosen.horizontal,
+        "max_attitude_error_arcsec": chosen.attitude,
+        "us_per_second": chosen.cost[0],
+        "candidates": float(count),
+        "accurate_enough": float(len(enough)),
+        "best_max_horizontal_error_m": best.horizontal,
+        "best_max_attitude_error_arcsec": best.attitude,
+        "best_us_per_second": best.cost[0],
+    }
+    return Pick(part.title, sensors, variant, chosen.name, _reason(chosen, best, enough, candidates) + without, numbers)
+
+
+def _candidates(rows: Sequence[Row]) -> list[_Candidate]:
+    """Put together what each engine did at each pace; those that failed somewhere are left out."""
+    done = [row for row in rows if row.status == "done"]
+    least: dict[str, tuple[float, float]] = {}
+    for motion in dict.fromkeys(row.motion for row in done):
+        here = [row for row in done if row.motion == motion]
+        least[motion] = (
+            min(row.max_horizontal_error_m for row in here),
+            min(row.max_attitude_error_arcsec for row in here),
+        )
+    groups: dict[tuple[str, ...], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((*(getattr(row, name) for name in _ENGINE), row.pace), []).append(row)
+    dimensions = [name for name in varying(rows) if name in _ENGINE]
+    paces = len({row.pace for row in rows}) > 1
+    found = []
+    for own in groups.values():
+        if any(row.status != "done" for row in own):
+            continue
+        judged = []
+        for row in own:
+            metres, arcsec = least[row.motion]
+            allowed = MILES_PER_HOUR * NAUTICAL_MILE * row.duration_s / 3600.0
+            judged += [
+                (row, " m", row.max_horizontal_error_m, metres, max(allowed, HARDLY_WORSE * metres)),
+                (row, "″", row.max_attitude_error_arcsec, arcsec, max(ARCSEC, HARDLY_WORSE * arcsec)),
+            ]
+        row, unit, error, _, allowed = max(judged, key=lambda one: one[2] / one[4])
+        words = " · ".join([str(getattr(own[0], name)) for name in dimensions] or [own[0].algorithm])
+        found.append(
+            _Candidate(
+                f"{words} at {own[0].pace} Hz" if paces else words,
+                tuple(own),
+                (row, unit),
+                error / allowed,
+                max(error / max(low, 1e-12) for _, _, error, low, _ in judged),
+            )
+        )
+    return found
+
+
+def _reason(
+    chosen: _Candidate, best: _Candidate, enough: Sequence[_Candidate], candidates: Sequence[_Candidate]
+) -> str:
+    def said(one: _Candidate) -> str:
+        return (
+            f"{number(one.horizontal)} m and {number(one.attitude)}″ at most, {number(one.cost[0])} µs of processor "
+            "time per second of motion"
+        )
+
+    text = f"{chosen.name}: {said(chosen)}."
+    bars = f"{MILES_PER_HOUR:g} nmi/h and {ARCSEC / 60.0:g}′, or within 10 % of the least error, on every motion"
+    if not enough:
+        return f"{text} It has the least errors; none of {len(candidates)} stays below {bars}."
+    text += f" {len(enough)} of {len(candidates)} stay below {bars}; of these it computes least."
+    cheaper = [one for one in candidates if one.excess > 1.0 and one.cost < chosen.cost]
+    if cheaper:
+        out = min(cheaper, key=lambda one: one.excess)
+        row, unit = out.worst
+        error = row.max_horizontal_error_m if unit == " m" else row.max_attitude_error_arcsec
+        text += f" Cheaper, but {number(error)}{unit} off on {row.motion}: {out.name}."
+    if best is not chosen:
+        text += f" The least errors has {best.name}: {said(best)}."
+    return text

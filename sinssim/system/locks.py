@@ -1,0 +1,71 @@
+"""Folders marked as in use: the mark is a locked file, and the system unlocks it however its process ends."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
+
+MARK = ".sinssim-in-use"
+"""Name of the locked file in a folder."""
+
+
+def hold(folder: Path, *, shared: bool = False) -> int:
+    """Mark a folder as in use until the returned descriptor is closed, at the latest when the process ends.
+
+    Args:
+        folder: the folder; it is made if it does not exist. One that cannot be written is marked only if another
+            process has put the file there.
+        shared: whether several processes may use it at once.
+
+    Returns:
+        Descriptor of the locked file; not inherited by child processes.
+
+    Raises:
+        OSError: the folder cannot be made, or its file cannot be opened.
+    """
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError:  # read-only
+            file = os.open(folder / MARK, os.O_RDONLY)
+        if sys.platform == "win32":
+            return file
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+        except OSError:  # a file system without locks; `remove_unused` finds none there either, and removes nothing
+            return file
+        if os.fstat(file).st_nlink:
+            return file
+        os.close(file)  # another process removed the folder meanwhile
+
+
+def remove_unused(folder: Path) -> bool:
+    """Remove a folder unless a process has marked it as in use.
+
+    Args:
+        folder: the folder, with everything in it.
+
+    Returns:
+        Whether it was removed. Where the system knows no such locks nothing is.
+    """
+    if sys.platform == "win32":
+        return False
+    try:
+        file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    else:
+        shutil.rmtree(folder, ignore_errors=True)
+        return True
+    finally:
+        os.close(file)

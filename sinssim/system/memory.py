@@ -1,0 +1,32 @@
+"""The memory that this machine gives a process."""
+
+from __future__ import annotations
+
+import math
+import os
+from contextlib import suppress
+from pathlib import Path
+
+_CGROUP = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
+
+
+def machine_memory() -> float:
+    """Return how many bytes of memory a process can have.
+
+    Returns:
+        The smallest of the machine's physical memory, the limit of its container and the limit of the process
+        (`ulimit -v`); infinity where the system does not tell.
+    """
+    limits = [math.inf]
+    with suppress(AttributeError, OSError, ValueError):  # Windows has no sysconf
+        limits.append(float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
+    for file in _CGROUP:
+        with suppress(OSError, ValueError):  # "max" means that there is no limit
+            limits.append(float(file.read_text()))
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if soft != resource.RLIM_INFINITY:
+            limits.append(float(soft))
+    return min(limits)

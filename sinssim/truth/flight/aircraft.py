@@ -1,0 +1,165 @@
+"""An aircraft's description: which JSBSim model flies, where the sensor block sits, how our autopilot flies it."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from sinssim.scenario.content import find_content
+from sinssim.scenario.toml_file import read_toml, validate
+from sinssim.section import NotNegative, Positive, Section, Vector3
+
+
+class Mounting(Section):
+    """Where the sensor block sits in the airframe.
+
+    Attributes:
+        lever_arm_m: from the centre of gravity to the block, forward, right, down, m.
+        angles_deg: roll, pitch and yaw of the block's axes in the airframe's, degrees.
+    """
+
+    lever_arm_m: Vector3
+    angles_deg: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Performance(Section):
+    """What a pilot of the type flies by.
+
+    Attributes:
+        cruise_kt: usual airspeed, calibrated, kt.
+        stall_alpha_deg: above this angle of attack it counts as stalled, degrees.
+        bank_deg: usual angle of bank, degrees.
+        max_load_factor_g, min_load_factor_g: load factors the autopilot stays within, g.
+        climb_mps, descent_mps: usual vertical speeds, m/s.
+        acceleration_mps2: rate at which a new airspeed is approached, m/s².
+        takeoff_kt: airspeed of rotation, kt.
+        takeoff_pitch_deg: pitch angle held from rotation, degrees.
+        initial_climb_kt: airspeed of the climb after take-off, kt.
+        takeoff_flaps: flap setting for take-off, in parts of full travel.
+        takeoff_throttle: throttle setting for take-off, in parts of full travel.
+        retractable_gear: whether the gear goes up after take-off.
+    """
+
+    cruise_kt: Positive
+    stall_alpha_deg: Positive
+    bank_deg: Positive
+    max_load_factor_g: Positive
+    min_load_factor_g: float = Field(le=0.9)
+    climb_mps: Positive
+    descent_mps: Positive
+    acceleration_mps2: Positive
+    takeoff_kt: Positive
+    takeoff_pitch_deg: Positive
+    initial_climb_kt: Positive
+    takeoff_flaps: float = Field(ge=0.0, le=1.0)
+    takeoff_throttle: float = Field(default=1.0, gt=0.0, le=1.0)
+    retractable_gear: bool
+
+
+class AutopilotGains(Section):
+    """Gains of our autopilot; control deflections in parts of full travel, angles in rad, rates in rad/s.
+
+    Attributes:
+        reference_kt: airspeed at which the gains hold, kt.
+        airspeed_scheduled: feedback falls with dynamic pressure, feedforward with airspeed (a conventional
+            control system); false: the same at any airspeed (a control system that commands rates).
+        roll_rate_max_deg_s, roll_acceleration_max_deg_s2: limits of the bank reference.
+        bank_rate: bank error to bank rate, of the reference, 1/s.
+        bank_gain: bank error against the reference to roll rate, 1/s.
+        roll_feedforward, roll_gain, roll_integral: roll rate, its error and the error's integral to aileron.
+        heading_time_s: time constant of a heading error.
+        height_rate: height error to vertical speed, 1/s.
+        path_gain: vertical-speed error to vertical acceleration, 1/s.
+        vertical_acceleration_mps2: limit of the vertical-speed reference.
+        load_time_s: time constant of the load-factor reference.
+        lift_time_s: time by which the lift lags the pitch rate at the reference airspeed at sea level.
+        pitch_feedforward, pitch_gain, pitch_integral: pitch rate, its error and its integral to elevator.
+        speed_gain, speed_integral: airspeed error (m/s) and its integral to throttle.
+        climb_throttle: climb angle to throttle.
+        throttle_rate: limit of the throttle's rate, 1/s.
+        yaw_feedforward: yaw rate of the coordinated turn to rudder, against a yaw damper that would resist it.
+        yaw_gain: yaw-rate error against the coordinated turn to rudder.
+        sideslip_gain, sideslip_integral: sideslip and its integral to rudder.
+        steering_gain: heading error on the ground to nose-wheel steering.
+    """
+
+    reference_kt: Positive
+    airspeed_scheduled: bool
+    roll_rate_max_deg_s: Positive
+    roll_acceleration_max_deg_s2: Positive
+    bank_rate: Positive
+    bank_gain: Positive
+    roll_feedforward: NotNegative
+    roll_gain: NotNegative
+    roll_integral: NotNegative
+    heading_time_s: Positive
+    height_rate: Positive
+    path_gain: Positive
+    vertical_acceleration_mps2: Positive
+    load_time_s: Positive
+    lift_time_s: NotNegative
+    pitch_feedforward: NotNegative
+    pitch_gain: NotNegative
+    pitch_integral: NotNegative
+    speed_gain: Positive
+    speed_integral: NotNegative
+    climb_throttle: NotNegative
+    throttle_rate: Positive
+    yaw_feedforward: NotNegative
+    yaw_gain: NotNegative
+    sideslip_gain: NotNegative
+    sideslip_integral: NotNegative
+    steering_gain: NotNegative
+
+
+class Aircraft(Section):
+    """One aircraft: the contents of its aircraft.toml.
+
+    Attributes:
+        description: a sentence for a person.
+        jsbsim_model: name of the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml.
+        model_changes: new text for elements of the model's XML, by XPath, put in when the model is loaded; an
+            element whose text would be empty is left out.
+        mounting: where the sensor block sits.
+        performance: what a pilot of the type flies by.
+        autopilot: gains of our autopilot.
+    """
+
+    description: str
+    jsbsim_model: str
+    model_changes: dict[str, str] = Field(default_factory=dict)
+    mounting: Mounting
+    performance: Performance
+    autopilot: AutopilotGains
+
+
+def aircraft_exists(name: str) -> str:
+    """Return the name of an aircraft if there is such an aircraft.
+
+    Args:
+        name: name of the aircraft, or a path of its folder or its aircraft.toml.
+
+    Returns:
+        The name as it was given.
+
+    Raises:
+        InputError: there is no such aircraft; the message lists those that there are.
+    """
+    find_content("aircraft", name)
+    return name
+
+
+def load_aircraft(name: str) -> Aircraft:
+    """Read an aircraft's description.
+
+    Args:
+        name: name of the aircraft, or a path of its folder or its aircraft.toml.
+
+    Returns:
+        The description.
+
+    Raises:
+        InputError: no such aircraft, or its aircraft.toml is not right; the message names file, line and key.
+    """
+    file = find_content("aircraft", name)
+    text, data = read_toml(file)
+    return validate(Aircraft, data, text, str(file))

@@ -1,0 +1,283 @@
+"""The autopilot that flies JSBSim's aircraft: bank, heading, height and airspeed, thirty times a second.
+
+Its gains and limits are those of the aircraft's `aircraft.toml` (tables [autopilot] and [performance]).
+
+Three loops, each with a reference that moves as a pilot would move the aircraft:
+
+- lateral: heading error → bank → roll rate → aileron, the sideslip kept at nothing by the rudder;
+- vertical: height error → vertical speed → load factor → pitch rate → elevator. Load factor and pitch rate are
+  tied by the kinematics of the coordinated turn, q = (g/V)(n − cosθ cosφ), so a turn needs no extra back pressure;
+- airspeed: throttle, with the power that a climb or an acceleration will need fed forward.
+"""
+
+from __future__ import annotations
+
+from math import atan, cos, pi, remainder, sin
+
+from sinssim.truth.flight.aircraft import Aircraft
+from sinssim.units import DEG, KNOT
+
+G = 9.80665
+"""Gravity in the autopilot's kinematics [m/s²]."""
+
+_SHORT = 4.0  # the airspeed's reference never leads or lags the airspeed by more [m/s]
+
+INTERVAL = 1.0 / 30.0
+"""Time between steps of the autopilot [s]."""
+
+HEADING, BANK, ROLL_RATE = 0, 1, 2
+"""What the lateral loop holds."""
+
+HEIGHT, PITCH, LOAD_FACTOR = 0, 1, 2
+"""What the vertical loop holds."""
+
+
+class AircraftState:
+    """The aircraft's state as the autopilot and the legs know it; refreshed in place.
+
+    Attributes:
+        time: flight time, s.
+        phi, theta, psi: roll, pitch, heading, rad.
+        p, q, r: angular rate in body axes, rad/s.
+        cas, tas: calibrated and true airspeed, m/s.
+        height: height above the ellipsoid, m.
+        climb: vertical speed, m/s.
+        beta: sideslip, rad.
+        alpha: angle of attack, rad (ten times a second, like all that follow).
+        latitude, longitude: rad.
+        track: direction of motion over the ground, rad.
+        ground_speed: m/s.
+        height_above_ground: m.
+        on_wheels: whether any part of the gear touches the ground.
+    """
+
+    __slots__ = (
+        "alpha", "beta", "cas", "climb", "ground_speed", "height", "height_above_ground", "latitude", "longitude",
+        "on_wheels", "p", "phi", "psi", "q", "r", "tas", "theta", "time", "track",
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        self.time = self.phi = self.theta = self.psi = self.p = self.q = self.r = 0.0
+        self.cas = self.tas = self.height = self.climb = self.beta = self.alpha = 0.0
+        self.latitude = self.longitude = self.track = self.ground_speed = self.height_above_ground = 0.0
+        self.on_wheels = False
+
+
+class Autopilot:
+    """Control loops with targets that the legs set.
+
+    Attributes:
+        lateral: HEADING, BANK or ROLL_RATE.
+        heading, bank, roll_rate: targets of the lateral loop, rad, rad, rad/s.
+        bank_limit: greatest bank while holding a heading, rad.
+        vertical: HEIGHT, PITCH or LOAD_FACTOR.
+        height, pitch, load_factor: targets of the vertical loop, m, rad, g.
+        climb_limit, descent_limit: greatest vertical speeds towards a height, m/s.
+        airspeed: target of the throttle, calibrated, m/s.
+        fixed_elevator, fixed_aileron, fixed_rudder, fixed_throttle: a setting that takes the place of the loop's.
+        steering: whether the nose wheel steers to `heading`.
+        brakes, gear, flaps: settings, in parts of full travel.
+        elevator, aileron, rudder, throttle, steer: the commands, in parts of full travel, JSBSim's signs.
+    """
+
+    def __init__(self, aircraft: Aircraft, interval: float) -> None:
+        """Make an autopilot at rest.
+
+        Args:
+            aircraft: whose gains and limits.
+            interval: time between steps, s.
+        """
+        gains, performance = aircraft.autopilot, aircraft.performance
+        self._gains = gains
+        self.bank_rate = gains.bank_rate
+        self._dt = interval
+        self._reference = gains.reference_kt * KNOT
+        self._roll_rate_max = gains.roll_rate_max_deg_s * DEG
+        self._roll_step = gains.roll_acceleration_max_deg_s2 * DEG * interval
+        self._climb_step = gains.vertical_acceleration_mps2 * interval
+        self._speed_step = performance.acceleration_mps2 * interval
+        self._throttle_step = gains.throttle_rate * interval
+        self._load_lag = interval / (0.5 * gains.load_time_s + interval)  # two in a row
+        self._load_max, self._load_min = performance.max_load_factor_g, performance.min_load_factor_g
+
+        self.lateral, self.vertical = HEADING, HEIGHT
+        self.heading = self.bank = self.roll_rate = 0.0
+        self.height = self.pitch = 0.0
+        self.load_factor = 1.0
+        self.usual_bank = self.bank_limit = performance.bank_deg * DEG
+        self.usual_climb = self.climb_limit = performance.climb_mps
+        self.usual_descent = self.descent_limit = performance.descent_mps
+        self.airspeed = performance.cruise_kt * KNOT
+        self.fixed_elevator: float | None = None
+        self.fixed_aileron: float | None = None
+        self.fixed_rudder: float | None = None
+        self.fixed_throttle: float | None = None
+        self.steering = False
+        self.brakes = self.gear = self.flaps = 0.0
+        self.elevator = self.aileron = self.rudder = self.throttle = self.steer = 0.0
+
+        self._bank_reference = self._roll_reference = self._roll_integral = 0.0
+        self._climb_reference = self._pitch_integral = 0.0
+        self._load_ahead = self._load_reference = 1.0
+        self._speed_reference = self._throttle_integral = self._rudder_integral = 0.0
+
+    def engage(self, state: AircraftState, *, elevator: float, aileron: float, rudder: float, throttle: float) -> None:
+        """Take over in trimmed flight, holding what is being flown.
+
+        Args:
+            state: the aircraft's state.
+            elevator, aileron, rudder, throttle: the trimmed settings, in parts of full travel.
+        """
+        self.heading, self.height, self.airspeed = state.psi, state.height, state.cas
+        self._bank_reference, self._roll_reference = state.phi, 0.0
+        self._climb_reference = state.climb
+        self._speed_reference = state.cas
+        self.elevator, self._pitch_integral = elevator, elevator
+        self.aileron, self._roll_integral = aileron, aileron
+        self.rudder, self._rudder_integral = rudder, rudder
+        self.throttle, self._throttle_integral = throttle, throttle
+
+    def resume(self, state: AircraftState) -> None:
+        """Start the references from what the aircraft is doing, after a figure that they did not follow.
+
+        Args:
+            state: the aircraft's state.
+        """
+        self._bank_reference, self._roll_reference = state.phi, state.p
+        self._climb_reference, self._speed_reference = state.climb, state.cas
+        self.lateral, self.vertical = HEADING, HEIGHT
+        if self.fixed_throttle is not None:
+            ahead = self._gains.climb_throttle * state.climb / max(state.tas, 20.0)
+            self._throttle_integral = self.throttle - ahead
+        self.fixed_elevator = self.fixed_aileron = self.fixed_rudder = self.fixed_throttle = None
+
+    # Long: one control law from targets to commands, called thirty times a second; local names save look-ups.
+    def step(self, m: AircraftState) -> None:
+        """Work out the commands for the coming interval.
+
+        Args:
+            m: the aircraft's state.
+        """
+        k = self._gains
+        dt = self._dt
+        cas = m.cas
+        tas = m.tas if m.tas > 20.0 else 20.0
+        ratio = self._reference / cas if cas > 0.6 * self._reference else 1.0 / 0.6
+        pressure = feedback = ratio * ratio
+        if not k.airspeed_scheduled:
+            ratio = feedback = 1.0
+        phi = m.phi
+        cos_phi, cos_theta = cos(phi), cos(m.theta)
+
+        # Lateral: bank reference with limited rate and acceleration, then roll rate.
+        lateral = self.lateral
+        step = self._roll_step
+        if lateral == ROLL_RATE:
+            change = self.roll_rate - self._roll_reference
+            self._roll_reference += step if change > step else -step if change < -step else change
+            error = self._roll_reference - m.p
+        else:
+            if lateral == HEADING:
+                # A turn rate in proportion to the error, and the bank of the coordinated turn: tanφ = ψ̇V/g.
+                bank = atan(tas / (G * k.heading_time_s) * remainder(self.heading - m.psi, 2.0 * pi))
+                limit = self.bank_limit
+                bank = limit if bank > limit else -limit if bank < -limit else bank
+            else:
+                bank = self.bank
+            limit = self._roll_rate_max
+            rate = k.bank_rate * (bank - self._bank_reference)
+            change = (limit if rate > limit else -limit if rate < -limit else rate) - self._roll_reference
+            self._roll_reference += step if change > step else -step if change < -step else change
+            self._bank_reference += self._roll_reference * dt
+            error = self._roll_reference + k.bank_gain * (self._bank_reference - phi) - m.p
+        if self.fixed_aileron is None:
+            integral = self._roll_integral + k.roll_integral * error * dt
+            self._roll_integral = 0.5 if integral > 0.5 else -0.5 if integral < -0.5 else integral
+            aileron = ratio * k.roll_feedforward * self._roll_reference + feedback * k.roll_gain * error + integral
+            self.aileron = 1.0 if aileron > 1.0 else -1.0 if aileron < -1.0 else aileron
+        else:
+            self.aileron = self.fixed_aileron
+
+        # Vertical: vertical speed with limited acceleration, load factor, pitch rate.
+        vertical = self.vertical
+        weight = cos_theta * cos_phi
+        if vertical == HEIGHT:
+            climb = k.height_rate * (self.height - m.height)
+            limit = self.climb_limit
+            # With the throttle open and the airspeed short of its reference a climb gives way to the airspeed.
+            margin = (cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
+            limit *= 1.0 if margin > 1.0 else margin if margin > 0.0 else 0.0
+            climb = limit if climb > limit else -self.descent_limit if climb < -self.descent_limit else climb
+            change = climb - self._climb_reference
+            step = self._climb_step
+            change = step if change > step else -step if change < -step else change
+            self._climb_reference += change
+            load = change / dt + k.path_gain * (self._climb_reference - m.climb)
+            # The bank that will be flown when the lift has followed.
+            cos_bank = cos(phi + k.load_time_s * self._roll_reference)
+            load = (cos_theta + load / (G * (cos_theta if cos_theta > 0.3 else 0.3))) / (
+                cos_bank if cos_bank > 0.15 else 0.15
+            )
+        else:
+            self._climb_reference = m.climb
+            if vertical == PITCH:
+                rate = 0.8 * (self.pitch - m.theta)
+                load = weight + tas / G * (0.06 if rate > 0.06 else -0.06 if rate < -0.06 else rate)
+            else:
+                load = self.load_factor
+        load = self._load_max if load > self._load_max else self._load_min if load < self._load_min else load
+        # The lift lags the pitch rate by the time that the angle of attack takes, mV/(qS dC_L/dα): lead it by that.
+        self._load_ahead += self._load_lag * (load - self._load_ahead)
+        change = self._load_lag * (self._load_ahead - self._load_reference)
+        self._load_reference += change
+        if self.fixed_elevator is None:
+            rate = (
+                G
+                / tas
+                * (self._load_reference - weight + k.lift_time_s * pressure * tas / self._reference * change / dt)
+            )
+            error = rate - m.q
+            integral = self._pitch_integral - feedback * k.pitch_integral * error * dt
+            self._pitch_integral = 0.8 if integral > 0.8 else -0.8 if integral < -0.8 else integral
+            elevator = integral - feedback * k.pitch_gain * error - ratio * k.pitch_feedforward * rate
+            self.elevator = 1.0 if elevator > 1.0 else -1.0 if elevator < -1.0 else elevator
+        else:
+            self.elevator = self.fixed_elevator
+
+        # Airspeed.
+        if self.fixed_throttle is None:
+            change = self.airspeed - self._speed_reference
+            step = self._speed_step
+            change = step if change > step else -step if change < -step else change
+            reference = self._speed_reference + change
+            self._speed_reference = (
+                cas + _SHORT if reference > cas + _SHORT else cas - _SHORT if reference < cas - _SHORT else reference
+            )
+            error = self._speed_reference - cas
+            ahead = k.climb_throttle * (self._climb_reference / tas + change / (dt * G))
+            throttle = self._throttle_integral + k.speed_gain * error + ahead
+            if 0.0 < throttle < 1.0 or (throttle >= 1.0) == (error < 0.0):
+                self._throttle_integral += k.speed_integral * error * dt
+        else:
+            throttle = self.fixed_throttle
+        throttle = 1.0 if throttle > 1.0 else 0.0 if throttle < 0.0 else throttle
+        change = throttle - self.throttle
+        step = self._throttle_step
+        self.throttle += step if change > step else -step if change < -step else change
+
+        # On the ground pedals and nose wheel keep the heading; in the air the pedals coordinate: the yaw rate of the
+        # coordinated turn, r = (g/V) cosθ sinφ, and no sideslip. JSBSim's rudder is positive nose left.
+        if self.steering:
+            steer = k.steering_gain * (remainder(self.heading - m.psi, 2.0 * pi) - m.r)
+            self.steer = 1.0 if steer > 1.0 else -1.0 if steer < -1.0 else steer
+            self.rudder = -self.steer
+        elif self.fixed_rudder is not None:
+            self.rudder = self.fixed_rudder
+        else:
+            self.steer = 0.0
+            integral = self._rudder_integral - feedback * k.sideslip_integral * m.beta * dt
+            self._rudder_integral = 0.5 if integral > 0.5 else -0.5 if integral < -0.5 else integral
+            yaw = G / tas * cos_theta * sin(phi)
+            rudder = integral - k.yaw_feedforward * yaw
+            rudder -= feedback * (k.yaw_gain * (yaw - m.r) + k.sideslip_gain * m.beta)
+            self.rudder = 1.0 if rudder > 1.0 else -1.0 if rudder < -1.0 else rudder

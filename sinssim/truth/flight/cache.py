@@ -1,0 +1,186 @@
+"""Flown flights on disk: fly once, navigate many times.
+
+A flight is kept under a digest of everything that determines it, in a file that begins with the digest of its own
+contents: an edited aircraft, plan or autopilot is another flight, and a damaged file is flown again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import logging
+import os
+import platform
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from sinssim.jit import cache_root
+from sinssim.scenario.content import find_content
+from sinssim.scenario.sections.flight import FlightSection
+from sinssim.truth.flight.flight_log import FlightLog
+from sinssim.truth.flight.jsbsim_flight import model_folder
+from sinssim.truth.flight.subprocess_flight import fly_apart
+from sinssim.truth.trajectory import Channel, FlightEvent
+
+logger = logging.getLogger(__name__)
+
+_KEPT = 100  # flights; the ones not used for longest go first
+_DIGEST = hashlib.sha256().digest_size
+_PACKAGE = Path(__file__).parents[2]
+_SOURCES = ("earth", "rotation", "jit.py", "units.py", "truth/flight")
+"""Files and folders of the package by which a flight is flown; an edit there flies it anew."""
+
+
+def cached_flight(
+    flight: FlightSection,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> FlightLog:
+    """Return a flight from the cache, or fly it and keep it there.
+
+    Args:
+        flight: the [flight] section of a scenario.
+        seed: seed of the turbulence.
+        progress: called while flying with the flown fraction, 0 … 1.
+        meanwhile: called once while another process flies; not at all if the flight was kept.
+
+    Returns:
+        The flight, bit for bit the same whether it was flown or read.
+
+    Raises:
+        InputError: no such aircraft or model, or a flight that cannot be flown; the message names the leg.
+        RunError: JSBSim broke down.
+    """
+    file = _file(flight, seed)
+    log = _read(file)
+    if log is None:
+        log = fly_apart(flight, seed, progress, meanwhile)
+        _write(file, log)
+    elif progress is not None:
+        progress(1.0)
+    return log
+
+
+@cache
+def _sources() -> tuple[Path, ...]:
+    """Return the source files of `_SOURCES`, sorted."""
+    found = [path for pattern in _SOURCES for path in _PACKAGE.glob(pattern)]
+    return tuple(sorted({file for path in found for file in (path.rglob("*.py") if path.is_dir() else (path,))}))
+
+
+def is_cached(flight: FlightSection, seed: int = 0) -> bool:
+    """Return whether a flight lies in the cache.
+
+    Args:
+        flight: the [flight] section of a scenario.
+        seed: seed of the turbulence.
+
+    Returns:
+        Whether `cached_flight` would have no need to fly it.
+    """
+    return _file(flight, seed).is_file()
+
+
+def _file(flight: FlightSection, seed: int) -> Path:
+    return cache_root() / "flights" / f"{flight_key(flight, seed)}.flight"
+
+
+def flight_key(flight: FlightSection, seed: int) -> str:
+    """Return the digest of everything that determines a flight.
+
+    Args:
+        flight: the [flight] section of a scenario.
+        seed: seed of the turbulence; without turbulence nothing depends on it.
+
+    Returns:
+        SHA-256 over the versions, the aircraft's files, the plan, the seed and the code that flies, in hexadecimal.
+    """
+    import jsbsim
+
+    from sinssim.truth.flight.aircraft import load_aircraft
+
+    digest = hashlib.sha256()
+
+    def add(name: str, content: bytes) -> None:
+        digest.update(f"{name}\0{len(content)}\0".encode())
+        digest.update(content)
+
+    add("versions", f"{jsbsim.__version__} {np.__version__} {platform.machine()}".encode())
+    add("flight", flight.model_dump_json(exclude={"aircraft"}).encode())
+    add("seed", str(seed if flight.turbulence else 0).encode())
+    add("aircraft", find_content("aircraft", flight.aircraft).read_bytes())
+    model = model_folder(flight.aircraft, load_aircraft(flight.aircraft).jsbsim_model)
+    for path in sorted(model.rglob("*")):
+        if path.is_file():
+            add(path.relative_to(model).as_posix(), path.read_bytes())
+    for source in _sources():
+        add(source.relative_to(_PACKAGE).as_posix(), source.read_bytes())
+    return digest.hexdigest()
+
+
+def _write(file: Path, log: FlightLog) -> None:
+    """Keep a flight; a folder that cannot be written to is only worth a warning."""
+    arrays = {"time": log.time, "position_ecef": log.position_ecef, "q_eb": log.q_eb}
+    for name, channel in log.channels.items():
+        arrays[f"channel_time_{name}"], arrays[f"channel_{name}"] = channel.time, channel.values
+    text = json.dumps(
+        {
+            "units": {name: channel.unit for name, channel in log.channels.items()},
+            "events": [[event.time, event.text] for event in log.events],
+        }
+    )
+    stream = io.BytesIO()
+    np.savez(stream, text=np.array(text), **arrays)  # type: ignore[arg-type]
+    content = stream.getvalue()
+    beside: Path | None = None
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as temporary:
+            beside = Path(temporary.name)
+            temporary.write(hashlib.sha256(content).digest())
+            temporary.write(content)
+        os.replace(beside, file)
+        for old in sorted(file.parent.glob("*.flight"), key=lambda path: path.stat().st_mtime)[:-_KEPT]:
+            old.unlink(missing_ok=True)
+    except OSError as error:
+        logger.warning("the flight cannot be kept in %s (%s): it will be flown again next time.", file.parent, error)
+        if beside is not None:
+            beside.unlink(missing_ok=True)
+
+
+def _read(file: Path) -> FlightLog | None:
+    """Return a kept flight, or None if there is none or it is damaged."""
+    try:
+        content = file.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        logger.warning("the flight kept in %s cannot be read (%s): it is flown again.", file, error)
+        return None
+    payload = content[_DIGEST:]
+    if hashlib.sha256(payload).digest() != content[:_DIGEST]:
+        logger.warning("the flight kept in %s is damaged: it is flown again.", file)
+        return None
+    # What passes the check was written by this very code: its source is part of the file's name.
+    with np.load(io.BytesIO(payload), allow_pickle=False) as kept:
+        text = json.loads(str(kept["text"]))
+        log = FlightLog(
+            time=kept["time"],
+            position_ecef=kept["position_ecef"],
+            q_eb=kept["q_eb"],
+            channels={
+                name: Channel(kept[f"channel_time_{name}"], kept[f"channel_{name}"], unit)
+                for name, unit in text["units"].items()
+            },
+            events=tuple(FlightEvent(time, event) for time, event in text["events"]),
+        )
+    with contextlib.suppress(OSError):  # a read-only cache is good to read from
+        file.touch()  # the least recently used go first
+    return log

@@ -1,0 +1,102 @@
+"""The start of a flight in JSBSim: at rest on the runway, or trimmed in the air."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Wind
+from sinssim.truth.flight.aircraft import Aircraft
+from sinssim.units import FOOT
+
+STEP = 1.0 / 120.0
+"""JSBSim's step [s]."""
+
+_SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
+
+# What JSBSim's trim sets.
+_TRIMMED = (
+    "fcs/pitch-trim-cmd-norm", "fcs/elevator-cmd-norm", "fcs/aileron-cmd-norm", "fcs/rudder-cmd-norm",
+    "fcs/throttle-cmd-norm[0]", "fcs/throttle-cmd-norm[1]",
+)  # fmt: skip
+
+
+def bring_to_start(executive: Any, flight: FlightSection, aircraft: Aircraft, seed: int) -> None:
+    """Bring the aircraft to the start: at rest on its wheels, or trimmed in the air, wind and seed set."""
+    start = flight.start
+    executive["ic/lat-geod-deg"] = start.latitude_deg
+    executive["ic/long-gc-deg"] = (start.longitude_deg + 180.0) % 360.0 - 180.0
+    executive["ic/psi-true-deg"] = start.heading_deg % 360.0
+    executive["simulation/randomseed"] = seed % 2**31
+    executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(start.on == "runway")
+    if isinstance(start, AirStart):
+        _trim_in_the_air(executive, flight, start, start.airspeed_kt or aircraft.performance.cruise_kt)
+    else:
+        _settle_on_the_runway(executive, start, flight.wind)
+
+
+def _set_wind(executive: Any, wind: Wind) -> None:
+    """Set the steady wind of the initial conditions; JSBSim's direction is the one it blows towards."""
+    executive["ic/vw-mag-fps"] = math.hypot(wind.north_mps, wind.east_mps) / FOOT
+    executive["ic/vw-dir-deg"] = math.degrees(math.atan2(wind.east_mps, wind.north_mps)) % 360.0
+
+
+def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, airspeed_kt: float) -> None:
+    """Trim in calm air, then carry the trimmed aircraft over into the wind."""
+    best_attitude_integrators(executive)
+    executive["ic/h-sl-ft"] = start.altitude_m / FOOT
+    executive["ic/vc-kts"] = airspeed_kt
+    executive["ic/gamma-deg"] = 0.0
+    executive.run_ic()
+    # JSBSim's sea level is not quite the ellipsoid: put the ellipsoidal height right.
+    executive["ic/h-sl-ft"] = 2.0 * start.altitude_m / FOOT - executive["position/geod-alt-ft"]
+    executive["ic/vc-kts"] = airspeed_kt
+    executive.run_ic()
+    executive["propulsion/set-running"] = -1
+    executive["simulation/do_simple_trim"] = 1
+    wind = flight.wind
+    if not (wind.north_mps or wind.east_mps or wind.down_mps):
+        return
+    commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]
+    kept = {name: executive[name] for name in commands}
+    attitude = {axis: executive[f"attitude/{axis}-rad"] for axis in ("phi", "theta", "psi")}
+    through_air = {axis: executive[f"velocities/v-{axis}-fps"] for axis in ("north", "east", "down")}
+    _set_wind(executive, wind)
+    executive["ic/phi-rad"] = attitude["phi"]
+    executive["ic/theta-rad"] = attitude["theta"]
+    executive["ic/psi-true-rad"] = attitude["psi"]
+    executive["ic/vn-fps"] = through_air["north"] + wind.north_mps / FOOT
+    executive["ic/ve-fps"] = through_air["east"] + wind.east_mps / FOOT
+    executive["ic/vd-fps"] = through_air["down"] + wind.down_mps / FOOT
+    executive.run_ic()
+    executive["atmosphere/wind-down-fps"] = wind.down_mps / FOOT
+    for name, value in kept.items():
+        executive[name] = value
+    executive["propulsion/set-running"] = -1
+
+
+def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: Wind) -> None:
+    """Find the equilibrium on the wheels, then let engine and gear come to rest, brakes set."""
+    executive["ic/terrain-elevation-ft"] = start.altitude_m / FOOT
+    executive["ic/h-agl-ft"] = 6.0
+    _set_wind(executive, wind)
+    brakes = ("fcs/left-brake-cmd-norm", "fcs/right-brake-cmd-norm", "fcs/center-brake-cmd-norm")
+    executive.run_ic()
+    for brake in brakes:
+        executive[brake] = 1.0
+    executive["simulation/do_simple_trim"] = 2
+    executive["propulsion/set-running"] = -1
+    for brake in brakes:
+        executive[brake] = 1.0
+    for _ in range(round(_SETTLING / STEP)):
+        executive.run()
+
+
+def best_attitude_integrators(executive: Any) -> None:
+    """Choose JSBSim's best integrators of the attitude (Adams-Bashforth 4, Buss 2); its defaults are Euler's.
+
+    Not on the ground: the friction of the tyres is solved for Euler's steps and with any other the aircraft creeps
+    at centimetres a second with its brakes set.
+    """
+    executive["simulation/integrator/rate/rotational"] = 5
+    executive["simulation/integrator/position/rotational"] = 6

@@ -1,0 +1,55 @@
+"""The legs "climb" and "descend": to another height."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from sinssim.truth.flight.aircraft import Performance
+from sinssim.truth.flight.autopilot import AircraftState, Autopilot
+from sinssim.truth.flight.dead_reckoning import DeadReckoning
+from sinssim.truth.flight.leg import Altitude, LegBase
+
+
+class AltitudeLeg(LegBase):
+    """Climb or descend to a height, the airspeed held.
+
+    Attributes:
+        altitude_m: height above the ellipsoid to reach, m.
+        vertical_speed_mps: rate of climb or descent, without sign, m/s; None: the aircraft's usual one.
+    """
+
+    example: ClassVar[dict[str, Any]] = {"altitude_m": 3000.0}
+
+    type: Literal["climb", "descend"]
+    altitude_m: Altitude = Field(description="height above the ellipsoid to reach")
+    vertical_speed_mps: float | None = Field(
+        default=None, gt=0.0, le=150.0, description="rate of climb or descent, positive; default: the aircraft's"
+    )
+
+    def end_height(self, height: float) -> float:
+        """Return `altitude_m`; refuse a climb that goes down and a descent that goes up; see `LegBase.end_height`."""
+        up = self.altitude_m - height
+        if (up < 0.0) if self.type == "climb" else (up > 0.0):
+            raise ValueError(
+                f"goes {'down' if up < 0.0 else 'up'}, from {height:g} m to altitude_m = {self.altitude_m:g}: give the"
+                f' height to reach, or type = "{"descend" if up < 0.0 else "climb"}"'
+            )
+        return self.altitude_m
+
+    def reckon(self, plan: DeadReckoning) -> float:
+        """Return the duration, s, at a steady vertical speed; see `LegBase.reckon`."""
+        change = self.altitude_m - plan.altitude
+        usual = plan.performance.climb_mps if change > 0.0 else plan.performance.descent_mps
+        return plan.climb(self.altitude_m, self.vertical_speed_mps or usual)
+
+    def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
+        """Set the height and the limits of the vertical speed; see `LegBase.fly`."""
+        pilot.height = self.altitude_m
+        pilot.climb_limit = self.vertical_speed_mps or pilot.usual_climb
+        pilot.descent_limit = self.vertical_speed_mps or pilot.usual_descent
+        while abs(state.height - pilot.height) > 3.0:
+            yield
+        pilot.climb_limit, pilot.descent_limit = pilot.usual_climb, pilot.usual_descent

@@ -1,0 +1,52 @@
+"""The leg "hold": straight and level."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.section import Timeout
+from sinssim.truth.flight.aircraft import Performance
+from sinssim.truth.flight.autopilot import AircraftState, Autopilot
+from sinssim.truth.flight.dead_reckoning import DeadReckoning
+from sinssim.truth.flight.leg import HALF_STEP, LegBase, LegError, wait
+
+
+class HoldLeg(LegBase):
+    """Straight and level: heading, height and airspeed held; for a duration or until an instant of the flight.
+
+    Attributes:
+        duration_s: how long, s.
+        until_s: time since the start of the flight at which the leg ends, s.
+    """
+
+    example: ClassVar[dict[str, Any]] = {"duration_s": 600.0}
+
+    type: Literal["hold"]
+    duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="how long")
+    until_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="flight time at which it ends")
+    timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Self:
+        if (self.duration_s is None) == (self.until_s is None):
+            raise ValueError("a hold ends after duration_s or at until_s (flight time): give exactly one of them")
+        return self
+
+    def reckon(self, plan: DeadReckoning) -> float:
+        """Return the duration, s; see `LegBase.reckon`."""
+        return plan.straight(self.duration_s or max(0.0, (self.until_s or 0.0) - plan.elapsed))
+
+    def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
+        """Hold what is being flown; see `LegBase.fly`."""
+        if self.until_s is not None:
+            if state.time > self.until_s + HALF_STEP:
+                raise LegError(
+                    f"it is to end at {self.until_s:g} s of the flight, which was over before it began",
+                    "a later until_s, or shorter legs before it,",
+                )
+            yield from wait(state, self.until_s)
+        elif self.duration_s is not None:
+            yield from wait(state, state.time + self.duration_s)

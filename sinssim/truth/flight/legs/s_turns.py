@@ -1,0 +1,83 @@
+"""The leg "s_turns": swings of the heading to both sides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from math import pi, remainder
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.section import Timeout
+from sinssim.truth.flight.aircraft import Performance
+from sinssim.truth.flight.autopilot import BANK, HEADING, AircraftState, Autopilot, G
+from sinssim.truth.flight.dead_reckoning import DeadReckoning
+from sinssim.truth.flight.leg import HALF_STEP, Bank, Direction, LegBase
+from sinssim.units import DEG
+
+
+class STurnsLeg(LegBase):
+    """S-turns about the present heading: to one side, to the other, and back; good for alignment in motion.
+
+    Attributes:
+        swing_deg: heading swing to each side, degrees.
+        bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+        turns: number of swings.
+        duration_s: swings until this time is over, s.
+        first: side of the first swing.
+    """
+
+    example: ClassVar[dict[str, Any]] = {"turns": 4}
+
+    type: Literal["s_turns"]
+    swing_deg: float = Field(default=30.0, gt=0.0, le=120.0, description="heading swing to each side")
+    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's")
+    turns: int | None = Field(default=None, ge=1, le=1000, description="number of swings")
+    duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="swings until this time is over")
+    first: Direction = Field(default="right", description="side of the first swing")
+    timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Self:
+        if (self.turns is None) == (self.duration_s is None):
+            raise ValueError("S-turns end after turns or after duration_s: give exactly one of them")
+        return self
+
+    def reckon(self, plan: DeadReckoning) -> float:
+        """Return the duration, s; see `LegBase.reckon`.
+
+        Each swing goes out and comes back; on the mean it leads ahead by sin(swing)/swing of its length.
+        """
+        swing = math.radians(self.swing_deg)
+        one_swing = 2.0 * swing / plan.turn_rate(self.bank_deg)
+        turns = self.turns or (self.duration_s or 0.0) / one_swing
+        plan.turning += turns * plan.turning_of(2.0 * swing, one_swing, self.bank_deg)
+        return plan.straight(self.duration_s or turns * one_swing, math.sin(swing) / swing)
+
+    def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
+        """Bank to one side and the other, then return to the heading; see `LegBase.fly`."""
+        bank = pilot.usual_bank if self.bank_deg is None else self.bank_deg * DEG
+        middle = pilot.heading
+        side = 1.0 if self.first == "right" else -1.0
+        end = state.time + self.duration_s if self.duration_s is not None else None
+        turns = 0
+        pilot.lateral = BANK
+        while turns != self.turns and (end is None or state.time < end - HALF_STEP):
+            pilot.bank = side * bank
+            # The roll the other way begins early enough for the swing to end near its heading.
+            while side * remainder(state.psi - middle, 2.0 * pi) < self.swing_deg * DEG - _lead(state, bank):
+                if end is not None and state.time >= end - HALF_STEP:
+                    break
+                yield
+            side = -side
+            turns += 1
+        pilot.lateral, pilot.heading, pilot.bank_limit = HEADING, middle, bank
+        while abs(remainder(middle - state.psi, 2.0 * pi)) > 0.7 * DEG or abs(state.phi) > 2.0 * DEG:
+            yield
+        pilot.bank_limit = pilot.usual_bank
+
+
+def _lead(state: AircraftState, bank: float) -> float:
+    """Return the heading change while a bank is rolled off, roughly: turn rate times two seconds [rad]."""
+    return 2.0 * G * bank / max(state.tas, 20.0)

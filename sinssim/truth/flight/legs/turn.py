@@ -1,0 +1,97 @@
+"""The leg "turn": a level turn to a heading or by an angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from math import pi, remainder
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.section import Heading
+from sinssim.truth.flight.aircraft import Performance
+from sinssim.truth.flight.autopilot import BANK, HEADING, AircraftState, Autopilot
+from sinssim.truth.flight.dead_reckoning import DeadReckoning
+from sinssim.truth.flight.leg import Bank, Direction, LegBase
+from sinssim.units import DEG
+
+
+class TurnLeg(LegBase):
+    """Level turn to a heading or by an angle.
+
+    Attributes:
+        heading_deg: heading to turn to, degrees.
+        angle_deg: angle to turn by, degrees; more than 360 is more than a circle.
+        direction: which way; None: the shorter one (only with heading_deg).
+        bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+    """
+
+    example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
+
+    type: Literal["turn"]
+    heading_deg: Heading | None = Field(default=None, description="heading to turn to")
+    angle_deg: float | None = Field(default=None, gt=0.0, le=36_000.0, description="angle to turn by")
+    direction: Direction | None = Field(default=None, description="left or right; default: the shorter way")
+    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's")
+
+    @model_validator(mode="after")
+    def _one_aim(self) -> Self:
+        if (self.heading_deg is None) == (self.angle_deg is None):
+            raise ValueError("a turn is to heading_deg or by angle_deg: give exactly one of them")
+        if self.angle_deg is not None and self.direction is None:
+            raise ValueError('a turn by angle_deg needs direction = "left" or "right"')
+        return self
+
+    def reckon(self, plan: DeadReckoning) -> float:
+        """Return the duration, s, of a steady turn; see `LegBase.reckon`."""
+        if self.angle_deg is not None:
+            angle = math.radians(self.angle_deg if self.direction == "right" else -self.angle_deg)
+            return plan.turn(angle, self.bank_deg)
+        right = (math.radians(self.heading_deg or 0.0) - plan.heading) % (2.0 * math.pi)
+        left = right - 2.0 * math.pi
+        angle = {"right": right, "left": left, None: min(right, left, key=abs)}[self.direction]
+        return plan.turn(angle, self.bank_deg)
+
+    def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
+        """Turn by the angle to the target; see `LegBase.fly`."""
+        bank = pilot.usual_bank if self.bank_deg is None else self.bank_deg * DEG
+        if self.angle_deg is not None:
+            angle = self.angle_deg * DEG if self.direction == "right" else -self.angle_deg * DEG
+        else:
+            assert self.heading_deg is not None  # the model makes sure of one of them
+            angle = remainder(self.heading_deg * DEG - pilot.heading, 2.0 * pi)
+            if self.direction == "right":
+                angle %= 2.0 * pi
+            elif self.direction == "left":
+                angle = -(-angle % (2.0 * pi))
+        yield from turn_by(angle, bank, pilot, state)
+
+
+def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -> Iterator[None]:
+    """Turn by an angle; the heading then held is exactly that angle from the one before.
+
+    Args:
+        angle: right positive, rad.
+        bank: angle of bank, rad.
+        pilot: the autopilot.
+        state: the aircraft's state.
+
+    Yields:
+        Nothing, once for every step.
+    """
+    side = 1.0 if angle > 0.0 else -1.0
+    target = pilot.heading + angle
+    remaining = angle + remainder(pilot.heading - state.psi, 2.0 * pi)
+    last = state.psi
+    pilot.bank_limit = bank
+    # While more than a right angle is left the bank is held; the last part is the heading loop's, which rolls out.
+    while abs(remaining) > 0.5 * pi:
+        pilot.lateral, pilot.bank = BANK, side * bank
+        yield
+        remaining -= remainder(state.psi - last, 2.0 * pi)
+        last = state.psi
+    pilot.lateral, pilot.heading = HEADING, target % (2.0 * pi)
+    while abs(remainder(pilot.heading - state.psi, 2.0 * pi)) > 0.7 * DEG or abs(state.phi) > 2.0 * DEG:
+        yield
+    pilot.bank_limit = pilot.usual_bank

@@ -1,0 +1,189 @@
+"""The interface of motions in closed form, and the trajectory that places one on the Earth.
+
+Algorithms are tested on motions whose attitude, rates and increments are known exactly: cones, rocking, turntables.
+By nature these motions live in an inertial frame m. They are used in two ways:
+
+- `inertial_increments`: in inertial space without gravity, as the literature has them. Both increments are closed
+  forms. For algorithms on their own.
+- `OnEarth`: the frame m is fixed to the Earth at a place, and Earth rate, Coriolis acceleration and gravity are
+  added exactly, so that the result is a `Trajectory` which a complete navigator can be run on. The motion's own part
+  of both increments remains the closed form; the Earth's part, ∫C_bm ω_ie dt and ∫C_be (2ω_ie × ṙ + ω_ie × (ω_ie × r)
+  − gravitation) dt, is Gauss-Legendre quadrature to rounding.
+
+The motions are in `coning`, `rocking` and `rotation_table`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import earth, rotation
+from sinssim.arguments import quaternion
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.errors import InputError, shortened
+from sinssim.truth.block import block_state
+from sinssim.truth.motions.quadrature import integrate_samples
+from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
+from sinssim.truth.trajectory import Channel, FlightEvent
+
+
+class Motion(Protocol):
+    """A motion of body axes b in a frame m, in closed form.
+
+    Attributes:
+        fastest: angular frequency beyond which attitude and acceleration hold nothing of weight, rad/s.
+        breaks: instants at which a derivative of the motion jumps, (K,) s.
+    """
+
+    @property
+    def fastest(self) -> float: ...
+    @property
+    def breaks(self) -> Array: ...
+
+    def attitude(self, t: Array) -> Array:
+        """Return q_mb, (N, 4), at instants (N,) s."""
+        ...
+
+    def rate(self, t: Array) -> Array:
+        """Return the angular rate ω_mb in body axes, (N, 3) rad/s, at instants (N,) s."""
+        ...
+
+    def place(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration in m, each (N, 3), at instants (N,) s."""
+        ...
+
+    def turn(self, left: Array, right: Array) -> Array:
+        """Return ∫ω_mb dt in body axes, component by component, (N, 3) rad, over intervals (N,) s: closed form."""
+        ...
+
+    def push(self, left: Array, right: Array) -> Array:
+        """Return ∫C_bm r̈ dt, (N, 3) m/s, over intervals (N,) s: closed form."""
+        ...
+
+
+def at_rest(t: Array) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration of a motion that turns on the spot.
+
+    Args:
+        t: instants, (N,) s.
+
+    Returns:
+        Three arrays of zeros, (N, 3).
+    """
+    return np.zeros((len(t), 3)), np.zeros((len(t), 3)), np.zeros((len(t), 3))
+
+
+def inertial_increments(motion: Motion, rate_hz: float, duration: float) -> ImuData:
+    """Return a motion's increments in inertial space without gravity, in closed form.
+
+    Args:
+        motion: the motion, from time 0.
+        rate_hz: samples per second.
+        duration: s.
+
+    Returns:
+        Increments, edges at k/rate_hz.
+
+    Raises:
+        InputError: a rate or duration that is not positive, or an interval longer than the duration.
+    """
+    _check_motion(motion)
+    edges = sample_edges(0.0, checked_duration(duration), rate_hz)
+    return ImuData(edges, motion.turn(edges[:-1], edges[1:]), motion.push(edges[:-1], edges[1:]))
+
+
+def _check_motion(motion: Motion) -> None:
+    if not all(hasattr(motion, name) for name in ("attitude", "rate", "place", "turn", "push", "breaks", "fastest")):
+        raise InputError(
+            f"{shortened(repr(motion))} is no motion, as SpinCone, Rocking or RotationTable make one; see Motion."
+        )
+
+
+class OnEarth:
+    """An analytic motion at a place on the Earth, with Earth rate and gravity added exactly.
+
+    Args:
+        motion: the motion in a frame m that is fixed to the Earth.
+        latitude, longitude: geodetic coordinates of the origin of m, rad.
+        height: of the origin of m above the ellipsoid, m.
+        q_nm: orientation of m in north-east-down axes at its origin, (4,).
+        duration: s, from time 0.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+
+    Raises:
+        InputError: a latitude beyond a pole, a duration that is not positive, an unknown gravity model.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        latitude: float,
+        longitude: float,
+        height: float,
+        q_nm: ArrayLike,
+        duration: float,
+        gravity: str = "normal",
+        ellipsoid: Ellipsoid = WGS84,
+    ) -> None:
+        latitude, longitude, height = checked_place(latitude, longitude, height)
+        q_nm, duration = quaternion("q_nm", q_nm), checked_duration(duration)
+        _check_motion(motion)
+        earth.gravity_number(gravity)
+        self.start, self.end = 0.0, float(duration)
+        self.events: tuple[FlightEvent, ...] = ()
+        self.channels: Mapping[str, Channel] = {}
+        self.gravity = gravity
+        self.ellipsoid = ellipsoid
+        self.motion = motion
+        self.breaks = motion.breaks
+        self.fastest = motion.fastest
+        self._q_em = rotation.multiply(earth.q_en(latitude, longitude), rotation.normalize(q_nm))
+        self._q_me = rotation.conjugate(self._q_em)
+        self._origin = earth.geodetic_to_ecef(latitude, longitude, height, ellipsoid)
+        self._spin = np.array([0.0, 0.0, ellipsoid.omega])
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        instants = check_instants(t, self.start, self.end)
+        time, shape = np.atleast_1d(instants), instants.shape
+        position, velocity, _ = self.motion.place(time)
+        return block_state(
+            (self._origin + rotation.rotate(self._q_em, position)).reshape(*shape, 3),
+            rotation.rotate(self._q_em, velocity).reshape(*shape, 3),
+            rotation.multiply(self._q_em, self.motion.attitude(time)).reshape(*shape, 4),
+            self.ellipsoid,
+        )
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        instants = check_instants(t, self.start, self.end)
+        time = np.atleast_1d(instants)
+        of_earth = self._earth_part(time)
+        push = rotation.rotate(rotation.conjugate(self.motion.attitude(time)), self.motion.place(time)[2])
+        omega, force = of_earth[:, :3] + self.motion.rate(time), of_earth[:, 3:] + push
+        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+
+    def _earth_part(self, time: Array) -> Array:
+        """Return C_bm ω_ie and C_be [2ω_ie × ṙ + ω_ie × (ω_ie × r) − gravitation(r)], side by side, (N, 6)."""
+        position, velocity, _ = self.motion.place(time)
+        r = self._origin + rotation.rotate(self._q_em, position)
+        v = rotation.rotate(self._q_em, velocity)
+        force = np.cross(self._spin, 2.0 * v + np.cross(self._spin, r))
+        force -= earth.gravitation_ecef(r, self.gravity, self.ellipsoid)
+        q_be = rotation.multiply(rotation.conjugate(self.motion.attitude(time)), self._q_me)
+        return np.concatenate([rotation.rotate(q_be, self._spin), rotation.rotate(q_be, force)], axis=1)
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return increments: the motion's closed form plus the Earth's part; see `Trajectory.increments`."""
+        edges = sample_edges(self.start, self.end, rate_hz)
+        of_earth = integrate_samples(self._earth_part, edges, self.fastest, self.breaks)
+        left, right = edges[:-1], edges[1:]
+        return ImuData(
+            edges, of_earth[:, :3] + self.motion.turn(left, right), of_earth[:, 3:] + self.motion.push(left, right)
+        )

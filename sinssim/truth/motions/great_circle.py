@@ -1,0 +1,249 @@
+"""Truth in closed form: level flight at constant height and speed along a great circle of the vertical.
+
+The vertical n (the unit normal of the ellipsoid) runs along a great circle of directions,
+n(u) = n₀ cos u + t₀ sin u. The vehicle stays level and points along t = dn/du, so that it turns about its right
+axis alone, which is fixed to the Earth: ω_eb^b = (0, −u̇, 0). Nothing here knows of meridians, and the poles are
+points like any other. Position follows from the vertical (z its polar component, a the equatorial radius)
+
+    r(u) = (N + h) n − e² N z k,    N = a / √(1 − e² z²),    k the polar axis
+
+and constant ground speed V means u̇ = V/|dr/du|. Between meridian and equator the velocity differs from the heading
+t by an angle of the order of the ellipsoid's flattening, 0.2° at most: such a flight crabs a little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import earth, rotation
+from sinssim.arguments import number, quaternion, vector
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.errors import InputError
+from sinssim.truth.block import block_state
+from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
+from sinssim.truth.trajectory import Channel, FlightEvent
+
+# Harmonics of |dr/du| over half a turn: they fall by e²/4 each, and 16 points resolve seven of them.
+_HARMONICS = 7
+# Gauss-Legendre points on a sample interval: the error, (u̇ Δt)⁶ over two million, is far below rounding.
+_POINTS = 3
+_CHUNK = 65536  # samples evaluated at once
+
+
+class _Motion(NamedTuple):
+    angle: Array  # u, (N,) rad
+    angle_rate: Array  # u̇, (N,) rad/s
+    forward: Array  # t, (N, 3)
+    up: Array  # n, (N, 3)
+    position: Array  # of the block, Earth-fixed, (N, 3) m
+    velocity: Array  # (N, 3) m/s
+    acceleration: Array  # (N, 3) m/s²
+
+
+def _vertical(latitude: float, longitude: float) -> Array:
+    return np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
+
+
+def _north_east(latitude: float, longitude: float) -> tuple[Array, Array]:
+    s, c = np.sin(latitude), np.cos(latitude)
+    north = np.array([-s * np.cos(longitude), -s * np.sin(longitude), c])
+    return north, np.array([-np.sin(longitude), np.cos(longitude), 0.0])
+
+
+class GreatCircle:
+    """Level flight along a great circle, at constant height and ground speed, over the poles if it goes there.
+
+    Args:
+        latitude, longitude: of the start, geodetic, rad; at a pole the longitude says which meridian is north.
+        height: above the ellipsoid, constant, m.
+        course: direction of the great circle at the start, clockwise from north, rad.
+        speed: ground speed, constant, m/s.
+        duration: s, from time 0.
+        lever_arm: from the point that flies the circle to the sensor block, in the vehicle's axes, (3,) m.
+        q_bs: mounting of the block, v_b = C_bs v_s, (4,).
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+
+    Raises:
+        InputError: a latitude beyond a pole, a negative speed, a duration that is not positive.
+    """
+
+    def __init__(
+        self,
+        latitude: float,
+        longitude: float,
+        height: float,
+        course: float,
+        speed: float,
+        duration: float,
+        lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+        q_bs: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        gravity: str = "normal",
+        ellipsoid: Ellipsoid = WGS84,
+    ) -> None:
+        latitude, longitude, height = checked_place(latitude, longitude, height)
+        course, speed = number("course", course, "rad"), number("speed", speed, "m/s", low=0.0)
+        duration = checked_duration(duration)
+        earth.gravity_number(gravity)
+        self.start, self.end = 0.0, float(duration)
+        self.events: tuple[FlightEvent, ...] = ()
+        self.channels: Mapping[str, Channel] = {}
+        self.gravity = gravity
+        self.ellipsoid = ellipsoid
+        self._height, self._speed = height, speed
+        self._lever = vector("lever_arm", lever_arm, 3, "m")
+        self._q_bs = rotation.normalize(quaternion("q_bs", q_bs))
+
+        north, east = _north_east(latitude, longitude)
+        self._n0 = _vertical(latitude, longitude)
+        self._t0 = np.cos(course) * north + np.sin(course) * east
+        self._right = np.cross(self._t0, self._n0)  # −(n × t): the same all along
+        self._q_eb0 = rotation.multiply(
+            earth.q_en(latitude, longitude), rotation.quaternion_from_euler(0.0, 0.0, course)
+        )
+        u = np.arange(2 * (_HARMONICS + 1)) * np.pi / (2 * (_HARMONICS + 1))
+        spectrum = np.fft.rfft(np.linalg.norm(self._path(u)[1], axis=1)) / len(u)
+        # |dr/du| = mean + Re Σ c_k exp(2iku); its integral has c_k/(2ik) in place of c_k
+        k = np.arange(1, _HARMONICS + 1)
+        self._mean = spectrum[0].real
+        self._waves = np.concatenate([[0.0], 2.0 * spectrum[k] / (2j * k)])
+
+    @classmethod
+    def between(
+        cls,
+        start: tuple[float, float],
+        end: tuple[float, float],
+        height: float,
+        speed: float,
+        *,
+        gravity: str = "normal",
+        ellipsoid: Ellipsoid = WGS84,
+    ) -> Self:
+        """Return the flight from one place to another along the shorter arc.
+
+        Args:
+            start, end: geodetic latitude and longitude, rad.
+            height: above the ellipsoid, m.
+            speed: ground speed, m/s.
+            gravity: one of `sinssim.GRAVITY_MODELS`.
+            ellipsoid: reference ellipsoid.
+
+        Returns:
+            The flight; it ends at `end`.
+
+        Raises:
+            InputError: places that coincide or are opposite on the Earth, so that no circle is defined; a speed
+                that is not positive.
+        """
+        a, b = _vertical(*start), _vertical(*end)
+        across = np.cross(a, b)
+        if np.linalg.norm(across) < 1e-9:
+            raise InputError(
+                f"no great circle is defined from {np.degrees(start)}° to {np.degrees(end)}°: the places coincide or "
+                "lie opposite each other."
+            )
+        if not (np.isfinite(speed) and speed > 0.0):
+            raise InputError(f"speed {speed!r} m/s along the great circle: it must be positive and finite to arrive.")
+        towards = np.cross(across, a)
+        north, east = _north_east(*start)
+        course = float(np.arctan2(towards @ east, towards @ north))
+        angle = float(np.arctan2(np.linalg.norm(across), a @ b))
+        flight = cls(*start, height, course, speed, 1.0, gravity=gravity, ellipsoid=ellipsoid)
+        flight.end = float(flight._length(np.array(angle))) / speed
+        return flight
+
+    def _path(self, u: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return r, dr/du, d²r/du² of the point that flies the circle, and t and n, each (N, 3)."""
+        e2 = self.ellipsoid.e2
+        c, s = np.cos(u)[:, None], np.sin(u)[:, None]
+        n, t = c * self._n0 + s * self._t0, c * self._t0 - s * self._n0
+        z, dz = n[:, 2:], t[:, 2:]
+        w = 1.0 - e2 * z * z
+        radius = self.ellipsoid.a / np.sqrt(w)
+        # N' and N'' along the circle, with z'' = −z
+        slope = radius * e2 * z / w
+        radius1 = slope * dz
+        radius2 = radius * e2 * (1.0 + 2.0 * e2 * z * z) / (w * w) * dz * dz - slope * z
+        k = np.array([0.0, 0.0, e2])
+        h = self._height
+        r = (radius + h) * n - k * (radius * z)
+        r1 = radius1 * n + (radius + h) * t - k * (radius1 * z + radius * dz)
+        r2 = (radius2 - radius - h) * n + 2.0 * radius1 * t - k * (radius2 * z + 2.0 * radius1 * dz - radius * z)
+        return r, r1, r2, t, n
+
+    def _length(self, u: Array) -> Array:
+        """Distance flown from u = 0, m: the integral of the Fourier series of |dr/du|."""
+        wave = np.polynomial.polynomial.polyval(np.exp(2j * u), self._waves)
+        return np.asarray(self._mean * u + (wave - self._waves.sum()).real)
+
+    def _motion(self, time: Array) -> _Motion:
+        distance = self._speed * time
+        u = distance / self._mean
+        for _ in range(2):  # Newton: errors of 2e-3, 2e-8, 2e-18 rad, since |dr/du| varies by 1 %
+            u = u - (self._length(u) - distance) / np.linalg.norm(self._path(u)[1], axis=1)
+        r, r1, r2, t, n = self._path(u)
+        norm2 = np.einsum("ij,ij->i", r1, r1)
+        rate = self._speed / np.sqrt(norm2)
+        growth = -rate * rate * np.einsum("ij,ij->i", r1, r2) / norm2  # ü = −u̇² r'·r''/|r'|²
+        # the lever arm: forward t, right fixed, down −n, with t' = −n and n' = t
+        x, y, z = self._lever
+        r = r + x * t + y * self._right - z * n
+        r1 = r1 - x * n - z * t
+        r2 = r2 - x * t + z * n
+        rate_, growth_ = rate[:, None], growth[:, None]
+        return _Motion(u, rate, t, n, r, r1 * rate_, r2 * rate_ * rate_ + r1 * growth_)
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        instants = check_instants(t, self.start, self.end)
+        motion = self._motion(np.atleast_1d(instants))
+        half = 0.5 * motion.angle
+        zero = np.zeros_like(half)
+        pitched = np.stack([np.cos(half), zero, -np.sin(half), zero], axis=1)
+        q_es = rotation.multiply(rotation.multiply(self._q_eb0, pitched), self._q_bs)
+        shape = instants.shape
+        return block_state(
+            motion.position.reshape(*shape, 3),
+            motion.velocity.reshape(*shape, 3),
+            q_es.reshape(*shape, 4),
+            self.ellipsoid,
+        )
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        instants = check_instants(t, self.start, self.end)
+        omega, force = self._rates(np.atleast_1d(instants))
+        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+
+    def _rates(self, time: Array) -> tuple[Array, Array]:
+        motion = self._motion(time)
+        w = self.ellipsoid.omega
+        x, v, a = motion.position, motion.velocity, motion.acceleration
+        # f_e = r̈ + 2 ω_ie × ṙ + ω_ie × (ω_ie × r) − gravitation
+        force = a - earth.gravitation_ecef(x, self.gravity, self.ellipsoid)
+        force[:, 0] -= 2.0 * w * v[:, 1] + w * w * x[:, 0]
+        force[:, 1] += 2.0 * w * v[:, 0] - w * w * x[:, 1]
+        axes = np.stack([motion.forward, np.broadcast_to(self._right, x.shape), -motion.up], axis=1)  # C_be
+        omega = w * axes[:, :, 2]
+        omega[:, 1] -= motion.angle_rate
+        q_sb = rotation.conjugate(self._q_bs)
+        return rotation.rotate(q_sb, omega), rotation.rotate(q_sb, np.einsum("nij,nj->ni", axes, force))
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return increments by Gauss-Legendre quadrature, exact to rounding; see `Trajectory.increments`."""
+        edges = sample_edges(self.start, self.end, rate_hz)
+        nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+        dtheta, dvel = np.empty((len(edges) - 1, 3)), np.empty((len(edges) - 1, 3))
+        for first in range(0, len(dtheta), _CHUNK):
+            part = slice(first, min(first + _CHUNK, len(dtheta)))
+            left, right = edges[:-1][part, None], edges[1:][part, None]
+            time = 0.5 * (left + right) + 0.5 * (right - left) * nodes
+            omega, force = (rate.reshape(-1, _POINTS, 3) for rate in self._rates(time.reshape(-1)))
+            dtheta[part] = 0.5 * (right - left) * np.einsum("j,nji->ni", weights, omega)
+            dvel[part] = 0.5 * (right - left) * np.einsum("j,nji->ni", weights, force)
+        return ImuData(edges, dtheta, dvel)

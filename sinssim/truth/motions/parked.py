@@ -1,0 +1,96 @@
+"""Truth of a parked vehicle at any place and attitude, the poles included; increments in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import earth, rotation
+from sinssim.arguments import quaternion, vector
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.truth.block import block_state
+from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
+from sinssim.truth.trajectory import Channel, FlightEvent
+
+
+class Parked:
+    """A vehicle at rest on the Earth: the block feels Earth rate and the reaction to gravity, nothing else.
+
+    At a pole the heading counts from the meridian of the longitude that is given.
+
+    Args:
+        latitude, longitude: geodetic, rad.
+        height: above the ellipsoid, m.
+        q_nb: attitude of the vehicle, v_n = C_nb v_b, (4,).
+        duration: s, from time 0.
+        lever_arm: from the given position to the sensor block, in the vehicle's axes, (3,) m.
+        q_bs: mounting of the block, v_b = C_bs v_s, (4,).
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+
+    Raises:
+        InputError: a latitude beyond a pole, a duration that is not positive, an unknown gravity model.
+    """
+
+    def __init__(
+        self,
+        latitude: float,
+        longitude: float,
+        height: float,
+        q_nb: ArrayLike,
+        duration: float,
+        lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+        q_bs: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        gravity: str = "normal",
+        ellipsoid: Ellipsoid = WGS84,
+    ) -> None:
+        latitude, longitude, height = checked_place(latitude, longitude, height)
+        q_nb, q_bs = quaternion("q_nb", q_nb), quaternion("q_bs", q_bs)
+        lever_arm = vector("lever_arm", lever_arm, 3, "m")
+        self.start, self.end = 0.0, checked_duration(duration)
+        self.events: tuple[FlightEvent, ...] = ()
+        self.channels: Mapping[str, Channel] = {}
+        self.gravity = gravity
+        self.ellipsoid = ellipsoid
+
+        longitude -= 2.0 * np.pi * np.round(longitude / (2.0 * np.pi))  # into [−π, π], as everywhere
+        q_ns = rotation.multiply(rotation.normalize(q_nb), rotation.normalize(q_bs))
+        place = NavState(np.asarray(latitude), np.asarray(longitude), np.asarray(height), np.zeros(3), q_ns)
+        if np.any(lever_arm != 0.0):
+            q_en = earth.q_en(latitude, longitude)
+            arm = rotation.rotate(rotation.multiply(q_en, rotation.normalize(q_nb)), lever_arm)
+            position = earth.geodetic_to_ecef(latitude, longitude, height, ellipsoid) + arm
+            place = block_state(position, np.zeros(3), rotation.multiply(q_en, q_ns), ellipsoid)
+        self._place = place
+        # ω_ie in north-east-down axes, and f = −g
+        w = ellipsoid.omega
+        earth_rate = np.array([w * np.cos(place.latitude), 0.0, -w * np.sin(place.latitude)])
+        force = -earth.gravity_ned(place.latitude, place.height, gravity, ellipsoid)
+        q_sn = rotation.conjugate(place.q_nb)
+        self._omega, self._force = rotation.rotate(q_sn, earth_rate), rotation.rotate(q_sn, force)
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        shape = check_instants(t, self.start, self.end).shape
+        place = self._place
+        return NavState(
+            np.full(shape, place.latitude),
+            np.full(shape, place.longitude),
+            np.full(shape, place.height),
+            np.zeros((*shape, 3)),
+            np.tile(place.q_nb, (*shape, 1)),
+        )
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        shape = check_instants(t, self.start, self.end).shape
+        return np.tile(self._omega, (*shape, 1)), np.tile(self._force, (*shape, 1))
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return the increments, every sample the same; see `Trajectory.increments`."""
+        edges = sample_edges(self.start, self.end, rate_hz)
+        count = len(edges) - 1
+        return ImuData(edges, np.tile(self._omega / rate_hz, (count, 1)), np.tile(self._force / rate_hz, (count, 1)))

@@ -1,0 +1,161 @@
+"""Rocking about one axis: in phase with a linear oscillation (sculling), or on top of a spin.
+
+Sculling: a turn θ = θ₀ sin Ωt about the x axis and a displacement D sin Ωt along the frame's y axis. The accelerometers
+feel a mean specific force of ½ θ₀ D Ω² along z to first order (J₁(θ₀) D Ω² exactly), which is no acceleration of the
+mean motion at all (Savage, JGCD 21, 1998, part 2; Ignagni, JGCD 21, 1998; Musoff and Murphy, JGCD 18, 1995). The
+integrals of the specific force are Fourier-Bessel series (Jacobi-Anger), summed to rounding.
+
+Spin-rock: a turn φ = s t + A sin Ωt about any fixed axis, the accelerometers on a lever arm from it, as in Savage's
+SPIN-ROCK-SIZE motion (Strapdown Analytics, 2000, sec. 11.2). Angle, rate and specific force in body axes,
+f = φ̈ u × l + φ̇² u × (u × l), have elementary integrals.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import rotation
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.truth.motions.analytic import at_rest
+
+
+def _cosine_integral(k: float, left: Array, right: Array) -> Array:
+    """∫cos kt dt = 2/k sin(kh/2) cos(k t_mid), free of cancellation."""
+    step = right - left
+    return np.asarray(step * np.sinc(0.5 * k * step / np.pi) * np.cos(0.5 * k * (left + right)))
+
+
+def _sine_integral(k: float, left: Array, right: Array) -> Array:
+    """∫sin kt dt = 2/k sin(kh/2) sin(k t_mid), free of cancellation."""
+    step = right - left
+    return np.asarray(step * np.sinc(0.5 * k * step / np.pi) * np.sin(0.5 * k * (left + right)))
+
+
+class Sculling:
+    """A turn about x in phase with an oscillation along y.
+
+    Args:
+        angle: amplitude θ₀ of the turn, rad.
+        displacement: amplitude D along the frame's y axis, m.
+        frequency: Ω of both, rad/s.
+    """
+
+    def __init__(self, angle: float, displacement: float, frequency: float) -> None:
+        self._angle, self._displacement, self._frequency = angle, displacement, frequency
+        self.fastest = abs(frequency) * (2.0 + 2.0 * abs(angle))
+        self.breaks = np.empty(0)
+
+    def attitude(self, t: Array) -> Array:
+        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        half = 0.5 * self._angle * np.sin(self._frequency * t)
+        return np.stack([np.cos(half), np.sin(half), np.zeros_like(t), np.zeros_like(t)], axis=1)
+
+    def rate(self, t: Array) -> Array:
+        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        turning = np.zeros((len(t), 3))
+        turning[:, 0] = self._angle * self._frequency * np.cos(self._frequency * t)
+        return turning
+
+    def place(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration in m, each (N, 3); see `Motion.place`."""
+        r, v, a = at_rest(t)
+        w = self._frequency
+        r[:, 1] = self._displacement * np.sin(w * t)
+        v[:, 1] = self._displacement * w * np.cos(w * t)
+        a[:, 1] = -w * w * r[:, 1]
+        return r, v, a
+
+    def turn(self, left: Array, right: Array) -> Array:
+        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        turned = np.zeros((len(left), 3))
+        turned[:, 0] = self._angle * self._frequency * _cosine_integral(self._frequency, left, right)
+        return turned
+
+    def push(self, left: Array, right: Array) -> Array:
+        """Return the integral of the specific force, (N, 3) m/s; see `Motion.push`.
+
+        With x = Ωt:  sin x cos(θ₀ sin x) = Σ (J₂ₙ − J₂ₙ₊₂) sin (2n+1)x,
+                      sin x sin(θ₀ sin x) = J₁ + Σ (J₂ₙ₊₁ − J₂ₙ₋₁) cos 2nx, n ≥ 1.
+        """
+        from scipy.special import jv
+
+        w, z = self._frequency, self._angle
+        along = (jv(0, z) - jv(2, z)) * _sine_integral(w, left, right)
+        across = jv(1, z) * (right - left)
+        for n in range(1, 100):
+            odd, even = jv(2 * n, z) - jv(2 * n + 2, z), jv(2 * n + 1, z) - jv(2 * n - 1, z)
+            along = along + odd * _sine_integral((2 * n + 1) * w, left, right)
+            across = across + even * _cosine_integral(2 * n * w, left, right)
+            if max(abs(odd), abs(even)) < 1e-20:
+                break
+        amplitude = -self._displacement * w * w  # of the acceleration; body axes: f_y = a cos θ, f_z = −a sin θ
+        return np.stack([np.zeros_like(left), amplitude * along, -amplitude * across], axis=1)
+
+
+class SpinRock:
+    """A spin with rocking on top, about one axis, the block on a lever arm from a point of the axis.
+
+    Args:
+        axis: fixed in frame and body alike, any length but zero, (3,).
+        spin: s, rad/s.
+        angle: amplitude A of the rocking, rad.
+        frequency: Ω of the rocking, rad/s.
+        lever_arm: from the axis to the block, in body axes, (3,) m.
+
+    Raises:
+        InputError: an axis of no length.
+    """
+
+    def __init__(
+        self, axis: ArrayLike, spin: float, angle: float, frequency: float, lever_arm: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> None:
+        u = np.asarray(axis, dtype=np.float64)
+        if u.shape != (3,) or not np.linalg.norm(u) > 0.0:
+            raise InputError(f"axis {axis!r} of the spin: three numbers, not all zero, are needed.")
+        self._axis = u / np.linalg.norm(u)
+        self._spin, self._angle, self._frequency = spin, angle, frequency
+        self._arm = np.asarray(lever_arm, dtype=np.float64)
+        self._tangent = np.cross(self._axis, self._arm)  # u × l
+        self._inward = np.cross(self._axis, self._tangent)  # u × (u × l)
+        self.fastest = abs(spin) + abs(frequency) * (2.0 + 2.0 * abs(angle))
+        self.breaks = np.empty(0)
+
+    def _angle_rate(self, t: Array) -> Array:
+        return np.asarray(self._spin + self._angle * self._frequency * np.cos(self._frequency * t))
+
+    def attitude(self, t: Array) -> Array:
+        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        half = 0.5 * (self._spin * t + self._angle * np.sin(self._frequency * t))
+        return np.concatenate([np.cos(half)[:, None], np.sin(half)[:, None] * self._axis], axis=1)
+
+    def rate(self, t: Array) -> Array:
+        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        return np.outer(self._angle_rate(t), self._axis)
+
+    def place(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration in m, each (N, 3); see `Motion.place`."""
+        q, rate = self.attitude(t), self._angle_rate(t)
+        growth = -self._angle * self._frequency**2 * np.sin(self._frequency * t)
+        return (
+            rotation.rotate(q, self._arm),
+            rotation.rotate(q, np.outer(rate, self._tangent)),
+            rotation.rotate(q, np.outer(growth, self._tangent) + np.outer(rate * rate, self._inward)),
+        )
+
+    def turn(self, left: Array, right: Array) -> Array:
+        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        rocked = self._angle * self._frequency * _cosine_integral(self._frequency, left, right)
+        return np.outer(self._spin * (right - left) + rocked, self._axis)
+
+    def push(self, left: Array, right: Array) -> Array:
+        """Return the integral of the specific force, (N, 3) m/s; see `Motion.push`."""
+        w = self._frequency
+        rock = self._angle * w
+        gain = -rock * w * _sine_integral(w, left, right)  # ∫φ̈
+        # ∫φ̇² = ∫(s² + ½A²Ω² + 2sAΩ cos Ωt + ½A²Ω² cos 2Ωt)
+        square = (self._spin**2 + 0.5 * rock * rock) * (right - left)
+        square = square + 2.0 * self._spin * rock * _cosine_integral(w, left, right)
+        square = square + 0.5 * rock * rock * _cosine_integral(2.0 * w, left, right)
+        return np.asarray(np.outer(gain, self._tangent) + np.outer(square, self._inward))

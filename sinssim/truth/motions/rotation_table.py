@@ -1,0 +1,179 @@
+"""Sequences on a rotation table: dwells, and turns about an axis of the block.
+
+A turn's rate rises to its value over a ramp and falls over another one: linearly ("trapezoidal" profile) or as half a
+cosine wave ("smooth", whose angular acceleration is continuous). Either way a ramp takes half the angle that the full
+rate would, so that a turn by an angle lasts angle/rate + ramp. During a turn the axis stands still in block and table
+alike, and the integral of the rate is the axis times the angle turned. Such sequences calibrate sensor blocks
+(Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, ch. 8).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.truth.motions.analytic import at_rest
+
+PROFILES = {
+    "trapezoidal": "the rate rises and falls linearly",
+    "smooth": "the rate rises and falls as half a cosine wave",
+}
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """The table stands still.
+
+    Attributes:
+        duration: s.
+    """
+
+    duration: float
+
+
+@dataclass(frozen=True)
+class Turn:
+    """The table turns about an axis of the block.
+
+    Attributes:
+        axis: in the block's axes, any length but zero.
+        angle: how far, right-handed about the axis, rad.
+        rate: the full rate, rad/s, positive.
+        ramp: how long the rate takes to rise, and to fall, s, positive.
+        profile: one of `PROFILES`.
+    """
+
+    axis: tuple[float, float, float]
+    angle: float
+    rate: float
+    ramp: float = 1.0
+    profile: str = "smooth"
+
+
+@dataclass(frozen=True)
+class _Step:
+    start: float
+    axis: Array  # unit, (3,)
+    rate: float  # signed full rate
+    ramp: float
+    cruise: float  # time at the full rate
+    smooth: bool
+    attitude: Array  # q_mb at the start
+
+    def _ramps(self, t: Array) -> tuple[Array, Array]:
+        """Return the completed fractions of the first and of the last ramp, 0…1."""
+        since = t - self.start
+        return (
+            np.clip(since / self.ramp, 0.0, 1.0),
+            np.clip((since - self.ramp - self.cruise) / self.ramp, 0.0, 1.0),
+        )
+
+    def angle_rate(self, t: Array) -> Array:
+        """Return the rate, zero outside the step."""
+        up, down = self._ramps(t)
+        if self.smooth:
+            return np.asarray(0.5 * self.rate * (np.cos(np.pi * down) - np.cos(np.pi * up)))
+        return np.asarray(self.rate * (up - down))
+
+    def angle(self, t: Array) -> Array:
+        """Return the angle turned, 0 before the step, all of it after."""
+        up, down = self._ramps(t)
+        cruised = np.clip(t - self.start - self.ramp, 0.0, self.cruise)
+        if self.smooth:  # ∫½(1 − cos πx) dx = x/2 − sin(πx)/2π
+            ramps = 0.5 * (up + down) + (np.sin(np.pi * down) - np.sin(np.pi * up)) / (2.0 * np.pi)
+        else:
+            ramps = 0.5 * up * up + down - 0.5 * down * down
+        return np.asarray(self.rate * (self.ramp * ramps + cruised))
+
+
+class RotationTable:
+    """A sequence of dwells and turns, the table standing still after the last one.
+
+    Args:
+        steps: what happens, one after the other, from time 0.
+
+    Attributes:
+        duration: how long the sequence lasts, s.
+
+    Raises:
+        InputError: a duration, rate or ramp that is not positive, an axis of no length, an unknown profile, a turn
+            too short for its rate; the message names the step.
+    """
+
+    def __init__(self, steps: Sequence[Dwell | Turn]) -> None:
+        time, attitude = 0.0, np.array([1.0, 0.0, 0.0, 0.0])
+        turns: list[_Step] = []
+        breaks: list[float] = []
+        for number, step in enumerate(steps, start=1):
+            if isinstance(step, Dwell):
+                if not (np.isfinite(step.duration) and step.duration > 0.0):
+                    raise InputError(f"step {number} of the rotation table dwells {step.duration!r} s: not positive.")
+                time += step.duration
+                continue
+            turn = _checked_turn(number, step, time, attitude)
+            turns.append(turn)
+            breaks += [time, time + turn.ramp, time + turn.ramp + turn.cruise, time + 2.0 * turn.ramp + turn.cruise]
+            time = breaks[-1]
+            attitude = rotation.normalize(
+                rotation.multiply(attitude, rotation.quaternion_from_rotation_vector(turn.axis * step.angle))
+            )
+        self.duration = time
+        self.breaks = np.array(breaks)
+        self.fastest = max((abs(turn.rate) + np.pi / turn.ramp for turn in turns), default=0.0)
+        self._turns = turns
+
+    def attitude(self, t: Array) -> Array:
+        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        q = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
+        for turn in self._turns:
+            begun = t >= turn.start
+            phi = np.outer(turn.angle(t[begun]), turn.axis)
+            q[begun] = rotation.multiply(turn.attitude, rotation.quaternion_from_rotation_vector(phi))
+        return q
+
+    def rate(self, t: Array) -> Array:
+        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        total = np.zeros((len(t), 3))
+        for turn in self._turns:
+            total += np.outer(turn.angle_rate(t), turn.axis)
+        return total
+
+    def place(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration, all zero; see `Motion.place`."""
+        return at_rest(t)
+
+    def turn(self, left: Array, right: Array) -> Array:
+        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        total = np.zeros((len(left), 3))
+        for turn in self._turns:
+            total += np.outer(turn.angle(right) - turn.angle(left), turn.axis)
+        return total
+
+    def push(self, left: Array, right: Array) -> Array:
+        """Return zero, (N, 3) m/s: the block stands in the middle of the table; see `Motion.push`."""
+        return np.zeros((len(left), 3))
+
+
+def _checked_turn(number: int, step: Turn, start: float, attitude: Array) -> _Step:
+    where = f"step {number} of the rotation table"
+    if step.profile not in PROFILES:
+        raise unknown_name(f"profile in {where}", step.profile, PROFILES)
+    for name, value, unit in (("rate", step.rate, "rad/s"), ("ramp", step.ramp, "s")):
+        if not (np.isfinite(value) and value > 0.0):
+            raise InputError(f"{where}: its {name} of {value!r} {unit} must be positive and finite.")
+    length = float(np.linalg.norm(step.axis))
+    if not (np.isfinite(length) and length > 0.0):
+        raise InputError(f"{where}: its axis {step.axis} must have three finite numbers, not all zero.")
+    cruise = abs(step.angle) / step.rate - step.ramp
+    if not cruise >= 0.0:
+        raise InputError(
+            f"{where}: a turn by {np.degrees(step.angle):g}° never reaches {np.degrees(step.rate):g}°/s with ramps of "
+            f"{step.ramp:g} s; a ramp of at most {abs(step.angle) / step.rate:g} s or a lower rate is needed."
+        )
+    rate = float(np.copysign(step.rate, step.angle))
+    return _Step(start, np.array(step.axis) / length, rate, step.ramp, cruise, step.profile == "smooth", attitude)

@@ -1,0 +1,130 @@
+"""Sample edges and instants on a trajectory, checked; work split over threads."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.arguments import POSITIVE, number, numbers
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.system.memory import machine_memory
+from sinssim.system.threads import thread_pool
+
+# A sample edge start + k/rate may differ from the end by rounding; a nanosecond beyond either end is let pass.
+_SLACK = 1e-9
+
+_BYTES = 56  # of a sample of increments: an edge and six integrals
+
+_BLOCK = 4096  # below so many items per thread, starting the thread costs more than it saves
+
+
+def sample_edges(start: float, end: float, rate_hz: float) -> Array:
+    """Return the edges of equal intervals that fit between two instants.
+
+    Args:
+        start: first edge, s.
+        end: no edge lies beyond it, s.
+        rate_hz: intervals per second.
+
+    Returns:
+        start + k/rate_hz for k = 0...N, (N+1,) s.
+
+    Raises:
+        InputError: a rate that is not positive and finite, or an interval longer than the whole time.
+    """
+    rate_hz = number("rate_hz", rate_hz, "samples per second", low=POSITIVE)
+    samples, most = (end - start + _SLACK) * rate_hz, machine_memory() / _BYTES
+    if not samples <= most:
+        raise InputError(
+            f"rate_hz = {rate_hz:g} makes {samples:.3g} samples of a trajectory of {end - start:g} s, and this "
+            f"machine's memory holds {most:.3g} of them; at most {most / (end - start):.3g} a second would fit."
+        )
+    count = int(np.floor(samples))
+    if count < 1:
+        raise InputError(
+            f"the trajectory lasts {end - start:g} s, less than one sample interval of {1 / rate_hz:g} s "
+            f"at {rate_hz:g} Hz; a longer trajectory or a higher rate is needed."
+        )
+    return np.asarray(start + np.arange(count + 1) / rate_hz)
+
+
+def checked_place(latitude: float, longitude: float, height: float) -> tuple[float, float, float]:
+    """Return the place of a motion as three numbers.
+
+    Args:
+        latitude, longitude: geodetic, rad.
+        height: above the ellipsoid, m.
+
+    Returns:
+        The same.
+
+    Raises:
+        InputError: one of them is no finite number, a latitude beyond a pole, a height that is not near the Earth.
+    """
+    found = number("latitude", latitude, "rad, north positive")
+    if not abs(found) <= 0.5 * math.pi:
+        raise InputError(f"latitude {math.degrees(found):g}°: it must lie within ±90°; radians are expected.")
+    # within the sphere in which the geodetic latitude has a meaning, and as far out as gravity models reach
+    return found, number("longitude", longitude, "rad"), number("height", height, "m", low=-5e6, high=1e9)
+
+
+def checked_duration(duration: float) -> float:
+    """Return the duration of a motion after checking it.
+
+    Args:
+        duration: s.
+
+    Returns:
+        The same.
+
+    Raises:
+        InputError: it is not positive and finite.
+    """
+    return number("duration", duration, "s", low=POSITIVE)
+
+
+def check_instants(t: ArrayLike, start: float, end: float) -> Array:
+    """Return instants as an array after checking that they lie on the trajectory.
+
+    Args:
+        t: instants, () or (N,) s.
+        start, end: first and last instant of the trajectory, s.
+
+    Returns:
+        The same instants, () or (N,).
+
+    Raises:
+        InputError: an instant outside [start, end] or not a number, or an array of more than one axis.
+    """
+    instants = numbers("t", t)
+    if instants.ndim > 1:
+        raise InputError(f"instants must be one number or one row of numbers, not an array of shape {instants.shape}.")
+    outside = ~((instants >= start - _SLACK) & (instants <= end + _SLACK))
+    if np.any(outside):
+        raise InputError(
+            f"instant {np.atleast_1d(instants)[np.argmax(outside)]!s} s lies outside the trajectory, "
+            f"which runs from {start!s} s to {end!s} s."
+        )
+    return instants
+
+
+def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
+    """Run work(first, last) over consecutive blocks of range(count), on two threads when that pays.
+
+    Args:
+        count: how many items there are.
+        work: does the items first...last-1; it releases the GIL, and no item depends on another.
+    """
+    threads = min(2, os.cpu_count() or 1, 1 + count // _BLOCK)
+    edges = [count * i // threads for i in range(threads + 1)]
+    if threads == 1:
+        work(0, count)
+        return
+    with thread_pool(threads) as pool:
+        for _ in pool.map(work, edges[:-1], edges[1:]):
+            pass

@@ -1,0 +1,201 @@
+"""Makes the true trajectory that a scenario describes, with the sensor block at its place and mounting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.earth.models import ELLIPSOIDS
+from sinssim.units import ARCSEC, DEG, G0
+
+if TYPE_CHECKING:
+    from sinssim.data import Array
+    from sinssim.scenario.schema import Scenario
+    from sinssim.scenario.sections.motion import MotionSection, VibrationSection
+    from sinssim.section import Vector3
+    from sinssim.truth.motions.analytic import Motion
+    from sinssim.truth.motions.vibration import Tone
+    from sinssim.truth.trajectory import Trajectory
+
+_NOWHERE = (0.0, 0.0, 0.0)
+
+
+def fly(
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> Trajectory:
+    """Return the true motion of a scenario's sensor block.
+
+    Args:
+        scenario: names the source of truth: [flight], [parked], [great_circle] or [motion].
+        progress: called with the part of a flight that is flown, 0…1.
+        meanwhile: called once while another process flies; not at all if nothing has to be flown.
+
+    Returns:
+        The motion of the block on its lever arm and in its mounting: those of [imu], else the aircraft's, else
+        none; with what its mounts pass on of the scenario's vibration on top.
+
+    Raises:
+        InputError: no such aircraft, a source of truth that cannot be, or a flight that cannot be flown; the message
+            names the leg.
+        RunError: JSBSim broke down.
+    """
+    trajectory = _source(scenario, progress, meanwhile)
+    if not scenario.vibration:
+        return trajectory
+    from sinssim.truth.motions.vibration import Vibrating
+
+    tones = _tones(scenario.vibration, scenario.seed)
+    if scenario.isolator is not None:
+        from sinssim.truth.motions.isolator import Mount, isolated
+
+        mounts = scenario.isolator
+        tones = isolated(
+            tones,
+            Mount(mounts.linear_hz, mounts.linear_damping),
+            Mount(mounts.angular_hz, mounts.angular_damping),
+        )
+    return Vibrating(trajectory, tones)
+
+
+# Long: one case for each source of truth.
+def _source(
+    scenario: Scenario, progress: Callable[[float], None] | None, meanwhile: Callable[[], None] | None
+) -> Trajectory:
+    from sinssim.rotation.arrays import quaternion_from_euler
+
+    imu = scenario.imu
+    ellipsoid, gravity = ELLIPSOIDS[scenario.truth.ellipsoid], scenario.truth.gravity
+    if scenario.flight is not None:
+        from sinssim.truth.curve import Curve
+        from sinssim.truth.flight.aircraft import load_aircraft
+        from sinssim.truth.flight.cache import cached_flight
+
+        log = cached_flight(scenario.flight, scenario.seed, progress, meanwhile)
+        own = load_aircraft(scenario.flight.aircraft).mounting
+        return Curve(
+            log.time,
+            log.position_ecef,
+            log.q_eb,
+            own.lever_arm_m if imu.lever_arm_m is None else imu.lever_arm_m,
+            _mounting(own.angles_deg if imu.mounting_deg is None else imu.mounting_deg),
+            gravity,
+            ellipsoid,
+            log.events,
+            log.channels,
+        )
+
+    lever_arm, q_bs = imu.lever_arm_m or _NOWHERE, _mounting(imu.mounting_deg or _NOWHERE)
+    if scenario.parked is not None:
+        from sinssim.truth.motions.parked import Parked
+
+        parked = scenario.parked
+        return Parked(
+            np.radians(parked.latitude_deg),
+            np.radians(parked.longitude_deg),
+            parked.altitude_m,
+            quaternion_from_euler(*np.radians([parked.roll_deg, parked.pitch_deg, parked.heading_deg])),
+            parked.duration_s,
+            lever_arm,
+            q_bs,
+            gravity,
+            ellipsoid,
+        )
+
+    if scenario.motion is not None:
+        from sinssim.truth.motions.analytic import OnEarth
+        from sinssim.truth.motions.vibration import Vibrating
+
+        motion = scenario.motion
+        centre = OnEarth(
+            _analytic(motion),
+            np.radians(motion.latitude_deg),
+            np.radians(motion.longitude_deg),
+            motion.altitude_m,
+            quaternion_from_euler(*np.radians([motion.roll_deg, motion.pitch_deg, motion.heading_deg])),
+            motion.duration_s,
+            gravity,
+            ellipsoid,
+        )
+        return Vibrating(centre, (), lever_arm, q_bs) if imu.lever_arm_m or imu.mounting_deg else centre
+
+    from sinssim.truth.motions.great_circle import GreatCircle
+
+    circle = scenario.great_circle
+    assert circle is not None  # the scenario has exactly one source of truth
+    return GreatCircle(
+        np.radians(circle.latitude_deg),
+        np.radians(circle.longitude_deg),
+        circle.altitude_m,
+        np.radians(circle.course_deg),
+        circle.speed_mps,
+        circle.duration_s,
+        lever_arm,
+        q_bs,
+        gravity,
+        ellipsoid,
+    )
+
+
+def _analytic(section: MotionSection) -> Motion:
+    """Return the motion in closed form that a [motion] table describes."""
+    from sinssim.scenario.sections import motion as sections
+    from sinssim.truth.motions.coning import SpinCone, classical_cone
+    from sinssim.truth.motions.rocking import Sculling, SpinRock
+    from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
+
+    turn = 2.0 * np.pi
+    match section:
+        case sections.ConingMotion():
+            return classical_cone(section.half_angle_deg * DEG, section.frequency_hz * turn)
+        case sections.ScullingMotion():
+            return Sculling(section.angle_deg * DEG, section.displacement_mm * 1e-3, section.frequency_hz * turn)
+        case sections.SpinConeMotion():
+            return SpinCone(section.angle_deg * DEG, section.precession_deg_s * DEG, section.spin_deg_s * DEG)
+        case sections.SpinRockMotion():
+            return SpinRock(
+                section.axis, section.spin_deg_s * DEG, section.angle_deg * DEG, section.frequency_hz * turn
+            )
+        case sections.RotationTableMotion():
+            return RotationTable(
+                [
+                    Dwell(step.duration_s)
+                    if isinstance(step, sections.DwellStep)
+                    else Turn(step.axis, step.angle_deg * DEG, step.rate_deg_s * DEG, step.ramp_s, step.profile)
+                    for step in section.steps
+                ]
+            )
+
+
+def _tones(sections: tuple[VibrationSection, ...], seed: int) -> list[Tone]:
+    """Return the sinusoids of a scenario's vibration; each table of noise has random numbers of its own."""
+    from sinssim.truth.motions.vibration import Tone, band_noise
+
+    tones: list[Tone] = []
+    for number, section in enumerate(sections):
+        of_acceleration = section.rms_g is not None
+        rms = (section.rms_arcsec or 0.0) * ARCSEC + (section.rms_mm or 0.0) * 1e-3 + (section.rms_g or 0.0) * G0
+        if section.high_hz is None:
+            omega = 2.0 * np.pi * section.low_hz
+            amplitude = 2.0**0.5 * rms / (-(omega**2) if of_acceleration else 1.0)
+            tones.append(Tone(section.coordinate, amplitude, section.low_hz, section.phase_deg * DEG))
+        else:
+            tones += band_noise(
+                section.coordinate,
+                rms,
+                section.low_hz,
+                section.high_hz,
+                seed + number,
+                of_acceleration=of_acceleration,
+            )
+    return tones
+
+
+def _mounting(angles_deg: Vector3) -> Array:
+    """Return q_bs of the block's roll, pitch and yaw in the vehicle."""
+    from sinssim.rotation.arrays import quaternion_from_euler
+
+    return quaternion_from_euler(*np.radians(angles_deg))

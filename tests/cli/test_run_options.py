@@ -1,0 +1,223 @@
+"""What a scenario may ask of a run beside the defaults: three rates, a route, a calibration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from pydantic import ValidationError
+
+from sinssim import ImuData, navigate
+from sinssim.data import DROPPED, FROZEN
+from sinssim.errors import InputError
+from sinssim.recording.store.summary import flagged_words
+from sinssim.scenario import Scenario, load_scenario
+from sinssim.scenario.sections.compensation import CompensationSection
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.compensation import draw_calibration
+from sinssim.sensors.imu.errors import draw
+from sinssim.simulation import run
+from sinssim.units import DEG_H, UG
+
+QUIET = {
+    "gyro_arw_deg_sqrt_h": 0.0,
+    "accel_vrw_ug_sqrt_hz": 0.0,
+    "gyro_instability_deg_h": 0.0,
+    "accel_instability_ug": 0.0,
+}
+FLIGHT = {"latitude_deg": 50.0, "course_deg": 40.0, "speed_mps": 200.0, "duration_s": 60.0}
+
+
+def scenario(navigation: dict[str, Any], **more: Any) -> Scenario:
+    navigation = {"vertical": "free", **navigation}  # the default of `navigate`, which results are compared with
+    data = {"name": "options", "great_circle": FLIGHT, "imu": {"grade": "ideal"}, "navigation": navigation, **more}
+    return Scenario.model_validate(data)
+
+
+def test_three_rates_as_navigate_has_them() -> None:
+    rates = (50.0, 25.0, 5.0)
+    errors = {}
+    for slow in ("hold", "extrapolate"):
+        result = run(scenario({"rates_hz": rates, "slow_quantities": slow}))
+        solution = result.solutions["quaternion"]
+        assert np.allclose(np.diff(solution.time), 0.2, rtol=0, atol=1e-9)
+        first = result.trajectory.state(result.ideal.time[0])
+        direct = navigate(result.ideal, first, rates_hz=rates, slow_quantities=slow)
+        assert np.array_equal(solution.latitude, direct.latitude)
+        errors[slow] = result.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
+    assert errors["extrapolate"] < errors["hold"]
+
+
+def test_height_loop_goes_by_the_barometer() -> None:
+    """Told b too high it follows as 1 − s²/(s + 1/τ)³ does: b (1 − (1 − 2x + x²/2) e⁻ˣ), x = t/τ.
+
+    t counts from the middle of the sample at whose end the first reading comes: the loop is of second order in it.
+
+    k₂ makes up for the gradient of gravity as if the height were the barometer's: 2gb/R is left over, and pushes like
+    an accelerometer's bias, by t²/2 e⁻ˣ of it.
+    """
+    exact = {"bias_m": 30.0, "bias_sigma_m": 0.0, "sigma_m": 1e-9, "rate_hz": 100.0}
+    loop = {"vertical": "baro-loop", "baro_time_constant_s": 10.0}
+    result = run(scenario(loop, aiding={"baro": exact}))
+    x = np.maximum(result.ideal.time - np.mean(result.ideal.time[:2]), 0.0) / 10.0
+    expected = 30.0 * (1.0 - (1.0 - 2.0 * x + 0.5 * x * x) * np.exp(-x))
+    expected += 2.0 * 9.81 * 30.0 / 6.371e6 * 0.5 * (10.0 * x) ** 2 * np.exp(-x)
+    np.testing.assert_allclose(result.errors["quaternion"].height, expected, rtol=0, atol=2e-4)
+    assert "filter" not in result.summary
+    beside = run(scenario(loop, aiding={"baro": exact}, filter={}))
+    assert np.array_equal(beside.solutions["quaternion"].height, result.solutions["quaternion"].height)
+    true = run(scenario(loop))
+    assert np.abs(true.errors["quaternion"].height).max() < 1e-3
+
+
+def test_height_loop_without_a_single_reading() -> None:
+    silent = {"baro": {"outages_s": [[0.0, 60.0]]}}
+    with pytest.raises(InputError, match=r"no height to go by: \[aiding\.baro\] has its outages all the time"):
+        run(scenario({"vertical": "baro-loop"}, aiding=silent))
+    beside = run(scenario({"vertical": "baro-loop"}, aiding=silent, filter={}))  # the filter says so
+    free = run(scenario({"vertical": "free"}))
+    assert np.array_equal(beside.solutions["quaternion"].height, free.solutions["quaternion"].height)
+    for navigation, aiding, said in (
+        ({"vertical": "free"}, {"baro": {}}, r'add \[filter\], or navigation\.vertical = "baro-loop"'),
+        ({"vertical": "baro-loop"}, {"baro": {}, "gnss": {}}, r"\[aiding\] has no \[filter\] that would use it"),
+    ):
+        with pytest.raises(ValidationError, match=said):
+            scenario(navigation, aiding=aiding)
+
+
+def test_route_of_the_transverse_frame() -> None:
+    """The vehicle on the route's equator and 90° away from it along a meridian: one flight, one answer."""
+    route = [50.0, 0.0, 60.0, 20.0]
+    result = run(scenario({"frame": "transverse", "route_deg": route}))
+    first = result.trajectory.state(result.ideal.time[0])
+    direct = navigate(result.ideal, first, frame="transverse", route=tuple(np.radians(route)))
+    assert np.array_equal(result.solutions["quaternion"].latitude, direct.latitude)
+    other = run(scenario({"frame": "transverse"}))
+    assert not np.array_equal(other.solutions["quaternion"].latitude, direct.latitude)
+    for each in (result, other):
+        assert each.summary["algorithms"]["quaternion"]["max_horizontal_error_m"] < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("imu_hz", "navigation", "said"),
+    [
+        (100.0, {"rates_hz": [100.0, 30.0, 10.0]}, "navigation.rates_hz: the medium rate, 30 Hz, does not divide"),
+        (100.0, {"rates_hz": [80.0, 40.0, 10.0]}, "navigation.rates_hz: the fast rate, 80 Hz, does not divide"),
+        (50.0, {"rates_hz": [100.0, 50.0, 10.0]}, "the fast rate, 100 Hz, does not divide the data's rate, 50 Hz"),
+        (100.0, {"rates_hz": [100.0, 50.0]}, "navigation.rates_hz"),
+        (100.0, {"rates_hz": [100.0, -50.0, 10.0]}, "navigation.rates_hz"),
+        (
+            100.0,
+            {"rates_hz": [100.0, 50.0, 10.0], "frame": "wander"},
+            "navigation.rates_hz: the three-rate schedule works in",
+        ),
+        (
+            100.0,
+            {"rates_hz": [100.0, 50.0, 10.0], "algorithms": ["quaternion", "rotation-vector-2"]},
+            "sample by sample, rotation-vector-2 by several",
+        ),
+        (
+            100.0,
+            {"rates_hz": [100.0, 50.0, 10.0], "algorithms": ["functional-iteration"]},
+            "sample by sample, functional-iteration by several",
+        ),
+        (100.0, {"slow_quantities": "holds"}, "Did you mean 'hold'?"),
+        (100.0, {"slow_quantities": "extrapolate"}, 'slow_quantities = "extrapolate" would change nothing'),
+        (100.0, {"frame": "inertial", "curvature": "simplified"}, 'curvature = "simplified" would change nothing'),
+        (
+            100.0,
+            {"vertical": "free", "baro_time_constant_s": 20.0},
+            "baro_time_constant_s = 20 would change nothing: it is that of",
+        ),
+        (100.0, {"route_deg": [50.0, 0.0, 60.0, 20.0]}, 'navigation.route_deg: a route is for frame = "transverse"'),
+        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 50.0, 360.0]}, "coincide or lie opposite"),
+        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, -50.0, 180.0]}, "coincide or lie opposite"),
+        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 95.0, 180.0]}, "must be at most 90"),
+    ],
+)
+def test_what_cannot_be_is_said_when_the_scenario_is_loaded(
+    tmp_path: Path, imu_hz: float, navigation: dict[str, Any], said: str
+) -> None:
+    import tomli_w
+
+    file = tmp_path / "wrong.toml"
+    file.write_text(tomli_w.dumps({"great_circle": FLIGHT, "imu": {"rate_hz": imu_hz}, "navigation": navigation}))
+    with pytest.raises(InputError) as caught:
+        load_scenario(file)
+    assert said in str(caught.value)
+
+
+def test_perfect_calibration_gives_the_ideal_increments_back(tmp_path: Path) -> None:
+    imu = {"grade": "tactical", **QUIET, "gyro_quadratic_sigma_ppm_per_deg_s": 10.0, "accel_cubic_sigma_ug_per_g3": 9.0}
+    plain = run(scenario({}, imu=imu))
+    assert plain.compensated is plain.measured
+    result = run(scenario({}, imu=imu, compensation={}), tmp_path / "run")
+    assert np.abs(result.measured.dvel - result.ideal.dvel).max() > 1e-6
+    assert np.abs(result.compensated.dvel - result.ideal.dvel).max() < 1e-15
+    assert np.abs(result.compensated.dtheta - result.ideal.dtheta).max() < 1e-18
+    before = plain.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
+    after = result.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
+    assert before > 1.0
+    assert after < 1e-5
+    stream = pq.read_table(tmp_path / "run" / "streams" / "imu_compensated.parquet")
+    assert stream.column_names == pq.read_schema(tmp_path / "run" / "streams" / "imu_measured.parquet").names
+    assert np.array_equal(stream["dvel_z_mps"].to_numpy(), result.compensated.dvel[:, 2])
+
+
+def test_what_the_sensors_flag_is_recorded_and_counted(tmp_path: Path) -> None:
+    faults = [
+        {"type": "dropout", "from_s": 2.0, "to_s": 3.0, "channels": ["accel_x"]},
+        {"type": "freeze", "from_s": 2.5, "to_s": 3.5},
+    ]
+    result = run(scenario({}, imu={"grade": "ideal", "rate_hz": 10.0, "faults": faults}), tmp_path / "run")
+    assert result.summary["flagged_samples"] == {"saturated": 0, "dropped": 10, "frozen": 10}
+    stream = pq.read_table(tmp_path / "run" / "streams" / "imu_measured.parquet")
+    late = stream["time_s"].to_numpy()
+    assert np.array_equal(late[stream["flags_accel_x"].to_numpy() >= FROZEN], late[25:35])
+    assert np.array_equal(late[stream["flags_accel_x"].to_numpy() % FROZEN == DROPPED], late[20:30])
+    assert not stream["flags_gyro_x"].to_numpy()[:25].any()
+    found = flagged_words(result.summary["flagged_samples"], len(result.measured))
+    assert found == f"Flagged by the sensors, of {len(result.measured)} samples: 10 dropped, 10 frozen."
+    assert found in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert run(scenario({})).summary["flagged_samples"] == {}
+
+
+def test_imperfect_calibration_leaves_its_own_errors() -> None:
+    """Of a bias alone, a constant; drawn anew for every seed, with the given 1σ."""
+    imu = ImuSection(grade="laser-standard")
+    section = CompensationSection(gyro_bias_sigma_deg_h=0.004, accel_bias_sigma_ug=20.0, accel_scale_sigma_ppm=7.0)
+    left = {"gyro bias": [], "accel bias": [], "accel scale": []}
+    for seed in range(300):
+        true = draw(imu, seed)
+        known = draw_calibration(true, section, seed)
+        assert np.array_equal(true.gyro.scale, known.gyro.scale)
+        assert np.array_equal(true.accel.misalignment, known.accel.misalignment)
+        left["gyro bias"].append(true.gyro.bias - known.gyro.bias)
+        left["accel bias"].append(true.accel.bias - known.accel.bias)
+        left["accel scale"].append(true.accel.scale - known.accel.scale)
+    sigmas = (0.004 * DEG_H, 20.0 * UG, 7e-6)
+    for values, sigma in zip(left.values(), sigmas, strict=True):  # 900 draws: 2.4 % of spread
+        assert np.std(values) == pytest.approx(sigma, rel=0.08)
+        assert abs(np.mean(values)) < 4.0 * sigma / 30.0
+
+
+def test_calibration_is_of_this_run_and_seeded() -> None:
+    imu, compensation = {"grade": "laser-standard", **QUIET}, {"gyro_bias_sigma_deg_h": 0.01}
+    first, again, other = (run(scenario({}, imu=imu, compensation=compensation, seed=s)) for s in (3, 3, 4))
+
+    def left(imu: ImuData, ideal: ImuData) -> np.ndarray:
+        return (imu.dtheta - ideal.dtheta) / np.diff(ideal.time)[:, None] / DEG_H
+
+    bias = left(first.compensated, first.ideal)
+    assert np.ptp(bias, axis=0).max() < 1e-6
+    assert 1e-4 < np.abs(bias[0]).max() < 0.04
+    assert np.array_equal(first.compensated.dtheta, again.compensated.dtheta)
+    assert np.abs(left(other.compensated, other.ideal)[0] - bias[0]).max() > 1e-4
+
+
+def test_calibration_has_no_negative_uncertainty() -> None:
+    with pytest.raises(ValidationError, match="gyro_scale_sigma_ppm"):
+        scenario({}, compensation={"gyro_scale_sigma_ppm": -1.0})

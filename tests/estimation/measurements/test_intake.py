@@ -1,0 +1,126 @@
+"""CheckedMeasurements that cannot be used, and the epochs that the others make."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sinssim.data import Array, Measurements
+from sinssim.errors import InputError
+from sinssim.estimation import Block, ErrorModel
+from sinssim.estimation.measurements.intake import take_in
+
+MODEL = ErrorModel(tuple(Block(name, 1.0) for name in ("position", "velocity", "attitude")), 0.0, 0.0)
+IMU_TIME = np.arange(0.0, 10.001, 0.01)
+
+
+def heights(time: Array, value: float = 100.0) -> Measurements:
+    time = np.asarray(time, dtype=float)
+    return Measurements("baro-height", time, time, np.full((len(time), 1), value), np.ones((len(time), 1)))
+
+
+def test_epochs_are_those_of_the_rate_and_of_the_readings() -> None:
+    readings, epochs = take_in([heights([1.0, 2.0000004, 3.337, 10.0])], MODEL, IMU_TIME, 10.0)
+    np.testing.assert_allclose(np.delete(epochs.time, 34), np.arange(101) / 10.0, atol=1e-9)
+    assert epochs.time[34] == 3.337
+    assert not epochs.on_edge[34]
+    assert epochs.edge[34] == 333
+    assert epochs.on_edge.sum() == 101
+    assert epochs.second.sum() == 11
+    assert readings[0].epoch.tolist() == [10, 20, 34, 101]
+
+
+def test_a_rate_that_does_not_divide_the_datas_is_rounded_to_whole_samples() -> None:
+    _, epochs = take_in([], MODEL, np.arange(0.0, 1.0001, 1.0 / 128.0), 10.0)
+    np.testing.assert_allclose(np.diff(epochs.time)[:-1], 13.0 / 128.0)
+    assert epochs.time[-1] == 1.0
+
+
+def test_single_readings_that_cannot_be_used_say_why() -> None:
+    m = heights([-1.0, 1.0, 1.0, 2.0, 3.0, 11.0])
+    m.value[3] = np.nan
+    m.value[4] = np.inf
+    (readings,), _ = take_in([m], MODEL, IMU_TIME, 10.0)
+    assert readings.reason == [
+        "valid before the inertial data begin",
+        "",
+        "a second reading of the same instant",
+        "not a finite number",
+        "not a finite number",
+        "valid after the inertial data end",
+    ]
+    assert readings.usable.tolist() == [1]
+    assert readings.epoch.tolist() == [-1, 10, -1, -1, -1, -1]
+
+
+def test_a_reading_takes_the_place_of_one_at_its_instant_that_is_no_number() -> None:
+    m = heights([1.0, 1.0])
+    m.value[0] = np.nan
+    (readings,), _ = take_in([m], MODEL, IMU_TIME, 10.0)
+    assert readings.usable.tolist() == [1]
+
+
+def test_readings_out_of_order_are_put_in_the_order_of_their_validity() -> None:
+    m = heights([3.0, 1.0, 2.0])
+    m.value[:, 0] = [30.0, 10.0, 20.0]
+    (readings,), _ = take_in([m], MODEL, IMU_TIME, 10.0)
+    assert readings.data.time.tolist() == [1.0, 2.0, 3.0]
+    assert readings.data.value[:, 0].tolist() == [10.0, 20.0, 30.0]
+    assert readings.epoch.tolist() == [10, 20, 30]
+
+
+def test_a_zero_rate_reading_is_a_mean_since_the_one_before_or_as_long_as_that() -> None:
+    time = np.array([1.0, 1.5, 2.0, 6.0, 6.5])
+    m = Measurements("zero-rate", time, time, np.zeros((5, 3)), np.ones((5, 3)))
+    (readings,), epochs = take_in([m], MODEL, IMU_TIME, 1.0)
+    np.testing.assert_allclose(readings.interval, 0.5)
+    assert 5.5 in epochs.time
+
+
+GOOD = heights([1.0, 2.0])
+PLACE = Measurements("gnss-position", GOOD.time, GOOD.time, np.zeros((2, 3)), np.ones((2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("measurements", "message"),
+    [
+        ([replace(GOOD, kind="baro")], "unknown kind of measurement 'baro'.*baro-height"),
+        ([replace(GOOD, value=np.zeros((2, 3)))], "shapes"),
+        ([replace(GOOD, sigma=np.array([[1.0], [0.0]]))], r"sigma\[1\] = \[0.\] at t = 2 s.*positive definite"),
+        ([replace(GOOD, sigma=np.array([[1.0], [-1.0]]))], "positive definite"),
+        ([replace(GOOD, sigma=np.array([[np.nan], [1.0]]))], "positive definite"),
+        ([replace(GOOD, arrival=np.array([1.0, 1.9]))], "reading 1 is valid at t = 2.0.*future"),
+        ([replace(GOOD, time=np.array([1.0, np.nan]))], r"time\[1\] = nan"),
+        ([replace(GOOD, lever_arm=np.array([np.inf, 0.0, 0.0]))], "lever_arm"),
+        ([replace(GOOD, value=np.full((2, 1), "high"))], "no array of numbers"),
+        (GOOD, "a sequence with an entry for each sensor"),
+        ([GOOD, GOOD], "two sensors are called 'baro-height'"),
+    ],
+)
+def test_refused(measurements: list[Measurements], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        take_in(measurements, MODEL, IMU_TIME, 10.0)
+
+
+def test_a_sensors_block_needs_its_sensor_and_its_size() -> None:
+    def with_block(block: Block) -> ErrorModel:
+        return ErrorModel((*MODEL.blocks, block), 0.0, 0.0)
+
+    take_in([GOOD], with_block(Block("baro-height bias", 1.0)), IMU_TIME, 10.0)
+    take_in([replace(GOOD, name="altimeter")], with_block(Block("altimeter scale", 1.0)), IMU_TIME, 10.0)
+    for block, given in (
+        (Block("baro bias", 1.0), GOOD),
+        (Block("baro-height bias", np.ones(3)), GOOD),
+        (Block("gnss-position scale", 1.0), PLACE),
+    ):
+        with pytest.raises(InputError, match=block.name.split()[0]):
+            take_in([given], with_block(block), IMU_TIME, 10.0)
+    with pytest.raises(InputError, match="rate_hz"):
+        take_in([GOOD], MODEL, IMU_TIME, 0.0)
+
+
+def test_a_place_that_is_none_is_left_out() -> None:
+    (readings,), _ = take_in([replace(PLACE, value=np.full((2, 3), 50.0))], MODEL, IMU_TIME, 10.0)
+    assert readings.reason == ["a latitude beyond a pole (rad are expected)"] * 2

@@ -1,0 +1,187 @@
+"""Residuals and H of every kind of measurement, against readings made from the truth in Earth-fixed axes."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim.data import Array, Measurements, NavState
+from sinssim.earth.models import WGS84
+from sinssim.errors import InputError
+from sinssim.estimation import BLOCKS, Block, ErrorModel, measurements
+from sinssim.estimation.measurements.kind import MeasurementKind, Prediction, measurement_kind, observe
+from sinssim.sensors.aiding.registry import KINDS
+from tests.oracles import integrator as oracle
+
+ARM = np.array([1.5, -0.4, -2.0])
+RATE = np.array([0.05, -0.3, 0.2])  # inertial, in body axes
+VELOCITY = np.array([120.0, -80.0, 6.0])
+PLACE = (0.8, -2.0, 7000.0)
+EULER = (1.1, 0.2, -0.5)  # heading, pitch, roll
+OMEGA_E = np.array([0.0, 0.0, 7.292115e-5])
+
+COMPONENTS = {"heading": 1, "speed": 1, "airspeed": 1, "baro-height": 1}
+
+
+EXTRA = {"heading": "deviation", "airspeed": "wind"}
+"""What else a kind may have: two states."""
+
+
+def model_of(kind: str) -> ErrorModel:
+    count = COMPONENTS.get(kind, 3)
+    own = [Block(f"{kind} bias", np.ones(count))]
+    own += [Block(f"{kind} scale", 1.0)] if kind in ("baro-height", "speed", "airspeed") else []
+    own += [Block(f"{kind} {EXTRA[kind]}", np.ones(2))] if kind in EXTRA else []
+    return ErrorModel((*(Block(name, 1.0) for name in BLOCKS), *own), 0.0, 0.0)
+
+
+def reading(kind: str, arm: Array, bias: Array, scale: float, extra: Array) -> Array:
+    """Return what a sensor with these errors reads of the truth, all in Earth-fixed axes."""
+    position = oracle.geodetic_to_ecef(*PLACE)
+    c_en = oracle.ned_axes(PLACE[0], PLACE[1]).T
+    c_nb = Rotation.from_euler("ZYX", EULER).as_matrix()
+    c_eb = c_en @ c_nb
+    turning = RATE - c_eb.T @ OMEGA_E
+    velocity = c_en @ VELOCITY + c_eb @ np.cross(turning, arm)
+    if kind == "gnss-position":
+        lat, lon, height = geodetic(position + c_eb @ arm)
+        north, east = metres(lat, height)
+        return np.array([lat + bias[0] / north, lon + bias[1] / east, height - bias[2]])
+    if kind == "attitude":
+        turned = Rotation.from_matrix(c_nb) * Rotation.from_rotvec(bias)
+        return turned.as_quat(scalar_first=True)
+    if kind == "earth-attitude":
+        turned = Rotation.from_matrix(c_eb) * Rotation.from_rotvec(bias)
+        return turned.as_quat(scalar_first=True)
+    truth = {
+        "gnss-velocity": c_en.T @ velocity,
+        "zero-velocity": VELOCITY,
+        "zero-rate": turning,
+        "baro-height": np.array([PLACE[2]]),
+        "heading": np.array([EULER[0] + extra[0] * np.sin(EULER[0]) + extra[1] * np.cos(EULER[0])]),
+        "speed": (c_eb.T @ velocity)[:1],
+        "airspeed": np.array([np.linalg.norm(c_en.T @ velocity - np.append(extra, 0.0))]),
+    }[kind]
+    return (1.0 + scale) * truth + bias
+
+
+def metres(lat: float, height: float) -> tuple[float, float]:
+    """Return metres per radian of latitude and longitude."""
+    w = 1.0 - oracle.F * (2.0 - oracle.F) * np.sin(lat) ** 2
+    radius = oracle.A / np.sqrt(w)
+    return radius * (1.0 - oracle.F) ** 2 / w + height, (radius + height) * np.cos(lat)
+
+
+def geodetic(position: Array) -> tuple[float, float, float]:
+    """Return latitude, longitude, height by iteration from the first place."""
+    lat, lon, height = PLACE
+    for _ in range(6):
+        off = oracle.ned_axes(lat, lon) @ (position - oracle.geodetic_to_ecef(lat, lon, height))
+        north, east = metres(lat, height)
+        lat, lon, height = lat + off[0] / north, lon + off[1] / east, height - off[2]
+    return lat, lon, height
+
+
+def residual(kind: str, model: ErrorModel, x: Array) -> tuple[Array, Array]:
+    """Return residual and H where navigation and the sensors' parameters are wrong by x."""
+    part = {name: x[where] for name, where in model.slices.items()}
+    north, east = metres(PLACE[0], PLACE[2])
+    p, c_nb = part["position"], Rotation.from_rotvec(-part["attitude"]) * Rotation.from_euler("ZYX", EULER)
+    state = NavState(
+        np.array([PLACE[0] + p[0] / north]),
+        np.array([PLACE[1] + p[1] / east]),
+        np.array([PLACE[2] - p[2]]),
+        (VELOCITY + part["velocity"])[None],
+        c_nb.as_quat(scalar_first=True)[None],
+    )
+    angles = np.zeros((3, 3))
+    angles[~np.eye(3, dtype=bool)] = part["gyro misalignment"]
+    wrong = part["gyro bias"] + part["gyro instability"] + part["gyro scale"] * RATE + angles @ RATE
+    of_gnss = kind in ("gnss-position", "gnss-velocity")
+    true_arm = ARM + part["gnss lever arm"] if of_gnss else ARM
+    scale = part[f"{kind} scale"][0] if f"{kind} scale" in part else 0.0
+    extra = part[f"{kind} {EXTRA[kind]}"] if kind in EXTRA else np.zeros(2)
+    value = reading(kind, true_arm, part[f"{kind} bias"], scale, extra)[None]
+    measurements = Measurements(kind, np.zeros(1), np.zeros(1), value, np.ones((1, measurement_kind(kind).errors)), ARM)
+    known = {block.name: np.zeros(block.size) for block in model.blocks[3:]}
+    y, h = observe(measurements, Prediction(state, (RATE + wrong)[None], WGS84), model, known)
+    return y[0], h[0]
+
+
+STEPS = {
+    "position": 100.0,
+    "attitude": 5e-4,
+    "velocity": 0.02,
+    "gnss lever arm": 0.1,
+    "baro-height bias": 1.0,
+    "gnss-position bias": 1.0,
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_h_is_the_derivative_of_the_residual(kind: str) -> None:
+    model = model_of(kind)
+    at_truth, h = residual(kind, model, np.zeros(model.size))
+    np.testing.assert_allclose(at_truth, 0.0, atol=2e-9)  # rounding of positions on the Earth
+    for name, where in model.slices.items():
+        step = STEPS.get(name, 1e-4)
+        for j in range(where.start, where.stop):
+            x = np.zeros(model.size)
+            x[j] = step
+            slope = (residual(kind, model, x)[0] - residual(kind, model, -x)[0]) / (2.0 * step)
+            assert np.abs(slope - h[:, j]).max() < 1e-6 * max(np.abs(h[:, where]).max(), 1e-5 / step), (name, j)
+
+
+def test_the_known_part_of_a_sensors_errors_is_taken_off() -> None:
+    for kind in KINDS:
+        model = model_of(kind)
+        x = np.zeros(model.size)
+        x[model.slices[f"{kind} bias"]] = 0.01
+        if f"{kind} scale" in model.slices:
+            x[model.slices[f"{kind} scale"]] = 1e-3
+        extra = np.array([0.02, -0.03]) * (100.0 if kind == "airspeed" else 1.0)
+        if kind in EXTRA:
+            x[model.slices[f"{kind} {EXTRA[kind]}"]] = extra
+        scale = 1e-3 if f"{kind} scale" in model.slices else 0.0
+        value = reading(kind, ARM, x[model.slices[f"{kind} bias"]], scale, extra)
+        c_nb = Rotation.from_euler("ZYX", EULER).as_quat(scalar_first=True)
+        state = NavState(*(np.array([v]) for v in PLACE), VELOCITY[None], c_nb[None])
+        m = Measurements(kind, np.zeros(1), np.zeros(1), value[None], np.ones((1, measurement_kind(kind).errors)), ARM)
+        known = {block.name: x[model.slices[block.name]] for block in model.blocks[3:]}
+        y, _ = observe(m, Prediction(state, RATE[None], WGS84), model, known)
+        np.testing.assert_allclose(y, 0.0, atol=2e-8)
+
+
+def test_components_of_each_kind() -> None:
+    """A quaternion has four numbers and three errors; the other vectors three of both, and the rest one."""
+    vectors = {"gnss-position", "gnss-velocity", "zero-velocity", "zero-rate"}
+    for name in KINDS:
+        kind = measurement_kind(name)
+        expected = (4, 3) if name.endswith("attitude") else (3, 3) if name in vectors else (1, 1)
+        assert (kind.components, kind.errors) == expected, name
+
+
+FILES = sorted(path.stem for path in Path(measurements.__file__).parent.glob("*.py"))
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if name not in ("__init__", "intake", "kind")])
+def test_every_file_has_its_lines(name: str) -> None:
+    module = importlib.import_module(f"sinssim.estimation.measurements.{name}")
+    classes = [c for c in vars(module).values() if inspect.isclass(c) and c.__module__ == module.__name__]
+    kinds = {f"{name}.{c.__name__}" for c in classes if issubclass(c, MeasurementKind)}
+    assert kinds, f"sinssim/estimation/measurements/{name}.py holds no class that derives from MeasurementKind"
+    missing = kinds - set(KINDS.values())
+    assert not missing, f"KINDS in sinssim/sensors/aiding/registry.py has no line for {sorted(missing)}"
+
+
+def test_a_kind_whose_file_is_missing_is_named_with_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KINDS, "range", "beacon.Range")
+    with pytest.raises(InputError, match=r"estimation.measurements.beacon\.py cannot be used: ModuleNotFoundError"):
+        measurement_kind("range")
+    with pytest.raises(InputError, match=r"unknown kind of measurement 'rage'.*Did you mean 'range'"):
+        measurement_kind("rage")

@@ -1,0 +1,35 @@
+"""The page that adds an aiding sensor: its code is run, its sensor aids a filter, its files are counted."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tests.extending.pages import Copy, read_page
+
+MORE = """
+from sinssim.recording.store.filter_streams import filter_streams
+from sinssim.recording.report.run_report import run_report
+columns = {stream.name: [c for v in stream.vectors for c in v.columns] for stream in filter_streams(result.aided)}
+print("aiding_radar_altimeter" in columns, "height_m" in columns["aiding_radar_altimeter"])
+print("sigma_radar_altimeter_bias_m" in columns["filter"], abs(result.aided.error.position_ned[-1, 2]))
+print("radar-altimeter" in run_report(result, result.summary))
+"""
+
+
+def test_page(tmp_path: Path) -> None:
+    page = read_page("aiding-sensor")
+    copy = Copy(tmp_path)
+    copy.apply(page)
+    assert copy.touched == ["sinssim/sensors/aiding/radar_altimeter.py", "sinssim/sensors/aiding/registry.py"]
+    lines = copy.run(page.snippets[0] + MORE).splitlines()
+    assert lines[0] == "80 of 80 readings taken"
+    error, sigma = map(float, re.findall(r"-?[\d.]+(?= m)", lines[1]))
+    # 20 m at first; what is left is the height of the sea, 1 m, less what its changes tell beside those of the climb
+    assert 0.3 < sigma < 1.1
+    assert abs(error) < 4.0 * sigma
+    assert lines[2] == "True True"
+    assert lines[3].startswith("True ")
+    assert lines[4] == "True"
+    assert "radar_altimeter  A radar altimeter over the sea, up to 2500 ft." in copy.command("list", "aiding")
+    assert "aiding      radar_altimeter, 2 Hz; all by default" in copy.command("check", "scenarios/sea_flight.toml")

@@ -1,0 +1,20 @@
+"""A new view is one file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.extending.pages import Copy, read_page
+
+
+def test_the_view_of_the_page(tmp_path: Path) -> None:
+    page, copy = read_page("view"), Copy(tmp_path)
+    copy.apply(page)
+    assert [block.path for block in page.files] == ["viz/speed.py"]
+    assert copy.touched == []
+    assert "speed       How fast did it go? Ground speed and vertical speed." in copy.command("list", "views")
+    assert copy.run(page.snippets[0]) == "speed\n"
+    source = (copy.root / "sinssim" / "recording" / "rerun" / "log_run.py").read_text(encoding="utf-8")
+    for entity in ("flight/ground_speed", "flight/vertical_speed"):
+        assert entity in page.files[0].code
+        assert f'"{entity}"' in source

@@ -1,0 +1,58 @@
+"""The canvas of all figures: one style, and files that are whole."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+import sinssim
+from sinssim.recording import style
+from sinssim.recording.figures.canvas import new_figure, save, styled, to_png, to_svg
+
+PACKAGE = Path(sinssim.__file__).parent
+DRAWING = sorted({
+    *(PACKAGE / "recording" / "figures").glob("*.py"),
+    *(file for file in (PACKAGE.parent / "scenarios").rglob("*.py") if "new_figure" in file.read_text("utf-8")),
+} - {PACKAGE / "recording" / "figures" / "canvas.py"})  # fmt: skip
+
+
+@styled
+def drawn():
+    figure = new_figure(3.0, 2.0)
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], [0.0, 1.0])
+    axes.set(title="title", xlabel="time [s]")
+    return figure
+
+
+def test_the_style_is_that_of_the_reports_plots_and_stays_in_the_figure() -> None:
+    (axes,) = drawn().axes
+    (line,) = axes.lines
+    assert line.get_linewidth() == style.LINE
+    assert axes.title.get_fontsize() == axes.xaxis.label.get_fontsize() == style.TEXT
+    assert axes.get_xgridlines()[0].get_color() == style.GRID
+    assert not axes.spines["top"].get_visible()
+    assert matplotlib.rcParams["axes.titleweight"] != "bold"
+
+
+def test_one_figure_as_svg_png_and_pdf(tmp_path: Path) -> None:
+    for suffix, begin in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        save(drawn(), tmp_path / "new" / f"line.{suffix}")
+        assert (tmp_path / "new" / f"line.{suffix}").read_bytes().startswith(begin)
+    assert to_png(drawn()).startswith(b"\x89PNG")
+    svg = to_svg(drawn(), "one")
+    assert svg.startswith("<svg")
+    assert ">time [s]<" in svg
+
+
+@pytest.mark.parametrize("file", DRAWING, ids=lambda file: file.stem)
+def test_every_figure_takes_its_style_from_one_place(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    own = re.findall(r"fontsize=\d|linewidths?=\d|\blw=\d|#[0-9a-fA-F]{6}|Figure\(figsize|axes\.grid\(True", text)
+    assert own in ([], ["lw=0"])  # the edge of a band has none
+    labels = re.findall(r'label="([^"]*)"', text)
+    units = ("arcmin", "arcsec", "°", "s", "m", "Hz", "deg/s")
+    assert not [label for label in labels if label.rpartition(", ")[2] in units and ", " in label]

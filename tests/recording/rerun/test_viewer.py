@@ -1,0 +1,204 @@
+"""Opening a run: what is served, to whom, what is left behind, and what is said where it cannot be drawn."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from pathlib import Path
+from types import SimpleNamespace
+
+import psutil
+import pytest
+import rerun_cli
+from rerun.experimental import ViewerClient
+
+from sinssim.errors import InputError, RunError
+from sinssim.recording.rerun import viewer
+from sinssim.simulation import run
+from tests.recording import fake_run
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory) -> Path:
+    with pytest.MonkeyPatch.context() as patch:
+        fake_run.install(3000, patch.setattr)
+        return run(fake_run.scenario(), tmp_path_factory.mktemp("viewer") / "run").directory
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
+    code = "import pathlib, sys; from sinssim.recording.rerun.viewer import serve; serve(pathlib.Path(sys.argv[1]))"
+    server = subprocess.Popen([sys.executable, "-c", code, str(directory)], stdout=subprocess.PIPE, text=True)
+    children = []
+    try:
+        assert server.stdout is not None
+        address = server.stdout.readline().removeprefix("Open ").strip()
+        page = address.split("?")[0]
+        assert page.startswith("http://127.0.0.1:")
+        assert b"web viewer" in urllib.request.urlopen(page, timeout=10.0).read()
+        children = psutil.Process(server.pid).children(recursive=True)
+        listening = [c for child in children for c in child.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
+        assert {c.laddr.ip for c in listening} == {"127.0.0.1"}
+        assert {f"127.0.0.1:{c.laddr.port}" for c in listening} == {
+            page.removeprefix("http://").strip("/"),
+            "127.0.0.1:" + address.split("%3A")[-1].removesuffix("%2Fproxy"),
+        }
+    finally:
+        server.send_signal(how)
+        server.wait(20.0)
+        server.stdout.close()
+    assert server.returncode == 0
+    assert children
+    assert not any(child.is_running() for child in children)
+
+
+@pytest.fixture
+def broken_viewer(tmp_path, monkeypatch):
+    """Put a program in the viewer's place that says something and ends."""
+
+    def install(said: str) -> None:
+        program = tmp_path / "rerun"
+        program.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 101\n")
+        program.chmod(0o755)
+        monkeypatch.setattr(rerun_cli, "__file__", str(tmp_path / "__init__.py"))
+
+    return install
+
+
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        ("thread main panicked at Failed to get render context", "apt-get install mesa-vulkan-drivers"),
+        ("No graphics adapter was found", "apt-get install mesa-vulkan-drivers"),
+        ("Error: winit EventLoopError: neither WAYLAND_DISPLAY nor DISPLAY is set", "--web"),
+        ("something else", "ended with code 101. It said last: something else"),
+    ],
+)
+def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, expected):
+    broken_viewer(said)
+    with pytest.raises(RunError, match="Rerun's viewer") as shown:
+        viewer.open_viewer(directory)
+    assert expected in str(shown.value)
+    with pytest.raises(RunError) as saved:
+        viewer.screenshot(directory, directory / "picture.png")
+    assert expected in str(saved.value)
+    assert not (directory / "picture.png").exists()
+
+
+def test_a_picture_without_a_folder_is_refused_before_anything_is_opened(directory, broken_viewer):
+    broken_viewer("must not be started")
+    with pytest.raises(InputError, match="there is no folder"):
+        viewer.screenshot(directory, directory / "nowhere" / "picture.png")
+
+
+@pytest.fixture(params=["timed", "static", "frames"])
+def foreign(request, tmp_path) -> Path:
+    """A valid recording that describes no run: over the usual time, without any time, over a time of its own."""
+    import rerun as rr
+
+    file = tmp_path / "foreign.rrd"
+    recording = rr.RecordingStream("foreign")
+    recording.save(file)
+    recording.log("note", rr.TextDocument("hello"), static=True)
+    for k in range(5 if request.param != "static" else 0):
+        if request.param == "timed":
+            recording.set_time("sim_time", duration=float(k))
+        else:
+            recording.set_time("frame", sequence=k)
+        recording.log("value", rr.Scalars(float(k)))
+    recording.flush()
+    recording.disconnect()
+    return file
+
+
+def test_a_recording_that_describes_no_run_opens_as_it_was_recorded(foreign, tmp_path, broken_viewer):
+    assert viewer.find_run_info(foreign) is None
+    with pytest.raises(InputError, match=r"does not describe a run .* the view 'navigation' cannot be made of it"):
+        viewer.open_viewer(foreign, "navigation")
+    with pytest.raises(InputError, match="without --view"):
+        viewer.screenshot(foreign, tmp_path / "picture.png", "navigation")
+    broken_viewer("started")  # so it is opened, in a window and for a picture
+    for look in (lambda: viewer.open_viewer(foreign), lambda: viewer.screenshot(foreign, tmp_path / "picture.png")):
+        with pytest.raises(RunError, match="It said last: started"):
+            look()
+
+
+@pytest.mark.slow
+def test_a_recording_that_describes_no_run_makes_a_picture(foreign, tmp_path):
+    viewer.screenshot(foreign, tmp_path / "picture.png", size=(640, 400))
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_no_recording_makes_no_picture(tmp_path, broken_viewer):
+    broken_viewer("must not be started")
+    (tmp_path / "notes.rrd").write_text("# notes")
+    with pytest.raises(InputError, match="is not a recording"):
+        viewer.screenshot(tmp_path / "notes.rrd", tmp_path / "picture.png")
+
+
+def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, monkeypatch):
+    """On a busy machine the viewer shows the recorded layout first, and its own some time later."""
+    timeline = SimpleNamespace(name="sim_time", start=0, end=10**9)
+    state = SimpleNamespace(loading=[], recordings=[SimpleNamespace(timelines=[timeline])])
+
+    class Client:
+        looks = 0
+
+        def get_state(self):
+            return state
+
+        def get_blueprint(self, of):
+            assert of == "recording"
+            self.looks += 1
+            panel = {"PanelBlueprint": {"state": "Expanded" if self.looks < 3 else "Hidden"}}
+            return SimpleNamespace(blueprint={"/top_panel": panel} if self.looks > 1 else {})
+
+        def set_time(self, *_, **__):
+            pass
+
+        def take_screenshot(self):
+            return f"after {self.looks} looks".encode()
+
+    class Viewer:
+        def __init__(self, arguments):
+            assert len([a for a in arguments if a.endswith((".rrd", ".rbl"))]) == 2
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def wait_for_port(self, port):
+            pass
+
+        def check(self, deadline):
+            pass
+
+    monkeypatch.setattr(ViewerClient, "connect", lambda url: Client())
+    monkeypatch.setattr(viewer, "_Viewer", Viewer)
+    monkeypatch.setattr(viewer, "_SETTLE_SECONDS", 0.0)
+    monkeypatch.setattr(viewer, "_NOTES_SECONDS", 0.0)
+    viewer.screenshot(directory, tmp_path / "picture.png", "navigation")
+    assert (tmp_path / "picture.png").read_bytes() == b"after 3 looks"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("view", ["flight", "navigation", "sensors"])
+def test_every_view_makes_a_picture(directory, tmp_path, view, monkeypatch):
+    from matplotlib.image import imread
+
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # nothing may be left there
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    begin = time.monotonic()
+    viewer.screenshot(directory, tmp_path / "picture.png", view, size=(1280, 800))
+    picture = imread(tmp_path / "picture.png")
+    assert picture.shape[:2] == (800, 1280)
+    assert len({tuple(pixel) for pixel in picture[::8, ::8].reshape(-1, picture.shape[2])}) > 30
+    assert time.monotonic() - begin < 60.0
+    assert os.listdir(tmp_path) == ["picture.png"]

@@ -1,0 +1,168 @@
+"""Lines of datasheets in SI: worked examples by hand, and every unit of every quantity against another one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from sinssim.errors import InputError
+from sinssim.scenario.load import load_scenario
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.datasheet import line, to_si
+from sinssim.sensors.imu.terms import TERMS as QUANTITIES
+
+# what the datasheet says, key, number, SI worked out by hand
+EXAMPLES = [
+    ("HG1700: angular random walk 0.125 deg/√h", "gyro_arw_deg_sqrt_h", 0.125, 3.6361e-5),
+    ("HG1700: velocity random walk 0.065 ft/s/√h", "accel_vrw_ftps_sqrt_h", 0.065, 3.302e-4),
+    ("STIM300: angular random walk 0.15 deg/√h", "gyro_arw_deg_sqrt_h", 0.15, 4.36332e-5),
+    ("STIM300: velocity random walk 0.06 m/s/√h", "accel_vrw_mps_sqrt_h", 0.06, 1e-3),
+    ("STIM300: misalignment 1 mrad", "gyro_misalignment_sigma_mrad", 1.0, 1e-3),
+    ("STIM300: bias on to off 0.75 mg", "accel_bias_sigma_mg", 0.75, 7.35499e-3),
+    ("ICM-20602: noise 4 mdeg/s/√Hz", "gyro_arw_mdeg_s_sqrt_hz", 4.0, 6.98132e-5),
+    ("ICM-20602: noise 100 µg/√Hz", "accel_vrw_ug_sqrt_hz", 100.0, 9.80665e-4),
+    ("ICM-20602: sensitivity error 1 %", "gyro_scale_sigma_percent", 1.0, 0.01),
+    ("ADIS16465: misalignment 0.05 deg", "gyro_misalignment_sigma_deg", 0.05, 8.72665e-4),
+    ("Allan deviation, lowest at 0.332 deg/h: B = 0.332/0.664", "gyro_flicker_deg_h", 0.5, 2.42407e-6),
+    ("bias 0.01 deg/h", "gyro_bias_sigma_deg_h", 0.01, 4.84814e-8),
+    ("bias repeatability 50 µg", "accel_bias_sigma_ug", 50.0, 4.90333e-4),
+    ("scale factor 10 ppm", "gyro_scale_sigma_ppm", 10.0, 1e-5),
+    ("scale factor asymmetry 20 ppm", "gyro_asymmetry_sigma_ppm", 20.0, 2e-5),
+    ("misalignment 5 arcsec", "accel_misalignment_sigma_arcsec", 5.0, 2.42407e-5),
+    ("non-linearity 5 ppm per 100 deg/s", "gyro_quadratic_sigma_ppm_per_deg_s", 0.05, 2.86479e-6),
+    ("g-sensitivity 1 deg/h/g", "gyro_g_sensitivity_sigma_deg_h_per_g", 1.0, 4.94372e-7),
+    ("linear acceleration effect 0.01 deg/s/g", "gyro_g_sensitivity_sigma_deg_s_per_g", 0.01, 1.77974e-5),
+    ("K₂ 20 µg/g²", "accel_quadratic_sigma_ug_per_g2", 20.0, 2.03943e-6),
+    ("cross-coupling 10 µg/g²", "accel_cross_axis_sigma_ug_per_g2", 10.0, 1.01972e-6),
+    ("bias over temperature 30 µg/°C", "accel_bias_temperature_sigma_ug_per_c", 30.0, 2.942e-4),
+    ("bias over temperature 0.001 deg/h/°C", "gyro_bias_temperature_sigma_deg_h_per_c", 0.001, 4.84814e-9),
+    ("scale factor over temperature 180 ppm/°C", "accel_scale_temperature_sigma_ppm_per_c", 180.0, 1.8e-4),
+    ("noise 1 deg/h/√Hz, a sixtieth of a deg/√h", "gyro_arw_deg_h_sqrt_hz", 1.0, 4.84814e-6),
+    ("rate random walk 0.02 deg/h/√h", "gyro_rrw_deg_h_sqrt_h", 0.02, 1.61605e-9),
+    ("ramp 0.01 deg/h per hour", "gyro_ramp_sigma_deg_h_per_h", 0.01, 1.3467e-11),
+    ("one pulse is 1.13 arcsec", "gyro_quantum_arcsec", 1.13, 5.47839e-6),
+    ("one pulse is 1 mm/s", "accel_quantum_mm_s", 1.0, 1e-3),
+    ("range ±400 deg/s", "gyro_range_deg_s", 400.0, 6.98132),
+    ("range ±60 g", "accel_range_g", 60.0, 588.399),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("said", "key", "number", "si"), EXAMPLES, ids=[example[0] for example in EXAMPLES])
+def test_worked_examples(said: str, key: str, number: float, si: float) -> None:
+    assert to_si(key, number) == pytest.approx(si, rel=1e-5)
+
+
+def test_the_page_has_the_same_examples() -> None:
+    page = Path(__file__).parents[3].joinpath("docs", "sensors.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (.+?) \| `(\w+) = ([\d.]+)` \| ([\d.e+-]+) ", page, re.MULTILINE)
+    assert rows == [(said, key, f"{number:g}", f"{si:g}") for said, key, number, si in EXAMPLES]
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
+def test_every_unit_of_a_quantity_loads_as_the_same_error(quantity) -> None:
+    size = {3: [1.0, 2.0, 3.0], 6: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 9: [float(n) for n in range(9)]}.get(
+        quantity.size, 2.0
+    )
+    for unit, factor in quantity.units.items():
+        per = quantity.unit / factor * 1e-3
+        scaled = [value * per for value in size] if isinstance(size, list) else size * per
+        section = ImuSection.model_validate({f"{quantity.name}_{unit}": scaled})
+        found = getattr(section, quantity.key)
+        expected = tuple(value * 1e-3 for value in size) if isinstance(size, list) else size * 1e-3
+        assert found == pytest.approx(expected, rel=1e-14)
+        if quantity.drawn:
+            section = ImuSection.model_validate({f"{quantity.name}_sigma_{unit}": per})
+            assert getattr(section, quantity.sigma_key) == pytest.approx(1e-3, rel=1e-14)
+
+
+def test_keys_of_a_scenario_are_keys_of_the_table() -> None:
+    for quantity in QUANTITIES:
+        assert quantity.key in ImuSection.model_fields
+        assert (quantity.sigma_key in ImuSection.model_fields) == quantity.drawn
+        found = line(quantity.key)
+        assert found is not None
+        assert found.term == quantity
+        assert not found.sigma
+    stated = {key for key in ImuSection.model_fields if key.startswith(("gyro_", "accel_"))}
+    stated -= {"accel_arms_mm", "accel_delay_ms"}
+    assert stated == {key for q in QUANTITIES for key in (q.key, q.sigma_key) if key in ImuSection.model_fields}
+
+
+def test_unknown_units_and_quantities() -> None:
+    with pytest.raises(InputError, match="gyro_arw is not stated in 'deg_min'; known units: deg_sqrt_h, deg_h_sqrt_hz"):
+        to_si("gyro_arw_deg_min", 1.0)
+    with pytest.raises(InputError, match="unknown quantity in 'gyro_colour_red'; known: gyro_bias, "):
+        to_si("gyro_colour_red", 1.0)
+    with pytest.raises(InputError, match="gyro_arw is not stated in 'sigma_deg_sqrt_h'"):
+        to_si("gyro_arw_sigma_deg_sqrt_h", 1.0)  # a noise is not drawn
+    with pytest.raises(InputError, match="gyro_bias_deg_h = nan is not a finite number"):
+        to_si("gyro_bias_deg_h", float("nan"))
+
+
+HEAD = "[parked]\nlatitude_deg = 50.0\nduration_s = 5.0\n[imu]\n"
+
+
+REFUSED = [
+    (
+        "gyro_arw_deg_min = 0.1",
+        r"line 5: unknown key 'imu.gyro_arw_deg_min' \(= 0.1\): gyro_arw is not stated in 'deg_min'; known units: deg_",
+    ),
+    (
+        "accel_bias_sigma_mg = -1.0",
+        r"line 5: imu.accel_bias_sigma_ug = -1000.0 must be at least 0 \(given as imu.accel_bias_sigma_mg\)",
+    ),
+    ("gyro_bias_sigma_deg_s = 1e5", r"line 5: imu.gyro_bias_sigma_deg_h: 3.6e\+08 is more than .* at most 3.6e\+06"),
+    ("gyro_bias_deg_h = [0.0, -1e300, 0.0]", r"gyro_bias_deg_h: -1e\+300 is more than any sensor has"),
+    (
+        "gyro_quantum_arcsec = 2e6",
+        "gyro_quantum_arcsec: 2e.06 is more than any sensor has; its size must be at most 1.296e.06",
+    ),
+    ("gyro_misalignment_arcsec = [1.0, 2.0]", "line 5: imu.gyro_misalignment_arcsec must have 6 entries, and has 2"),
+    ("accel_arms_mm = [[1.0, 0.0, 0.0]]", "line 5: imu.accel_arms_mm must have 3 entries, and has 1"),
+    ("accel_arms_mm = [[1e5, 0, 0], [0, 0, 0], [0, 0, 0]]", r"accel_arms_mm\.1\.1 = 100000\.0 must be at most 10000"),
+    ("rate_hz = 1e12", r"line 5: imu.rate_hz = 1e\+12 must be at most 100000"),
+    ("temperature_start_c = -501.0", "temperature_start_c = -501.0 must be at least -500"),
+    ('faults = {type = "freeze", from_s = 0.0}', r"must be an array of tables, each headed \[\[imu.faults\]\]"),
+    ('faults = [{type = "spike", at_s = 3.0, accel_mm_s = [1e9, 0, 0]}]', r"accel_mm_s: 1e\+09 is more than any"),
+    ('faults = [{type = "bias-step", from_s = 3.0, accel_ug = [1e9, 0, 0]}]', r"accel_ug: 1e\+09 is more than any"),
+    ("gyro_arw_deg_sqrt_h = -0.1", "line 5: imu.gyro_arw_deg_sqrt_h = -0.1 must be at least 0"),
+    ("gyro_flicker_deg_h = -0.1", "line 5: imu.gyro_flicker_deg_h = -0.1 must be at least 0"),
+    ("accel_correlation_time_s = 0.0", "line 5: imu.accel_correlation_time_s = 0.0 must be greater than 0"),
+    ("warm_up_time_s = 0.0", "line 5: imu.warm_up_time_s = 0.0 must be greater than 0"),
+    ("gyro_range_deg_s = 0.0", "line 5: imu.gyro_range_deg_s = 0.0 must be greater than 0"),
+    (
+        "gyro_misalignment_arcsec = [0.0, 0.0, 50000.0, 0.0, 0.0, 0.0]",
+        r"imu\.gyro_misalignment_arcsec\.3 = 50000\.0 must be at most 40000",
+    ),
+    ("accel_misalignment_sigma_mrad = 100.0", r"accel_misalignment_sigma_arcsec = 2062\d.* must be at most 10000"),
+    ("gyro_scale_ppm = [0.0, -1e6, 0.0]", r"imu\.gyro_scale_ppm\.2 = -1000000\.0 must be greater than -1e\+06"),
+    ("gyro_bias_sigma_deg_h = 1.0\ngyro_bias_sigma_deg_s = 1.0", "sigma_deg_h is given twice, in two units"),
+    ("gyro_asymmetry_ppm = 5.0", "one number per axis, a list; a 1σ to draw from is gyro_asymmetry_sigma_ppm"),
+    ("accel_delay_ms = 11.0", r"accel_delay_ms = 11 is more .* at rate_hz = 100 at most 10 either way"),
+    ('faults = [{type = "jitter", from_s = 0.0, sigma_ms = 2.0}]', r"faults\.1\.sigma_ms = 2 .* at most 1, a tenth"),
+    ('faults = [{type = "dropout", from_s = 3.0, to_s = 2.0}]', "from_s = 3 to to_s = 2 is no time; it must end after"),
+    ('faults = [{type = "freeze", from_s = 3.0, channels = ["gyro_w"]}]', r"'gyro_w' is not known.* Known: gyro_x,"),
+    ('faults = [{type = "spyke", at_s = 3.0}]', r"'spyke' is not known\. Did you mean 'spike'\?"),
+    ('faults = [{type = "spike", at_s = 3.0}]', "a spike of nothing: gyro_arcsec or accel_mm_s says how large"),
+    ('faults = [{type = "bias-step", from_s = 3.0}]', "a step of nothing"),
+    ('faults = [{type = "saturation", from_s = 3.0}]', "a saturation of nothing"),
+    ('sensor_set = {type = "accelerometers", arm_m = 0.1}\naccel_delay_ms = 1.0', "accel_delay_ms is of a block of"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), REFUSED, ids=[text for text, _ in REFUSED])
+def test_what_a_scenario_refuses(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "block.toml"
+    file.write_text(HEAD + text + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        load_scenario(file)
+
+
+def test_what_is_no_number_stays_for_the_schema_to_refuse() -> None:
+    with pytest.raises(ValidationError, match="valid number"):
+        ImuSection.model_validate({"gyro_arw_deg_h_sqrt_hz": "much"})
+    with pytest.raises(ValidationError, match="valid number"):
+        ImuSection.model_validate({"accel_bias_mg": [True, 0.0, 0.0]})

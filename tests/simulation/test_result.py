@@ -1,0 +1,62 @@
+"""One run fills one `Run`; its errors are drawn once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.scenario import Scenario
+from sinssim.sensors.imu import emulate as emulation
+from sinssim.sensors.imu import errors
+from sinssim.simulation import Run, RunResult, run
+
+SCENARIO = {
+    "name": "short",
+    "seed": 5,
+    "parked": {"latitude_deg": 50.0, "longitude_deg": 14.0, "duration_s": 20.0},
+    "imu": {"grade": "mems-industrial", "gyro_rrw_deg_h_sqrt_h": 1.0, "gyro_flicker_deg_h": 1.0},
+    "compensation": {"gyro_bias_sigma_deg_h": 1.0},
+    "navigation": {"algorithms": ["quaternion"]},
+    "aiding": {"gnss": {}},
+    "filter": {"smooth": True},
+}
+
+
+def test_errors_are_drawn_once_and_drifts_emulated_once(tmp_path, monkeypatch):
+    drawn, emulated = [], []
+    triad, emulate = errors._triad, emulation.emulate
+
+    def counted_triad(section, name, seed):
+        drawn.append((section.grade, name, seed))
+        return triad(section, name, seed)
+
+    def counted_emulate(ideal, spec, seed=0):
+        if len(ideal) == 2000:  # the rehearsal before the run has fewer samples
+            emulated.append(spec)
+        return emulate(ideal, spec, seed)
+
+    monkeypatch.setattr(errors, "_triad", counted_triad)
+    monkeypatch.setattr(emulation, "emulate", counted_emulate)
+    result = run(Scenario.model_validate(SCENARIO), tmp_path / "run")
+    # the block's own errors, and what the calibration is wrong by; the same again in the rehearsal, if there is one
+    assert drawn.count(("mems-industrial", "gyro", 5)) == 1
+    assert len(drawn) == 4
+    # the run itself by way of `sinssim.sensors`, and for the filter's truth: drift, flicker and instability
+    assert len(emulated) <= 4
+    assert result.aided.estimate.smoothed is not None
+    true, known = result.true_errors.imu, result.true_errors.calibration
+    assert np.all(np.abs(true.gyro.bias - known.gyro.bias) > 0.0)
+
+
+def test_a_run_has_what_its_stages_have_computed():
+    assert RunResult is Run
+    result = Run(Scenario.model_validate(SCENARIO))
+    assert result.has("scenario", "solutions")
+    assert not result.has("truth")
+    assert not result.has("scenario", "truth")
+    assert result.directory is None
+    finished = run(result.scenario.model_copy(update={"filter": None, "aiding": None}))
+    assert finished.has("trajectory", "truth", "ideal", "readings", "perfect", "compensated")
+    assert finished.measured is finished.readings.imu
+    assert finished.time is finished.ideal.time
+    assert finished.compensated is not finished.measured
+    assert finished.failures == {}

@@ -1,0 +1,107 @@
+"""A flight in another process is the same flight, and whatever happens there is known here."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sinssim.errors import InputError, RunError
+from sinssim.scenario.sections.flight import FlightSection
+from sinssim.truth.flight.flight_log import flight_log
+from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.subprocess_flight import fly_apart
+from tests.truth.flight.test_cache import same
+
+
+def flight(*legs: dict[str, Any]) -> FlightSection:
+    return FlightSection.model_validate(
+        {
+            "aircraft": "737",
+            "start": {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 6000.0},
+            "legs": legs or [{"type": "hold", "duration_s": 15.0}],
+        }
+    )
+
+
+def test_bit_for_bit_the_flight_of_this_process() -> None:
+    calls: list[str] = []
+    seen: list[float] = []
+    there = fly_apart(flight(), 3, seen.append, lambda: calls.append("meanwhile"))
+    assert same(there, flight_log(fly_plan(flight(), 3)))
+    assert seen == sorted(seen)
+    assert (seen[0], seen[-1]) == (0.0, 1.0)
+    assert calls == ["meanwhile"]
+
+
+def test_an_error_arrives_with_its_cause() -> None:
+    climb = {"type": "climb", "altitude_m": 12000.0, "timeout_s": 5.0}
+    with pytest.raises(InputError, match=r"leg 1 \(climb\) failed at 5\.") as caught:
+        fly_apart(flight(climb))
+    assert "LegError" in str(caught.value.__cause__)
+
+
+def test_a_process_that_breaks_down_is_an_error_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[subprocess.Popen[bytes]] = []
+
+    class Watched(subprocess.Popen[bytes]):
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
+            started.append(self)
+
+    monkeypatch.setattr(subprocess, "Popen", Watched)
+    with pytest.raises(RunError, match="flew the 737 ended with SIGSEGV"):
+        fly_apart(flight(), 0, None, lambda: os.kill(started[0].pid, signal.SIGSEGV))
+
+
+SCRIPT = """
+import subprocess, sys
+from sinssim.scenario.sections.flight import FlightSection
+from sinssim.truth.flight.subprocess_flight import fly_apart
+
+class Told(subprocess.Popen):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        print(self.pid, flush=True)
+
+subprocess.Popen = Told
+flight = FlightSection.model_validate_json(sys.argv[1])
+fly_apart(flight, 0, lambda fraction: print("flies", flush=True))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc")
+@pytest.mark.parametrize("when", ["as it starts", "flying"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_nobody_goes_on_flying_after_the_program_has_ended(tmp_path: Path, number: signal.Signals, when: str) -> None:
+    """An interrupted program ends the other process; of a killed one it notices by itself, and says nothing."""
+    long = flight({"type": "hold", "duration_s": 80000.0}).model_dump_json()
+    program = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, long],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
+    assert program.stdout is not None
+    other = Path(f"/proc/{int(program.stdout.readline())}")
+    if when == "flying":
+        assert [program.stdout.readline() for _ in range(3)] == [b"flies\n"] * 3
+    assert other.exists()
+    program.send_signal(number)
+    _, said = program.communicate(timeout=30.0)
+    if number == signal.SIGKILL:
+        assert said == b""
+    else:
+        assert said.count(b"Traceback") == 1
+        assert said.endswith(b"KeyboardInterrupt\n")
+    deadline = time.monotonic() + 30.0
+    while other.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not other.exists()
+    assert list(tmp_path.iterdir()) == []
