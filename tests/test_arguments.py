@@ -187,7 +187,7 @@ def test_sections_answer_as_a_scenario_does() -> None:
         (lambda: error_model(SIGMA, imu="gyro bias"), "imu = 'gyro bias' must be names in a list"),
         (lambda: error_model(SIGMA, duration="long"), "duration = 'long' must be one positive number"),
         (lambda: error_model(SIGMA, extra=["wind"]), "a block of an error model must be Block"),
-        (lambda: error_model(SIGMA, extra=np.array(1.0)), r"extra = array\(1.\) must be blocks in a list"),
+        (lambda: error_model(SIGMA, extra=np.array(1.0)), r"extra = array\(1.\) must be a list of blocks"),
         (lambda: Block(None, 1.0), "unknown block of states None"),
         (lambda: turnarounds(RING, 2.5, np.random.default_rng(1)), "swings = 2.5 must be a whole number"),
         (lambda: turnarounds(RING, 5, 1), "rng must be a numpy.random.Generator"),

@@ -1,6 +1,6 @@
 """The optional filter: estimates the errors of inertial navigation from aiding measurements and tests itself.
 
-`sinssim.estimation.estimate.estimate` does it; that module loads filterpy, which takes a while.
+The entry point is `sinssim.estimation.estimate.estimate`. That module loads filterpy, which takes a while.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Branches of the filter for late readings: the estimate published at an instant holds only what has arrived.
 
-The filter takes every reading in at its instant of validity. While a late one is on its way, a second filter goes on
-beside it without that reading, and takes in all others that arrive before it. So the solution that is published at an
-instant holds every reading that had arrived by then and no other: a late sensor delays no other sensor. There is one
-filter more for each arrival that lies ahead.
+The filter processes every reading at its instant of validity. Until a late reading arrives, a second filter runs in
+parallel without that reading and processes all others that arrive before it. The solution published at an instant
+therefore holds exactly the readings that had arrived by then, and a late sensor delays no other sensor. Each pending
+arrival costs one additional filter.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from sinssim.estimation.kalman import ErrorFilter, Innovation
 from sinssim.estimation.linearisation import Observed
 
 _SAME = 1e-6
-"""Arrivals nearer than this are one, s."""
+"""Arrivals closer together than this count as simultaneous, s."""
 
 
 @dataclass
 class Branch:
-    """The estimate by the readings that arrive before an instant.
+    """The estimate from the readings that arrive before an instant.
 
     Attributes:
-        until: that instant, s; infinity for the estimate by all readings.
+        until: that instant, s; infinity for the estimate from all readings.
         filter: x and P.
         cross: covariance of the state's error with the gyros' noise since the last zero-rate reading, (n, 3), by number
             of the zero-rate sensor.
@@ -36,7 +36,7 @@ class Branch:
     cross: dict[int, Array]
 
     def fork(self, until: float) -> Branch:
-        """Return the same estimate, to go on with the readings that arrive before an instant.
+        """Return a copy of the estimate that continues with the readings that arrive before an instant.
 
         Args:
             until: the instant, s.
@@ -46,7 +46,7 @@ class Branch:
         return Branch(until, copied, dict(self.cross))
 
     def holds(self, arrival: float) -> bool:
-        """Say whether a reading that arrives at an instant belongs to it."""
+        """Return whether a reading with this arrival time belongs to the branch."""
         return arrival < self.until - _SAME
 
     def predict(self, phi: Array, q: Array, came: dict[int, Array]) -> None:
@@ -55,24 +55,24 @@ class Branch:
         Args:
             phi: Φ, (n, n).
             q: Q, (n, n).
-            came: what is added to `cross` by the gyros' noise in the interval, by sensor.
+            came: increase of `cross` by the gyros' noise in the interval, by sensor.
         """
         self.filter.predict(phi, q)
         for sensor, noise in came.items():
             self.cross[sensor] = phi @ self.cross[sensor] + noise
 
     def innovation(self, one: Observed, r: Array, interval: float) -> Innovation:
-        """Return what a reading would tell.
+        """Return the innovation of a reading.
 
         Args:
             one: the reading.
             r: R, (k, k).
-            interval: over which a zero-rate reading is a mean, s.
+            interval: averaging interval of a zero-rate reading, s.
         """
         return self.filter.innovation(one.residual, one.h, r, self._common(one, interval))
 
     def take(self, one: Observed, r: Array, interval: float) -> None:
-        """Take a reading into the estimate; arguments as of `innovation`."""
+        """Update the estimate with a reading; the arguments are those of `innovation`."""
         self.filter.update(one.residual, one.h, r, self._common(one, interval))
         for sensor in self.cross:
             self.cross[sensor] = self.cross[sensor] - self.filter.gain @ (one.h @ self.cross[sensor])
@@ -82,7 +82,7 @@ class Branch:
 
 
 class Branches:
-    """The estimate by all readings, and one for each instant at which a late reading is still to arrive.
+    """The estimate from all readings, and one for each instant at which a late reading has yet to arrive.
 
     Args:
         covariance: P at the start, (n, n).
@@ -95,18 +95,18 @@ class Branches:
         self.waiting: list[Branch] = []  # in the order of their arrivals
 
     def every(self) -> list[Branch]:
-        """Return all of them, that of all readings last."""
+        """Return all branches; the one with all readings is last."""
         return [*self.waiting, self.main]
 
     def wait(self, arrival: float) -> None:
-        """Go on without the readings that arrive at an instant, until then."""
+        """Open a branch that lacks the readings arriving at an instant, until that instant."""
         found = self.every()
         k = next(k for k, branch in enumerate(found) if branch.until > arrival - _SAME)
         if found[k].until > arrival + _SAME:
             self.waiting.insert(k, found[k].fork(arrival))
 
     def known(self, now: float) -> ErrorFilter:
-        """Return the estimate by the readings that have arrived; those that wait for no other are forgotten."""
+        """Return the estimate from the readings that have arrived, and drop branches that are no longer needed."""
         while self.waiting and self.waiting[0].until <= now + _SAME:
             self.waiting.pop(0)
         return self.every()[0].filter

@@ -6,10 +6,10 @@ position in metres, δr = ((R₁+h) δlatitude, (R₂+h) cos(latitude) δlongitu
 
     (1) φ̇  = −ω_in × φ + δω_ie + δω_en − C_nb δω
     (2) δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + v × (2δω_ie + δω_en) + δg
-    (3) δṙ = δv + what the turning and the curvature of the local level make of δr
+    (3) δṙ = δv + terms in δr from the rotation and the curvature of the local level
 
-where δω and δf are the errors of the increments that the engine gets, each a linear function of the sensors' states.
-Nothing is dropped: radii of curvature and gravity vary with latitude and height.
+where δω and δf are the errors of the increments that the engine receives, each a linear function of the sensors'
+states. No first-order term is dropped: radii of curvature and gravity vary with latitude and height.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.model import ErrorModel
 
 R, V, PHI = slice(0, 3), slice(3, 6), slice(6, 9)
-"""Where position, velocity and attitude are in the state."""
+"""Places of position, velocity and attitude in the state."""
 
 CORE = 9
-"""Number of these."""
+"""Number of these states."""
 
-_LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: differences of gravity good to 1e-8 of its gradient
+_LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of gravity, accurate to 1e-8 of its gradient
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What F depends on, K instants of a motion.
+    """The motion that F depends on, at K instants.
 
     Attributes:
         latitude: (K,) rad.
@@ -75,7 +75,7 @@ def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
 
     Args:
         latitude: (K,) rad.
-        ellipsoid: gives the rate.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         (K, 3) rad/s.
@@ -85,12 +85,12 @@ def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
 
 
 def earth_rate_slope(latitude: Array, height: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return δω_ie over δr, both north, east, down.
+    """Return the derivative of ω_ie with respect to δr, both north, east, down.
 
     Args:
         latitude: (K,) rad.
         height: (K,) m.
-        ellipsoid: gives the rate.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         (K, 3, 3) rad/s/m.
@@ -119,7 +119,7 @@ def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: E
 
 
 def rate_error(model: ErrorModel, rate_b: Array) -> Array:
-    """Return the matrix of δω, what is wrong with the compensated gyro increments, over their time.
+    """Return the matrix of δω, the error of the compensated gyro increments per unit of time.
 
     Args:
         model: the error model.
@@ -132,7 +132,7 @@ def rate_error(model: ErrorModel, rate_b: Array) -> Array:
 
 
 def force_error(model: ErrorModel, force_b: Array) -> Array:
-    """Return the matrix of δf, what is wrong with the compensated velocity increments, over their time.
+    """Return the matrix of δf, the error of the compensated velocity increments per unit of time.
 
     Args:
         model: the error model.
@@ -162,7 +162,7 @@ def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipso
 
     Args:
         model: the error model.
-        motion: K instants.
+        motion: the motion at K instants.
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
 
@@ -180,7 +180,7 @@ def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipso
     p, q = r1 + h, r2 + h
     ie, en = earth_rate(lat, ellipsoid), transport_rate(lat, h, v, ellipsoid)
 
-    # δω_ie, δω_en over δr north and down, δω_en over δv
+    # derivatives of ω_ie, ω_en with respect to δr north and down, of ω_en with respect to δv
     d_ie = earth_rate_slope(lat, h, ellipsoid)
     d_en = np.zeros_like(d_ie)
     d_en[:, 0, 0], d_en[:, 0, 2] = -e * dr2 / (q * q * p), e / (q * q)
@@ -189,7 +189,7 @@ def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipso
     over_v = np.zeros_like(d_ie)
     over_v[:, 0, 1], over_v[:, 1, 0], over_v[:, 2, 1] = 1.0 / q, -1.0 / p, -t / q
 
-    # δg over δr north and down, of whatever gravity model the engine has
+    # derivatives of gravity with respect to δr north and down, for the engine's gravity model
     g_north = earth.gravity_ned(lat + _LATITUDE_STEP, h, gravity, ellipsoid)
     g_north -= earth.gravity_ned(lat - _LATITUDE_STEP, h, gravity, ellipsoid)
     g_up = earth.gravity_ned(lat, h + _HEIGHT_STEP, gravity, ellipsoid)
@@ -217,7 +217,7 @@ def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipso
 
 
 def driving_noise(model: ErrorModel) -> Array:
-    """Return the spectral density of w, which is diagonal: the noise of a triad is the same in all axes.
+    """Return the spectral density of w; it is diagonal because the noise of a triad is equal in all axes.
 
     Args:
         model: the error model.
@@ -233,19 +233,19 @@ def driving_noise(model: ErrorModel) -> Array:
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _ORDER = 4
-_LONGEST = 1.0  # s: F⁵t⁵/5! is below 1e-7 of Φ − I, Schuler's frequency being the fastest that returns
+_LONGEST = 1.0  # s: F⁵t⁵/5! is below 1e-7 of Φ − I, because the Schuler frequency is the highest of the system
 _DECAY = 0.1  # t/τ for which the same holds of exp(−t/τ)
 
 
 def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]:
     """Return Φ and Q over intervals in each of which F is constant.
 
-    Φ = exp(F T), a power series, and Q = ∫ Φ(t) S Φ(t)ᵀ dt from 0 to T, which is what Van Loan's matrix exponential
-    gives (IEEE Trans. Automatic Control 23, 1978, 395); here by Gauss-Legendre quadrature on the same series, so that
-    Q is positive semi-definite whatever is neglected. Long intervals are halved and Φ and Q doubled up again.
+    Φ = exp(F T) is a power series. Q = ∫ Φ(t) S Φ(t)ᵀ dt from 0 to T, which Van Loan's matrix exponential also gives
+    (IEEE Trans. Automatic Control 23, 1978, 395), is computed by Gauss-Legendre quadrature on the same series, so that
+    Q stays positive semi-definite under truncation. Long intervals are halved, and Φ and Q are doubled up again.
 
     Args:
-        f: matrices of the form of `dynamics`: below the navigation errors only a diagonal, (K, n, n) 1/s.
+        f: matrices as `dynamics` returns them: below the rows of the navigation errors only a diagonal, (K, n, n) 1/s.
         density: diagonal of S, (n,).
         interval: T, (K,) s.
 

@@ -1,17 +1,17 @@
-"""`estimate`: computes an aided solution from increments and aiding measurements, with the filter's diagnostics.
+"""Computes an aided solution from increments and aiding measurements, with the filter's diagnostics: `estimate`.
 
-Inertial navigation runs ahead over a stretch of time; F, Φ, Q, the residuals and H are linear about it and computed for
-the whole stretch at once; the filter then goes through it epoch by epoch. In the closed loop the estimated errors are
-put into the engine's state and into the compensator at its end, and the next stretch starts from there. A stretch ends
-after `feedback_s`, and before that as soon as the estimated errors are no longer small: what follows of it is thrown
-away and navigated again. Whether a small error is fed back or carried beside makes no difference of first order;
-stretches of one update are the closed loop of the textbooks, an endless one is the open loop.
+Inertial navigation runs ahead over a segment of time. F, Φ, Q, the residuals and H are linearised about it and computed
+for the whole segment at once. The filter then processes the segment epoch by epoch. In the closed loop the estimated
+errors are fed back into the engine's state and the compensator at the end of the segment, and the next segment starts
+from there. A segment ends after `feedback_s`, or earlier as soon as the estimated errors are no longer small; the rest
+of it is discarded and navigated again. To first order it makes no difference whether a small error is fed back or
+carried in the filter. Segments of one update are the closed loop of textbooks, a single segment is the open loop.
 
-Every reading is taken in at its instant of validity, in that order, however late it arrived. The solution that is
-returned is the one that was known at each instant: it holds every reading that had arrived by then and no other.
+Every reading is processed at its instant of validity, in order, however late it arrived. The returned solution is the
+one known at each instant: it uses exactly the readings that had arrived by then.
 
-A zero-rate reading is compared with the mean rate of the gyros since the one before. Their noise is both in that mean
-and in the attitude, and the update takes the covariance of the two into account.
+A zero-rate reading is compared with the mean rate of the gyros since the previous reading. The noise of the gyros is in
+that mean and in the attitude, and the update uses the covariance of the two.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ from sinssim.strapdown import navigate
 from sinssim.strapdown.segments import Stretches
 
 _SHORTEST, _OPEN = 1.0, 64.0
-"""First stretch of the closed loop, and next one after an update that was not small; stretches of the open one, s."""
+"""Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
 
 _SMALL = np.repeat((100.0, 5.0, 1e-3), 3)
-"""Errors of position [m], velocity [m/s] and attitude [rad] that are carried beside a stretch: what is of second order
-in them is below 2 mm, 5 µm/s² and 0.1″."""
+"""Largest errors of position [m], velocity [m/s] and attitude [rad] carried in the filter over a segment: their
+second-order effects are below 2 mm, 5 µm/s² and 0.1″."""
 
 
 # Long: the public function checks and prepares its many options before the loop.
@@ -75,25 +75,25 @@ def estimate(
         initial: state at imu.time[0], with the errors that the model describes.
         measurements: one entry for each sensor and kind of measurement; there may be none.
         model: the error model.
-        covariance: P₀ of the first m states, (m, m), for example of `sinssim.alignment.initial_covariance`, in place
-            of the diagonal of the model's sigma.
+        covariance: P₀ of the first m states, (m, m), for example from `sinssim.alignment.initial_covariance`; it
+            replaces the diagonal of the model's sigma.
         loop: "closed" feeds errors back into engine and compensator, "open" only corrects the output.
         rate_hz: rate at which the covariance is predicted.
-        gate: probability with which a right reading may be rejected by the χ² test of its innovation; None accepts all.
-        feedback_s: longest time for which errors are carried beside the engine in the closed loop, s.
+        gate: probability that the χ² test of the innovation rejects a correct reading; None accepts all.
+        feedback_s: longest time between feedbacks in the closed loop, s.
         smooth: whether to smooth as well.
-        history: whether to keep what observability is computed from.
-        row_s: least time between the rows of the history and the covariances that are kept, s; by default there is one
-            at every reading and every second. Each takes six matrices of the states' number squared.
+        history: whether to keep the history that observability is computed from.
+        row_s: least time between stored rows of the history and covariances, s; by default there is one at every
+            reading and every second. Each row holds six n × n matrices.
         algorithm: attitude algorithm, one that advances sample by sample.
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid.
 
     Returns:
-        The estimate; of a filter that cannot go on, up to where it could.
+        The estimate; if the filter diverges, it ends there.
 
     Raises:
-        InputError: data, measurements or a model that cannot be used, an unknown name.
+        InputError: the data, the measurements or the model cannot be used, or a name is unknown.
     """
     check_name("loop", loop, ("closed", "open"))
     if not isinstance(model, ErrorModel):
@@ -124,7 +124,7 @@ def estimate(
     kept = record.history() if count and (smooth or history) else None
     time, solution = epochs.time[:count], record.solution(count, algorithm)
     if not failure and not any(i.accepted.any() for i in innovations):
-        # to the last bit, which navigation from stretch to stretch is not
+        # bit for bit, unlike navigation by segments
         inertial = unaided()
         edge = epochs.edge[:count]
         fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(imu) - 1)]
@@ -154,7 +154,7 @@ def _untold(model: ErrorModel) -> list[str]:
 
 
 def _too_late(readings: CheckedMeasurements, imu: ImuData) -> int:
-    """Return how many usable readings of a sensor arrive after the data's end."""
+    """Return the number of usable readings of a sensor that arrive after the end of the data."""
     return int(np.count_nonzero(readings.data.arrival[readings.usable] > imu.time[-1] + 1e-6))
 
 
@@ -183,7 +183,7 @@ def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:
 
 
 class _Loop:
-    """One passage of the filter through the data."""
+    """One pass of the filter through the data."""
 
     def __init__(
         self,
@@ -201,7 +201,7 @@ class _Loop:
         self.gates = [InnovationGate(readings, gate) for readings in around.readings]
         self.record = Record(around.model, around.epochs, around.ellipsoid)
         self.done = 0  # epochs that are
-        self._taken = ""  # the last reading that was taken in
+        self._taken = ""  # the last reading that was processed
         self._compensated = np.zeros(around.model.size)
         self._history, self._row_s, self._row_at = history, row_s, -np.inf
         self._begin_row(around.model.size)
@@ -209,7 +209,7 @@ class _Loop:
         self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
 
     def _begin_row(self, n: int) -> None:
-        """Begin to gather what comes between this row and the next."""
+        """Reset the sums over the interval from this row to the next."""
         self._transition, self._decay, self._fed = np.eye(n), np.eye(n), np.zeros(n)
         self._noise, self._information = np.zeros((n, n)), np.zeros((n, n))
 
@@ -224,10 +224,10 @@ class _Loop:
 
         Args:
             state: at the first.
-            feedback_s: longest stretch of the closed loop, s; None for the open loop.
+            feedback_s: longest segment of the closed loop, s; None for the open loop.
 
         Returns:
-            How the filter diverged, None if it did not.
+            The divergence; None if there is none.
         """
         epochs = self.around.epochs
         ends = np.flatnonzero(epochs.on_edge)
@@ -248,11 +248,11 @@ class _Loop:
         return None
 
     def _stretch(self, last: int, edge: int, state: NavState, *, closed: bool) -> tuple[NavState, bool]:
-        """Go from a state at an edge through the epochs up to `last`.
+        """Process the epochs up to `last`, starting from a state at an edge.
 
         Returns:
-            The state at the end, with what was fed back, and whether the end is `last`: the closed loop ends a stretch
-            early if its errors become too large.
+            The state at the end, after feedback, and whether the end is `last`: the closed loop ends a segment early if
+            its errors become too large.
         """
         around, first = self.around, self.done
         calibration, parameters = self._calibration(), self._parameters()
@@ -260,9 +260,9 @@ class _Loop:
         _, samples = self.engine.samples(edge, final)
         try:
             nominal = self.engine.navigate(edge, final, state, compensate(samples, calibration))
-        except InputError as error:  # the data are sound: what was fed back is not
+        except InputError as error:  # the data are valid; the feedback is not
             now = float(around.epochs.time[max(first - 1, 0)])
-            why = f"nothing can be navigated with what was fed back: {str(error).rstrip('.')}"
+            why = f"navigation is impossible after the feedback: {str(error).rstrip('.')}"
             raise Diverged(now, self._taken, why) from error
         line = linearise(around, first, last, nominal, calibration, parameters)
         try:
@@ -274,7 +274,7 @@ class _Loop:
         return self._finish(line, first, feed=closed), self.done == last + 1
 
     def _through(self, line: Linearisation, last: int, closed: bool) -> None:
-        """Filter the epochs of a stretch, up to `last` or where its errors have become too large."""
+        """Filter the epochs of a segment, up to `last` or until its errors become too large."""
         epochs, small = self.around.epochs, True
         for k, epoch in enumerate(range(line.first, last + 1)):
             self._predict(line, k)
@@ -294,7 +294,7 @@ class _Loop:
                 return
 
     def _finish(self, line: Linearisation, first: int, *, feed: bool) -> NavState:
-        """Write down what a stretch gave, and return the state at its end, with what is fed back."""
+        """Record the results of a segment, and return the state at its end after feedback."""
         around, count = self.around, self.done - first
         fed = np.where(around.model.fed_back, self.filter.x, 0.0) if feed else np.zeros(around.model.size)
         end = rows_of(line.state, slice(count - 1, count))
@@ -313,7 +313,7 @@ class _Loop:
         return {b.name: self._compensated[model.slices[b.name]] for b in model.blocks[len(NAVIGATION) :]}
 
     def _calibration(self) -> ImuErrors:
-        """Return what is compensated of the inertial sensors."""
+        """Return the compensated errors of the inertial sensors."""
         found = self._parameters()
 
         def triad(name: str) -> TriadErrors:
@@ -339,7 +339,7 @@ class _Loop:
             if line.first + k - 1 in begins:
                 for branch in self.branches.every():
                     branch.cross[sensor] = np.zeros((len(phi), 3))
-            # φ̇ = … − C w: noise that came in half-way
+            # φ̇ = … − C w: noise at mid-interval
             half_way = -0.5 * (phi[:, PHI] + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
             came[sensor] = half_way * (self.around.model.gyro_noise**2 * interval)
         for branch in self.branches.every():
@@ -353,11 +353,11 @@ class _Loop:
         innovation = main.innovation(one, r, interval)
         name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
         if not np.isfinite(innovation.nis):
-            raise Diverged(now, name, "the innovation is no finite number")
+            raise Diverged(now, name, "the innovation is not finite")
         arrival = float(data.arrival[one.row])
         if arrival > now + 1e-6:
             self.branches.wait(arrival)
-        for branch in self.branches.waiting:  # each by what it knows itself
+        for branch in self.branches.waiting:  # each branch by its own estimate
             if branch.holds(arrival) and gate.admits(branch.innovation(one, r, interval)):
                 branch.take(one, r, interval)
         if not gate.passes(one.row, innovation):

@@ -1,11 +1,11 @@
 """Wraps filterpy's `KalmanFilter`: prediction, innovation and update, with gating and cross-covariance.
 
-It has no gate. State and residual stay one-dimensional: with a column for a state and a one-dimensional residual it
-makes the state a matrix, silently.
+filterpy's class has no gate. State and residual are one-dimensional here: with a column as state and a one-dimensional
+residual, filterpy would silently turn the state into a matrix.
 
-P is nowhere made symmetric again, for rounding does not add up. A prediction turns an asymmetry A of P into Φ A Φᵀ; an
-update (Joseph, or with a cross-covariance) makes it (I − K H) A (I − K H)ᵀ to first order. Both treat A as
-they treat P itself, so that relative to P it stays at rounding.
+P is never symmetrised, because rounding does not accumulate. A prediction turns an asymmetry A of P into Φ A Φᵀ; an
+update (Joseph form, or with a cross-covariance) turns it into (I − K H) A (I − K H)ᵀ to first order. Both transform A
+as they transform P, so that A stays at rounding level relative to P.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sinssim.data import Array
 
 
 class Innovation(NamedTuple):
-    """Residual that the estimate does not explain, its covariance S, and νᵀS⁻¹ν."""
+    """Innovation ν, its covariance S, and νᵀS⁻¹ν."""
 
     value: Array
     covariance: Array
@@ -27,7 +27,7 @@ class Innovation(NamedTuple):
 
 
 class ErrorFilter:
-    """Estimate x and covariance P of a state that begins at zero.
+    """Estimate x and covariance P of a state that starts at zero.
 
     Args:
         covariance: P at the start, (n, n).
@@ -67,13 +67,13 @@ class ErrorFilter:
         self._filter.predict(F=phi, Q=q)
 
     def innovation(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> Innovation:
-        """Return what a reading would tell.
+        """Return the innovation of a reading.
 
         Args:
             residual: (k,).
             h: H, (k, n).
             r: R, (k, k).
-            cross: covariance of the state's error with the reading's noise, (n, k); None for none.
+            cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
 
         Returns:
             The innovation; its square is NaN where S is singular.
@@ -85,18 +85,18 @@ class ErrorFilter:
             covariance = covariance + both + both.T
         try:
             squares = float(value @ np.linalg.solve(covariance, value))
-        except np.linalg.LinAlgError:  # readings that are too good for what doubles resolve beside P
+        except np.linalg.LinAlgError:  # readings more accurate than doubles resolve beside P
             squares = np.nan
         return Innovation(value, covariance, squares)
 
     def update(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> None:
-        """Take a reading into the estimate.
+        """Update the estimate with a reading.
 
         Args:
             residual: (k,).
             h: H, (k, n).
             r: R, (k, k).
-            cross: covariance of the state's error with the reading's noise, (n, k); None for none.
+            cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
         """
         if cross is None:
             self._filter.update(residual, R=r, H=h)

@@ -19,7 +19,7 @@ from sinssim.sensors.imu.errors import ImuErrors
 
 @dataclass(frozen=True)
 class Observed:
-    """One reading: what it is compared with makes `residual` = H x + noise.
+    """One reading, linearised: `residual` = H x + noise.
 
     Attributes:
         sensor: number of the sensor among the readings.
@@ -36,16 +36,16 @@ class Observed:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """A stretch of K epochs.
+    """The linearised model over a segment of K epochs.
 
     Attributes:
         first: number of its first epoch.
         state: inertial navigation at the epochs, K rows.
-        interval: from the epoch before to each, (K,) s.
-        phi: Φ over it, (K, n, n).
-        q: Q over it, (K, n, n).
-        c_nb: attitude in its middle, (K, 3, 3).
-        observed: the readings of each epoch that has any, those first that arrive first.
+        interval: time from the previous epoch to each, (K,) s.
+        phi: Φ over the interval, (K, n, n).
+        q: Q over the interval, (K, n, n).
+        c_nb: attitude in the middle of the interval, (K, 3, 3).
+        observed: readings of each epoch that has any, in order of arrival.
     """
 
     first: int
@@ -59,14 +59,14 @@ class Linearisation:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What stays the same in a run.
+    """Data that stay the same throughout a run.
 
     Attributes:
         model: the error model.
-        density: of the driving noise, (n,).
+        density: density of the driving noise, (n,).
         epochs: of the filter.
         readings: of all sensors.
-        gyros: for mean rates.
+        gyros: source of mean rates.
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
     """
@@ -88,14 +88,14 @@ def linearise(
     calibration: ImuErrors,
     parameters: Mapping[str, Array],
 ) -> Linearisation:
-    """Linearise about a stretch.
+    """Linearise about a segment.
 
     Args:
-        around: what stays the same.
-        first, last: numbers of its epochs.
+        around: data that stay the same throughout the run.
+        first, last: numbers of the segment's first and last epoch.
         nominal: inertial navigation from the epoch before the first to the last one.
-        calibration: what is compensated in its increments.
-        parameters: values of all parameters that are compensated, by block.
+        calibration: errors that are compensated in its increments.
+        parameters: values of all compensated parameters, by block.
 
     Returns:
         The linearisation.
@@ -103,7 +103,7 @@ def linearise(
     model, epochs = around.model, around.epochs
     time = epochs.time[max(first - 1, 0) : last + 1]
     if first == 0:
-        time = np.concatenate([time[:1], time])  # nothing happens before the first epoch
+        time = np.concatenate([time[:1], time])  # no interval precedes the first epoch
     interval = np.diff(time)
     state = _at(nominal, time, around.ellipsoid)
     middle = _at(nominal, time[:-1] + 0.5 * interval, around.ellipsoid)
@@ -123,7 +123,7 @@ def linearise(
 
 
 def _at(nominal: NavSolution, time: Array, ellipsoid: Ellipsoid) -> NavState:
-    # an instant this little before an edge is on it
+    # an instant this close before an edge counts as on it
     edge = np.searchsorted(nominal.time, time + 1e-7, side="right") - 1
     step = nominal.time[np.minimum(edge + 1, len(nominal.time) - 1)] - nominal.time[edge]
     passed = time - nominal.time[edge]
@@ -142,7 +142,7 @@ def _observe(
     parameters: Mapping[str, Array],
     observed: dict[int, list[Observed]],
 ) -> None:
-    """Add what one sensor's readings at the epochs first … last observe."""
+    """Add one sensor's readings at the epochs first … last."""
     rows = readings.between(first, last)
     if not len(rows):
         return

@@ -1,9 +1,9 @@
 """The error model: blocks of states for the errors of inertial navigation and of the sensors.
 
-The state is an error. For navigation it is solution minus truth, as `sinssim.strapdown.nav_error` has it: position and
-velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true. For a parameter of a sensor it is
-its true value less the one that is compensated, so that what is left of a gyro's bias is the bias of the increments
-that the engine gets.
+The state is an error. For navigation it is solution minus truth, as in `sinssim.strapdown.nav_error`: position and
+velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true. For a sensor parameter it is the
+true value minus the compensated value, so that the state of a gyro bias is the remaining bias of the increments that
+the engine receives.
 
 Every block is one of three processes, ẋ = −x/τ + w: a constant (w = 0, τ = ∞), a random walk (τ = ∞), or a stationary
 first-order Gauss-Markov process, whose noise follows from its standard deviation, w = σ √(2/τ) per √Hz.
@@ -33,7 +33,7 @@ _BODY = ("forward", "right", "down")
 _ANGLES = ("xy", "xz", "yx", "yz", "zx", "zy")
 
 NAVIGATION = ("position", "velocity", "attitude")
-"""The blocks that every model has, in this order, at its beginning."""
+"""The first blocks of every model, in this order."""
 
 BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
     "position": (_NED, "m"),
@@ -49,26 +49,25 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
     "accelerometer misalignment": (_ANGLES, "rad"),
     "gnss lever arm": (_BODY, "m"),
 }
-"""The blocks by name: their axes and unit. Instability is a second part of a bias, a Gauss-Markov process beside the
-constant; ij of a misalignment is the tilt of sensitive axis i towards the block's axis j.
+"""The blocks by name: their axes and unit. Instability is a second part of a bias, a Gauss-Markov process in addition
+to the constant. The component ij of a misalignment is the tilt of sensitive axis i towards the block's axis j.
 
-Beside them an aiding sensor, called by `Measurements.label`, may have blocks of its own: "<sensor> bias", as many
-components as its sigma (added to the true reading; of a position north, east, down in metres, of an attitude a
-rotation about the body's axes), and "<sensor> scale", the relative error of a reading of one component. A heading may
-have a "<sensor> deviation", A and B of A sin ψ + B cos ψ [rad], and a speed a "<sensor> wind" to the north and east
-[m/s], if it is one through the air."""
+An aiding sensor, named by `Measurements.label`, may have its own blocks: "<sensor> bias", with as many components as
+its sigma, is added to the true reading (north, east, down in metres for a position, a rotation about the body's axes
+for an attitude); "<sensor> scale" is the relative error of a scalar reading. A heading may have a "<sensor> deviation",
+A and B of A sin ψ + B cos ψ [rad]. An airspeed may have a "<sensor> wind" to the north and east [m/s]."""
 
 OF_SENSORS = (" bias", " scale", " deviation", " wind")
-"""How the names of the aiding sensors' blocks end."""
+"""Endings of the names of the aiding sensors' blocks."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some states that belong together.
+    """A group of related states.
 
     Attributes:
         name: one of `BLOCKS`, or a sensor's block.
-        sigma: 1σ at the start, one for all components or one for each, SI.
+        sigma: initial 1σ, one for all components or one for each, SI.
         random_walk: density of the white noise that drives a random walk, as `sigma`, SI unit/√s.
         correlation_time: τ of a Gauss-Markov process, s; infinite for a constant or a random walk.
     """
@@ -93,7 +92,7 @@ class Block:
             raise InputError(f"block {self.name!r}: correlation_time = {self.correlation_time} s must be positive.")
         if math.isfinite(self.correlation_time) and np.any(walk):
             raise InputError(
-                f"block {self.name!r}: a Gauss-Markov process takes its noise from sigma and correlation_time; "
+                f"block {self.name!r}: the noise of a Gauss-Markov process follows from sigma and correlation_time; "
                 "random_walk belongs to a process without correlation_time."
             )
 
@@ -104,7 +103,7 @@ class Block:
 
     @property
     def unit(self) -> str:
-        """SI unit of the states; "" for pure numbers, and for a sensor's block, whose unit is that of its readings."""
+        """SI unit of the states; "" for pure numbers and for a sensor's block, which has the unit of its readings."""
         return BLOCKS[self.name][1] if self.name in BLOCKS else ""
 
     @property
@@ -123,7 +122,7 @@ class Block:
 
 @dataclass(frozen=True)
 class ErrorModel:
-    """Composition of blocks, and the white noise of the inertial sensors.
+    """An error model: its blocks of states, and the white noise of the inertial sensors.
 
     Attributes:
         blocks: position, velocity and attitude first; the others in any order, each once.
@@ -131,7 +130,7 @@ class ErrorModel:
         accel_noise: velocity random walk, m/s/√s.
         gyro_quantum: weight of a pulse of the gyros, rad.
         accel_quantum: weight of a pulse of the accelerometers, m/s.
-        untold: errors that the inertial sensors have, too, and no block knows, for a person.
+        untold: further errors of the inertial sensors that no block describes, in words.
     """
 
     blocks: tuple[Block, ...]
@@ -147,7 +146,7 @@ class ErrorModel:
         present = [block.name for block in self.blocks]
         twice = [name for name, count in Counter(present).items() if count > 1]
         if twice:
-            raise InputError(f"state block {twice[0]!r} is named twice; every block can be there once.")
+            raise InputError(f"state block {twice[0]!r} is given twice; give each block once.")
         if tuple(present[: len(NAVIGATION)]) != NAVIGATION:
             raise InputError(f"an error model begins with the blocks {', '.join(NAVIGATION)}, not {present[:3]}.")
         for name in ("gyro_noise", "accel_noise", "gyro_quantum", "accel_quantum"):
@@ -155,7 +154,7 @@ class ErrorModel:
 
     @cached_property
     def slices(self) -> dict[str, slice]:
-        """Where each block's states are, by name."""
+        """Place of each block's states, by name."""
         ends = np.cumsum([block.size for block in self.blocks])
         return {b.name: slice(int(end) - b.size, int(end)) for b, end in zip(self.blocks, ends, strict=True)}
 
@@ -186,24 +185,25 @@ class ErrorModel:
 
     @cached_property
     def fed_back(self) -> NDArray[np.bool_]:
-        """Which states the closed loop puts into engine and compensator: all but Gauss-Markov processes, (n,).
+        """Which states the closed loop feeds back into engine and compensator: all but Gauss-Markov processes, (n,).
 
-        What is compensated stays as it is, and a Gauss-Markov process does not; its estimate stays in the filter.
+        A compensated value stays constant, whereas a Gauss-Markov process decays; its estimate therefore stays in the
+        filter.
         """
         return np.asarray(self.decay == 0.0)
 
 
 UNTOLD = {name: FIELDS[name].untold for name in SLOTS if FIELDS[name].untold}
-"""Fields of `TriadErrors` that a filter is not told of, scale factors and misalignments unless they are states."""
+"""Fields of `TriadErrors` that a filter neglects; scale factors and misalignments unless they are states."""
 
 _FLOOR = math.sqrt(2.0 * math.log(2.0) / math.pi)
-"""Allan deviation of flicker noise over its B."""
+"""Ratio of the Allan deviation of flicker noise to its B."""
 
 _SAMPLES_PER_SECOND = 100.0
-"""At which flicker noise is taken to be sampled; the start of ten times fewer has 1.2 times the 1σ at most."""
+"""Assumed number of samples of flicker noise; with ten times fewer the initial 1σ is at most 1.2 times larger."""
 
 IMU_BLOCKS = ("gyro bias", "accelerometer bias")
-"""The blocks of the inertial sensors that a filter has at least."""
+"""The blocks of the inertial sensors that every filter has."""
 
 
 def error_model(
@@ -216,35 +216,35 @@ def error_model(
     extra: Iterable[Block] = (),
     duration: float = 3600.0,
 ) -> ErrorModel:
-    """Compose a model from the description of the inertial sensors and of the start.
+    """Compose a model from the errors of the inertial sensors and of the initial state.
 
-    Biases are constant, or walk if the sensors have a rate random walk K or drift otherwise; a bias instability is a
-    block beside them. What drifts is told as the walk that is nowhere smaller in 1σ, over the duration T at least: of a
-    ramp R, K = R√T; of a bias with β per degree and a warm-up by ΔΘ with the time constant τ, K = βΔΘ/√τ. Flicker B is
-    told as the walk whose Allan deviation K√(τ/3) crosses flicker's √(2 ln 2/π) B where the random walk's N/√τ does, as
-    the estimate of a bias takes that long: right for it, and too wide for long times without aiding. Of the errors in
-    `UNTOLD` no block knows.
+    Biases are constant, or random walks if the sensors have a rate random walk K or another drift. A bias instability
+    is an additional block. A drift is modelled as the random walk whose 1σ bounds it over the duration T: K = R√T for a
+    ramp R, and K = βΔΘ/√τ for a bias with β per degree and a warm-up by ΔΘ with the time constant τ. Flicker B is
+    modelled as the random walk whose Allan deviation K√(τ/3) crosses flicker's √(2 ln 2/π) B where the white noise's
+    N/√τ does, because the estimate of a bias takes that long. This is right for the estimate, and too wide for long
+    times without aiding. No block describes the errors in `UNTOLD`.
 
     Args:
-        sigma: standard deviations of the sensor block's errors, and its noise; see
-            `sinssim.alignment.budget.expected_errors`, which makes them of a scenario's [imu] section.
+        sigma: standard deviations of the sensor block's errors, and its noise;
+            `sinssim.alignment.budget.expected_errors` computes them from a scenario's [imu] section.
         position, velocity, attitude: 1σ of the initial state, one number or north, east, down; m, m/s, rad.
-        imu: which blocks of the inertial sensors; the instabilities come by themselves if `sigma` has any.
-        extra: other blocks, of aiding sensors for example.
-        duration: of the run, for ramps, s.
+        imu: blocks of the inertial sensors; instabilities are added automatically if `sigma` has any.
+        extra: other blocks, for example of aiding sensors.
+        duration: duration of the run, for ramps, s.
 
     Returns:
-        The model; its `untold` names what `sigma` has and no block knows.
+        The model; its `untold` names the errors in `sigma` that no block describes.
 
     Raises:
-        InputError: an unknown block, one that is named twice, a standard deviation that is none.
+        InputError: a block is unknown or given twice, or a standard deviation is invalid.
     """
     check_sigmas(sigma)
     duration = number("duration", duration, "s", low=POSITIVE)
     try:
         added = tuple(extra)
     except TypeError as error:
-        raise InputError(f"extra = {shortened(repr(extra))} must be blocks in a list.") from error
+        raise InputError(f"extra = {shortened(repr(extra))} must be a list of blocks.") from error
     triads = {"gyro": sigma.gyro, "accelerometer": sigma.accel}
     blocks = [Block("position", position), Block("velocity", velocity), Block("attitude", attitude)]
     chosen = names("imu", "block of the inertial sensors", imu, [n for n in BLOCKS if n.split()[0] in triads])
@@ -292,6 +292,6 @@ def crossing_time(triad: TriadErrors) -> float:
         triad: with flicker.
 
     Returns:
-        Where N/√τ = √(2 ln 2/π) B, s; one second at least, which is short for any estimate of a bias.
+        τ with N/√τ = √(2 ln 2/π) B, s; at least one second, which is short for any estimate of a bias.
     """
     return float(max((triad.random_walk / (_FLOOR * triad.flicker)) ** 2, 1.0))

@@ -1,4 +1,4 @@
-"""The nominal motion: inertial navigation over a segment, at any instant of it, about which errors are linear."""
+"""The nominal motion that errors are linearised about: inertial navigation over a segment, at any of its instants."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> Na
 
     Args:
         state: N rows.
-        rows: which.
+        rows: numbers of the rows.
 
     Returns:
         Those rows.
@@ -28,7 +28,7 @@ def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> Na
 
 
 def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
-    """Return states as a solution.
+    """Return navigation states as a solution.
 
     Args:
         time: (N,) s.
@@ -43,12 +43,12 @@ def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
 
 
 def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid: Ellipsoid) -> NavState:
-    """Return a solution between its rows: position with the acceleration in between, velocity and attitude evenly.
+    """Interpolate a solution between its rows: velocity and attitude linearly, position with the acceleration.
 
     Args:
         solution: N+1 rows.
         edge: row before each instant, (K,).
-        fraction: how far each is from it to the next row, 0 … 1, (K,).
+        fraction: fraction of the way from that row to the next, 0 … 1, (K,).
         ellipsoid: reference ellipsoid.
 
     Returns:
@@ -75,7 +75,7 @@ def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid
 
 
 class Gyros:
-    """Mean rates of the body over any interval, from the increments as they were measured.
+    """Mean rates of the body over any interval, from the measured increments.
 
     Args:
         imu: increments of the whole run.
@@ -90,26 +90,26 @@ class Gyros:
         """Return the mean inertial rate over intervals.
 
         Args:
-            begin, end: of each, (K,) s.
-            calibration: errors of the gyros that are known.
+            begin, end: ends of each interval, (K,) s.
+            calibration: known errors of the gyros.
 
         Returns:
             In body axes, compensated, (K, 3) rad/s.
         """
         if not len(begin):
             return np.zeros((0, 3))
-        # a stretch of the run is searched faster than all of it
+        # a part of the run is searched faster than all of it
         first, last = np.searchsorted(self._time, (np.min(begin), np.max(end)))
         some = slice(max(int(first) - 1, 0), int(last) + 1)
         time, angles = self._time[some], self._angle[some]
         turned = [np.interp(end, time, angle) - np.interp(begin, time, angle) for angle in angles.T]
         rate = np.stack(turned, axis=1) / (end - begin)[:, None]
-        # rates are increments over intervals of one second
+        # a rate is an increment over one second
         unit = ImuData(np.arange(len(rate) + 1.0), rate, np.zeros_like(rate))
         return compensate(unit, calibration).dtheta
 
     def at(self, time: Array, calibration: ImuErrors) -> Array:
-        """Return the mean inertial rate over the two samples' time around instants, (K, 3) rad/s."""
+        """Return the mean inertial rate over two samples around each instant, (K, 3) rad/s."""
         begin = np.maximum(time - self._interval, self._time[0])
         end = np.minimum(time + self._interval, self._time[-1])
         return self.mean(begin, end, calibration)
@@ -118,18 +118,18 @@ class Gyros:
 def motion(
     state: NavState, middle: NavState, interval: Array, rate_b: Array, gravity: str, ellipsoid: Ellipsoid
 ) -> Motion:
-    """Return the motion over the intervals between epochs, as it is on the mean.
+    """Return the mean motion over the intervals between epochs.
 
     Args:
         state: at the epochs, K+1 rows.
-        middle: half-way between them, K rows.
-        interval: between them, (K,) s.
+        middle: states half-way between them, K rows.
+        interval: time between them, (K,) s.
         rate_b: mean inertial rate of the body, (K, 3) rad/s.
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
 
     Returns:
-        K rows. The specific force is what changed the velocity, less gravity and Coriolis.
+        K rows. The specific force is the change of velocity less gravity and the Coriolis acceleration.
     """
     lat, h, v = middle.latitude, middle.height, middle.velocity_ned
     gained = np.diff(state.velocity_ned, axis=0) / np.where(interval > 0.0, interval, 1.0)[:, None]

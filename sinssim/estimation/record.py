@@ -20,11 +20,11 @@ from sinssim.estimation.result import History, Innovations, corrected
 
 
 class InnovationGate:
-    """The χ² gate of one sensor, and the record of its innovations.
+    """The χ² gate of one sensor and the record of its innovations.
 
     Args:
-        readings: of the sensor.
-        probability: that a right reading is rejected; None for no gate.
+        readings: the sensor's readings.
+        probability: probability that a correct reading is rejected; None for no gate.
     """
 
     def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
@@ -38,7 +38,7 @@ class InnovationGate:
         self._bound = math.inf if probability is None else float(chi2.isf(probability, k))
 
     def passes(self, row: int, innovation: Innovation) -> bool:
-        """Decide whether a reading may update the filter, and note it."""
+        """Decide whether a reading may update the filter, and record the decision."""
         self._value[row], self._covariance[row], self._nis[row] = innovation
         passed = self.admits(innovation)
         self._accepted[row] = passed
@@ -47,7 +47,7 @@ class InnovationGate:
         return passed
 
     def admits(self, innovation: Innovation) -> bool:
-        """Say whether a reading would update the filter, and note nothing."""
+        """Return whether a reading would update the filter; nothing is recorded."""
         return innovation.nis <= self._bound
 
     def innovations(self) -> Innovations:
@@ -60,7 +60,7 @@ class InnovationGate:
 
 @dataclass
 class Row:
-    """The filter at one epoch after all of its readings, however late they arrived; see `History`."""
+    """The filter at one epoch after all of its readings, late ones included; see `History`."""
 
     epoch: int
     covariance: Array
@@ -73,11 +73,11 @@ class Row:
 
 
 class Record:
-    """The estimate at all epochs, and the covariance at some.
+    """The record of the estimate at all epochs, and of the covariance at some.
 
     Args:
         model: the error model.
-        epochs: of the filter.
+        epochs: epochs of the filter.
         ellipsoid: reference ellipsoid.
     """
 
@@ -85,7 +85,7 @@ class Record:
         count, n = len(epochs.time), model.size
         self._model, self._epochs, self._ellipsoid = model, epochs, ellipsoid
         self._sensors, self._variance = np.zeros((count, n - CORE)), np.zeros((count, n))
-        self._stretch: list[Array] = []  # errors of navigation at the epochs of the stretch that goes on
+        self._stretch: list[Array] = []  # errors of navigation at the epochs of the current segment
         self._solution = NavState(*(np.empty((count, *shape)) for shape in ((), (), (), (3,), (4,))))
         self._rows: list[int] = []
         self._covariance: list[Array] = []
@@ -95,12 +95,12 @@ class Record:
         self._compensated: list[Array] = []
 
     def note(self, epoch: int, x: Array, covariance: Array) -> None:
-        """Note what is known at an epoch."""
+        """Record the estimate at an epoch."""
         self._stretch.append(x[:CORE].copy())
         self._sensors[epoch], self._variance[epoch] = x[CORE:], covariance.diagonal()
 
     def keep(self, epoch: int, covariance: Array, row: Row | None) -> None:
-        """Keep the covariance of what is known at an epoch, and the row of the history."""
+        """Keep the covariance at an epoch, and the row of the history."""
         self._rows.append(epoch)
         self._covariance.append(covariance.copy())
         if row is not None:
@@ -109,14 +109,14 @@ class Record:
     def end_stretch(
         self, first: int, navigation: NavState, compensated: Array, fed_back: Array, corrected_end: NavState
     ) -> None:
-        """Write down the solution of a stretch.
+        """Record the solution of a segment.
 
         Args:
             first: number of its first epoch.
             navigation: inertial navigation at its epochs.
-            compensated: values of all parameters that were compensated in it, in the order of the states, (n,).
-            fed_back: errors that are fed back at its end, (n,).
-            corrected_end: inertial navigation after that, one row.
+            compensated: values of all compensated parameters in it, in the order of the states, (n,).
+            fed_back: errors fed back at its end, (n,).
+            corrected_end: inertial navigation after the feedback, one row.
         """
         count = len(navigation.latitude)
         part = slice(first, first + count)
@@ -137,27 +137,27 @@ class Record:
                 row.state = row.state - fed_back
 
     def solution(self, count: int, algorithm: str) -> NavSolution:
-        """Return the solution at the first epochs, so many of them."""
+        """Return the solution at the first `count` epochs."""
         return solution_of(self._epochs.time[:count], rows_of(self._solution, slice(0, count)), algorithm)
 
     def parameters(self, count: int) -> dict[str, Array]:
-        """Return the estimated parameters at the first epochs, by block."""
+        """Return the estimated parameters at the first `count` epochs, by block."""
         blocks = self._model.blocks[len(NAVIGATION) :]
         at = ((block.name, self._model.slices[block.name]) for block in blocks)
         return {name: self._sensors[:count, part.start - CORE : part.stop - CORE] for name, part in at}
 
     def sigma(self, count: int) -> Array:
-        """Return 1σ of every state at the first epochs, in place of the variances; once."""
+        """Return 1σ of every state at the first `count` epochs; it overwrites the variances, so call it once."""
         return np.asarray(np.sqrt(self._variance[:count], out=self._variance[:count]))
 
     def rows(self, count: int) -> tuple[NDArray[np.intp], Array]:
-        """Return which of the first epochs have their covariance kept, and the covariances."""
+        """Return which of the first `count` epochs have a stored covariance, and the covariances."""
         kept = [(row, p) for row, p in zip(self._rows, self._covariance, strict=True) if row < count]
         n = self._model.size
         return np.array([row for row, _ in kept], dtype=np.intp), np.array([p for _, p in kept]).reshape(-1, n, n)
 
     def history(self) -> History:
-        """Return the history of the rows that were kept, and forget them; once."""
+        """Return the history of the stored rows and free them; call it once."""
         rows = self._history[: len(self._navigation)]
         self._history = []
         n = self._model.size
@@ -166,7 +166,7 @@ class Record:
             found = np.empty((len(rows), *shape))
             for k, row in enumerate(rows):
                 found[k] = getattr(row, name)
-                setattr(row, name, None)  # never is all of it there twice
+                setattr(row, name, None)  # freed one by one, so that memory never holds all of it twice
             return found
 
         stacked = (np.concatenate([getattr(n, name) for n in self._navigation]) for name in vars(self._navigation[0]))

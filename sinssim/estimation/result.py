@@ -20,19 +20,19 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Innovations:
-    """What became of the readings of one aiding sensor, in the order of their validity.
+    """The innovations of one aiding sensor, in the order of validity, and which of its readings were used.
 
     Attributes:
         sensor: name of the sensor, or else its kind.
-        kind: what it measures.
+        kind: kind of measurement.
         time: instants of validity, (M,) s.
-        value: reading that inertial navigation and the estimates so far predict less the reading, (M, k); NaN for a
-            reading that was not even looked at.
-        covariance: S of that, (M, k, k).
+        value: reading predicted by inertial navigation and the estimate, less the reading, (M, k); NaN for a skipped
+            reading.
+        covariance: its covariance S, (M, k, k).
         nis: normalised innovation squared νᵀS⁻¹ν, (M,).
-        accepted: whether the filter was updated with it, (M,).
-        reason: why not, "" if it was, M sentences.
-        bound: bound of the gate on nis; infinite without a gate.
+        accepted: whether the filter was updated with the reading, (M,).
+        reason: why it was not, "" if it was, M sentences.
+        bound: the gate's bound on nis; infinite without a gate.
     """
 
     sensor: str
@@ -48,12 +48,12 @@ class Innovations:
 
 @dataclass(frozen=True)
 class Divergence:
-    """That a filter diverged.
+    """Divergence of a filter.
 
     Attributes:
-        time: when it was found, s.
-        measurement: which one it was found at, for example "gnss-position 17 (valid at 17.000 s)", or the last that was
-            taken in before; "" for none.
+        time: time at which it was detected, s.
+        measurement: the reading at which it was detected, for example "gnss-position 17 (valid at 17.000 s)", or the
+            last one processed before; "" for none.
         reason: one sentence.
     """
 
@@ -64,13 +64,13 @@ class Divergence:
 
 @dataclass(frozen=True)
 class Smoothed:
-    """The estimate by all measurements, earlier and later.
+    """The smoothed estimate, from all earlier and later measurements.
 
     Attributes:
         time: (R,) s.
         solution: R rows.
         parameters: estimates of the sensors' parameters by block, (R, size) each.
-        covariance: of all states, (R, n, n).
+        covariance: covariance of all states, (R, n, n).
     """
 
     time: Array
@@ -86,21 +86,21 @@ class Smoothed:
 
 @dataclass(frozen=True)
 class History:
-    """The filter from one kept row to the next: what smoothing and observability are computed from.
+    """History of the filter from one stored row to the next, for smoothing and observability.
 
     Attributes:
-        time: of the rows, (R,) s.
-        transition: Φ from the row before, (R, n, n); of the first row the unit matrix.
-        noise: Q from the row before, (R, n, n).
-        covariance: P after the row's readings, all of them, however late they arrived, (R, n, n).
-        state: x̂ after them and after what was fed back, (R, n).
-        fed_back: what was fed back since the row before, and at the row, as an error at the row, (R, n).
-        information: sum of ΨᵀHᵀR⁻¹HΨ of the readings since the row before that were taken in, with Ψ the transition
-            from that row to each of them, (R, n, n).
-        decay: what is left at the row of an error at the row before, product of all Φ and I − KH in between,
-            (R, n, n); of the first row the unit matrix.
-        navigation: inertial navigation after what was fed back, R rows.
-        compensated: values of the parameters that are compensated, zero for the others, (R, n).
+        time: times of the rows, (R,) s.
+        transition: Φ from the previous row, (R, n, n); the unit matrix for the first row.
+        noise: Q from the previous row, (R, n, n).
+        covariance: P after all of the row's readings, late ones included, (R, n, n).
+        state: x̂ after them and after the feedback, (R, n).
+        fed_back: feedback since the previous row and at the row, as an error at the row, (R, n).
+        information: sum of ΨᵀHᵀR⁻¹HΨ of the accepted readings since the previous row, with Ψ the transition from that
+            row to each of them, (R, n, n).
+        decay: factor by which an error at the previous row remains, the product of all Φ and I − KH in between, (R, n,
+            n); the unit matrix for the first row.
+        navigation: inertial navigation after the feedback, R rows.
+        compensated: values of the compensated parameters, zero for the others, (R, n).
     """
 
     time: Array
@@ -117,7 +117,7 @@ class History:
 
 @dataclass(frozen=True)
 class Estimate:
-    """The aided solution, as it was known at each instant, with its own account of how good it is.
+    """The aided solution as known at each instant, with covariances and diagnostics.
 
     Attributes:
         model: the error model.
@@ -125,14 +125,14 @@ class Estimate:
         solution: aided solution, K rows.
         parameters: estimates of the sensors' parameters by block, in the block's units, (K, size) each.
         sigma: 1σ of every state, in the order of `model.states`, (K, n).
-        rows: which epochs have their full covariance kept, (R,).
-        covariance: P there, (R, n, n).
-        innovations: for each set of measurements what became of them.
-        smoothed: the smoothed estimate at `rows`, if it was wanted.
-        history: what was wanted for studies of it.
-        divergence: that and how the filter diverged, None if it did not; the rows end there.
-        remarks: what a person should know, for example that no fix came; whole sentences.
-        unaided: navigates without the filter; see `inertial`.
+        rows: epochs whose full covariance is stored, (R,).
+        covariance: P at these epochs, (R, n, n).
+        innovations: innovations of each set of measurements.
+        smoothed: the smoothed estimate at `rows`, if requested.
+        history: history of the filter, if requested.
+        divergence: divergence of the filter, at which the rows end; None if there is none.
+        remarks: remarks for the user, for example that there was no fix; whole sentences.
+        unaided: function that navigates without the filter; see `inertial`.
     """
 
     model: ErrorModel
@@ -151,9 +151,9 @@ class Estimate:
 
     @property
     def inertial(self) -> NavSolution | None:
-        """The pure inertial solution from the same start, at every sample; None if it fails on its own.
+        """The pure inertial solution from the same start, at every sample; None if it fails.
 
-        It is navigated at each access: nothing keeps it for the length of a run.
+        It is computed anew at each access, so that it takes no memory during a run.
         """
         try:
             return self.unaided()
@@ -168,14 +168,13 @@ def state_errors(
     parameters: dict[str, Array],
     ellipsoid: Ellipsoid,
 ) -> Array:
-    """Return the actual errors in the filter's own states: what its standard deviations speak of.
+    """Return the actual errors in the filter's own states, to which its standard deviations refer.
 
     Args:
         model: the error model.
         estimate: filtered or smoothed, K rows.
         truth: true states at `estimate.time`, K rows.
-        parameters: true values of the sensors' parameters by block, (size,) or (K, size) each; what is not given is
-            taken for zero.
+        parameters: true values of the sensors' parameters by block, (size,) or (K, size) each; missing ones are zero.
         ellipsoid: reference ellipsoid.
 
     Returns:
@@ -190,7 +189,7 @@ def state_errors(
 def nominal_errors(
     model: ErrorModel, history: History, truth: NavState, parameters: dict[str, Array], ellipsoid: Ellipsoid
 ) -> Array:
-    """Return the actual errors of inertial navigation and compensation: those that the filter estimates.
+    """Return the actual errors of inertial navigation and compensation, which the filter estimates.
 
     Args:
         model: the error model.
@@ -200,7 +199,7 @@ def nominal_errors(
         ellipsoid: reference ellipsoid.
 
     Returns:
-        (R, n), as of `state_errors`.
+        (R, n), as for `state_errors`.
     """
     n = history.navigation
     solution = NavSolution(
@@ -228,7 +227,7 @@ def _errors(
 
 
 def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid) -> NavState:
-    """Return navigation states less their errors.
+    """Return navigation states with errors subtracted.
 
     Args:
         state: N rows.

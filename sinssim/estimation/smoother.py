@@ -1,13 +1,13 @@
-"""The Rauch-Tung-Striebel smoother, about the total state of the closed loop.
+"""The Rauch-Tung-Striebel smoother for the total state of the closed loop.
 
-Between two rows the filter's error state runs linearly, x⁻ₖ₊₁ = Φ xₖ, but at a row errors are fed back, and the state
-means an error of another trajectory from there on. In terms of one and the same trajectory the smoother's recursion
-(Rauch, Tung and Striebel, AIAA Journal 3, 1965, 1445) is
+Between two rows the filter's error state propagates linearly, x⁻ₖ₊₁ = Φ xₖ. At a row errors are fed back, and from
+there on the state is the error of another trajectory. Referred to one trajectory, the smoother's recursion (Rauch, Tung
+and Striebel, AIAA Journal 3, 1965, 1445) is
 
     x̂ₖ ← xₖ + Kₖ (x̂ₖ₊₁ + cₖ₊₁ − Φ xₖ),   Kₖ = Pₖ Φᵀ (P⁻ₖ₊₁)⁻¹,   P̂ₖ ← Pₖ + Kₖ (P̂ₖ₊₁ − P⁻ₖ₊₁) Kₖᵀ
 
-with cₖ₊₁ what was fed back at row k+1; without it the feedback would be taken for a surprise. filterpy's smoother has
-no place for it. The covariance of gyro noise with zero-rate readings is left out of account here.
+with cₖ₊₁ the feedback at row k+1; without it the feedback would count as an innovation. filterpy's smoother does not
+provide for it. The covariance of gyro noise with zero-rate readings is neglected here.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm:
 
     Args:
         model: the error model.
-        history: the filter's rows.
+        history: history of the filter.
         ellipsoid: reference ellipsoid.
         algorithm: name of the attitude algorithm that navigated.
 
     Returns:
-        The estimate at the rows by all readings.
+        The estimate at the rows from all readings.
     """
     x, p = history.state.copy(), history.covariance.copy()
     gain, predicted = _gains(history)
@@ -50,7 +50,7 @@ def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm:
 
 
 def _gains(history: History) -> tuple[Array, Array]:
-    """Return Kₖ and P⁻ₖ₊₁ of all rows but the last, (R−1, n, n) each."""
+    """Return Kₖ and P⁻ₖ₊₁ for all rows but the last, (R−1, n, n) each."""
     phi = history.transition[1:]
     across = history.covariance[:-1] @ phi.transpose(0, 2, 1)
     predicted = phi @ across + history.noise[1:]
@@ -58,14 +58,14 @@ def _gains(history: History) -> tuple[Array, Array]:
 
 
 def scaled_solve(covariance: Array, right: Array) -> Array:
-    """Solve P X = B by way of the correlation matrix: the variances of all states span twenty powers of ten.
+    """Solve P X = B through the correlation matrix, because the variances of the states span twenty powers of ten.
 
     Args:
-        covariance: P, (K, n, n); what is known exactly stays out of it.
+        covariance: P, (K, n, n); states that are known exactly are left out.
         right: B, (K, n, m).
 
     Returns:
-        X, (K, n, m); the smallest one where P is singular, as it is where states without noise are tied to each other.
+        X, (K, n, m); the solution of least norm where P is singular, which happens with dependent states without noise.
     """
     scale = np.sqrt(np.einsum("kii->ki", covariance))
     scale[scale == 0.0] = 1.0

@@ -103,7 +103,7 @@ def test_a_sensors_block_is_as_large_as_its_sigma() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: ErrorModel((*NAVIGATION, Block("gyro bias", 1.0), Block("gyro bias", 1.0)), 0.0, 0.0), "named twice"),
+        (lambda: ErrorModel((*NAVIGATION, Block("gyro bias", 1.0), Block("gyro bias", 1.0)), 0.0, 0.0), "given twice"),
         (lambda: ErrorModel((Block("gyro bias", 1.0), *NAVIGATION), 0.0, 0.0), "begins with"),
         (lambda: ErrorModel(NAVIGATION, -1.0, 0.0), "gyro_noise = -1"),
         (lambda: Block("gyro biass", 1.0), "gyro bias"),

@@ -1,22 +1,22 @@
-"""Compares a run's errors with its covariance, and its inertial noise with the assumed noise, against the truth.
+"""Checks a run's filter against the truth: its errors against P, and the inertial noise against the assumed noise.
 
-NEES of one run. Its errors change slowly, so that their mean square is no mean of independent numbers. But how slowly
-the filter knows itself: of its errors eₖ after the readings of row k
+NEES of one run. The errors change slowly, so that their mean square is not a mean of independent numbers. The filter
+itself gives their correlation. For its errors eₖ after the readings of row k,
 
-    eₖ₊₁ = Ψₖ₊₁ eₖ + what is new,   Ψ = Π (I − K H) Φ from row to row,   E[eₖ eⱼᵀ] = Ψₖ … Ψⱼ₊₁ Pⱼ  for k > j.  (1)
+    eₖ₊₁ = Ψₖ₊₁ eₖ + new noise,   Ψ = Π (I − K H) Φ from row to row,   E[eₖ eⱼᵀ] = Ψₖ … Ψⱼ₊₁ Pⱼ  for k > j.  (1)
 
 With yₖ = Bₖ eₖ, the errors of a block in units of their covariance (Bₖ Pₖ Bₖᵀ = 1, b components), the mean of |yₖ|²
 over R rows, per component, has the expectation 1 and the variance
 
     2/(Rb)² Σₖ Σⱼ ‖E[yₖ yⱼᵀ]‖² = 2/(Rb)² Σₖ (b + 2 tr(Bₖ Nₖ Bₖᵀ)),   Nₖ₊₁ = Ψₖ₊₁ (Nₖ + Gₖ Gₖᵀ) Ψₖ₊₁ᵀ,  Gₖ = Pₖ Bₖᵀ   (2)
 
-with N₀ = 0. A multiple of χ² with as many degrees of freedom as give that variance has the same first two moments
+with N₀ = 0. The test uses the multiple of a χ² variable that has the same mean and variance
 (Satterthwaite, Biometrics Bulletin 2, 1946, 110).
 
-Noise of the inertial sensors. Between two rows the errors xₖ of inertial navigation, those of the compensated
-parameters with them, run as xₖ₊₁ = Φ xₖ + w, the w of one row independent of the next. Differences of two neighbours,
-free of what lasts and has no state, are compared with their covariance, the sum of both Q: of attitude, velocity and
-instability. It tells noise that is told wrong even where all readings drown it.
+Noise of the inertial sensors. Between two rows the errors xₖ of inertial navigation and of the compensated parameters
+follow xₖ₊₁ = Φ xₖ + w, with w independent from row to row. Differences of two neighbouring w are free of lasting errors
+without a state. For attitude, velocity and instability they are compared with their covariance, the sum of both Q. The
+test detects wrongly assumed inertial noise even where the noise of the readings hides it.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.result import History
 
 ALL = "all states"
-"""What NEES calls them."""
+"""Names of the blocks in the NEES tests."""
 
 _ROWS = 600
-"""About so many rows, evenly spread, are looked at for NEES."""
+"""Approximate number of rows, evenly spread, that NEES uses."""
 
 _SECOND_ORDER = 0.3
-"""Rows count whose noise is so many times larger than what the linear model leaves out, which is no noise."""
+"""A row counts if its noise exceeds the errors of the linear model by this factor."""
 
 _MATTERS = 0.1
-"""Noise is told wrong if its variance is off by more: as much as readings between two samples make."""
+"""Relative error of an assumed variance beyond which it counts as wrong: the effect of readings between two samples."""
 
 _THERE = 1e-9
-"""Least part of Q, that of sensors without noise of their own is what other sensors leave: it is singular."""
+"""Least own part of Q for which a noise is tested; below it, Q is singular and stems from other sensors."""
 
 _NOISES = {
     "attitude": "gyro noise",
@@ -68,14 +68,14 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class ActualConsistency:
-    """What the truth says of a filter.
+    """Consistency of a filter with the truth.
 
     Attributes:
-        nees: by block, and of all states: NEES of the run per state. A block is never "pessimistic", as a start without
-            an error is no fault of the filter; of all states together there is no verdict: where a filter has no state
-            for a scale factor, that the sum of a tilt and a bias is wrong shows there, and hurts nobody.
-        noise: of each noise of the inertial sensors, its variance over the one that the filter was told.
-        sentences: what speaks against the filter, for a person.
+        nees: NEES of the run per state, by block and for all states. A block is never "pessimistic", because a start
+            without errors is not a fault of the filter. All states together have no verdict: a filter without a state
+            for a scale factor gets the sum of a tilt and a bias wrong, which shows there and is harmless.
+        noise: variance of each noise of the inertial sensors, relative to the variance that the filter assumes.
+        sentences: findings against the filter, as sentences.
     """
 
     nees: dict[str, Judged]
@@ -98,12 +98,12 @@ def actual_consistency(model: ErrorModel, history: History, errors: Array) -> Ac
     level = FALSE_ALARM / max(len(squares) + len(noises), 1)
     nees, noise, sentences = {}, {}, []
     for name, test in squares.items():
-        # of a two-sided probability, the half that is above
+        # half of the two-sided probability: the upper tail
         larger = name != ALL and test.value > 1.0 and 0.5 * test.probability < level
         nees[name] = Judged(test, "optimistic" if larger else "consistent")
         if larger:
             sentences.append(
-                f"{name}: the errors are larger than the filter believes, NEES per state {test.value:.3g} (95 % band "
+                f"{name}: the errors are larger than the filter states, NEES per state {test.value:.3g} (95 % band "
                 f"{test.lower:.3g} … {test.upper:.3g})."
             )
     for name, test in noises.items():
@@ -112,7 +112,7 @@ def actual_consistency(model: ErrorModel, history: History, errors: Array) -> Ac
         noise[name] = Judged(test, verdict)
         if wrong:
             sentences.append(
-                f"{name}: {verdict}, the noise is {np.sqrt(test.value):.3g} times what the filter was told (95 % band "
+                f"{name}: {verdict}, the noise is {np.sqrt(test.value):.3g} times the assumed noise (95 % band "
                 f"{np.sqrt(test.lower):.3g} … {np.sqrt(test.upper):.3g})."
             )
     return ActualConsistency(nees, noise, tuple(sentences))
@@ -121,7 +121,7 @@ def actual_consistency(model: ErrorModel, history: History, errors: Array) -> Ac
 def _nees(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[str, ChiSquare]]:
     """Yield the NEES of all states and of each block."""
     e, p = errors - history.state, history.covariance
-    known = np.einsum("kii->ki", p).min(axis=0, initial=np.inf) <= 0.0  # exactly, always
+    known = np.einsum("kii->ki", p).min(axis=0, initial=np.inf) <= 0.0  # states without any uncertainty
     if not len(e) or not np.isfinite(e).all():
         return
     step = max(len(e) // _ROWS, 1)
@@ -133,7 +133,7 @@ def _nees(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[
             continue
         try:
             yield name, _of_block(name, e[rows], p[rows], decay, states)
-        except np.linalg.LinAlgError:  # states that are tied to each other: their errors have no density
+        except np.linalg.LinAlgError:  # linearly dependent states: their errors have no density
             continue
 
 
@@ -168,13 +168,13 @@ def _thinned(decay: Array, rows: NDArray[np.intp]) -> Array:
 
 
 def _noise(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[str, ChiSquare]]:
-    """Yield the noises of the inertial sensors, each over what was told."""
+    """Yield the noises of the inertial sensors, each relative to the assumed noise."""
     fed, interval = history.fed_back[1:], np.diff(history.time)
     w = errors[1:] + fed - np.einsum("kij,kj->ki", history.transition[1:], errors[:-1])
     attitude = model.slices["attitude"]
     q = history.noise[1:]
     turned = np.linalg.norm(errors[:-1, attitude], axis=1)
-    # of second order: rotations that are put together, and the specific force along a tilted axis
+    # second-order terms: composed rotations, and the specific force along a tilted axis
     left_out = {
         "attitude": 0.5 * turned * np.linalg.norm(fed[:, attitude], axis=1),
         "velocity": 0.5 * units.G0 * turned**2 * interval,
@@ -189,7 +189,7 @@ def _noise(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple
         part = model.slices.get(block)
         if part is None:
             continue
-        # a pulse's rounding at either end
+        # rounding of a pulse at both ends
         own = q[:, part, part] + np.eye(3) * pulse.get(block, 0.0) ** 2 / 6.0
         least = np.einsum("kii->ki", own).min(axis=1)
         there = (least > 0.0) & (noise.get(block, np.inf) ** 2 * interval + pulse.get(block, 0.0) ** 2 > _THERE * least)

@@ -1,13 +1,13 @@
 """Consistency of a filter: NIS, whiteness of innovations and NEES against their χ² distributions.
 
-Of a filter that is told the truth about all noise, the innovations νₖ are independent, with the covariances Sₖ that it
-says (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.4). So
+If all assumed noise is true, the innovations νₖ are independent and have the covariances Sₖ of the filter (Bar-Shalom,
+Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.4). The tests are
 
     NIS         Σ νᵀS⁻¹ν is χ² with as many degrees of freedom as there are components in all
     whiteness   of e = L⁻¹ν with S = LLᵀ, N readings of k components, the autocorrelations ρ(l) = Σ eᵢᵀeᵢ₊ₗ/(Nk) are
                 normal with the variance 1/(Nk), and Nk Σ ρ² over m lags is χ² with m degrees of freedom
-    slow part   the sum of e over W readings has the variance W: its mean square over windows tells errors of the
-                process noise, and a slow drift of the readings, which drown in the single reading's noise (the
+    slow part   the sum of e over W readings has the variance W. Its mean square over windows reveals errors of the
+                process noise and slow drifts of the readings, which the noise of single readings hides (the
                 averaged innovations of Diesel and Luu, GPS/IRS AIME, Proc. ION GPS 1995)
     NEES        with the truth: xᵀP⁻¹x is χ² with n degrees of freedom, its mean over independent runs too
 """
@@ -25,7 +25,7 @@ from sinssim.estimation.result import Estimate, Innovations
 from sinssim.estimation.smoother import scaled_solve
 
 FALSE_ALARM = 0.01
-"""Probability with which a sound filter is called inconsistent, in all tests of all sensors together."""
+"""Probability that a sound filter is called inconsistent, over all tests of all sensors."""
 
 LAGS = 20
 """Lags of the test of whiteness."""
@@ -43,9 +43,9 @@ class ChiSquare:
 
     Attributes:
         name: what is tested.
-        value: the statistic over its degrees of freedom, 1 if all is right.
+        value: the statistic over its degrees of freedom; 1 is expected of a sound filter.
         lower, upper: its 95 % band.
-        probability: of a value at least as unlikely, two-sided, if all is right.
+        probability: two-sided probability of a value at least as unlikely, for a sound filter.
     """
 
     name: str
@@ -57,17 +57,17 @@ class ChiSquare:
 
 @dataclass(frozen=True)
 class SensorConsistency:
-    """What one sensor's innovations say.
+    """Consistency of one sensor's innovations.
 
     Attributes:
         sensor: its name.
         count: readings that were compared with the prediction.
-        rejected: how many of them the gate rejected.
-        expected: how many it should reject.
+        rejected: number of them that the gate rejected.
+        expected: expected number of rejections.
         tests: NIS, whiteness, slow parts; none with too few readings.
         autocorrelation: ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk).
         autocorrelation_sigma: that 1σ.
-        verdict: "consistent", "optimistic" (the noise is larger than the filter believes), "pessimistic" (smaller),
+        verdict: "consistent", "optimistic" (the noise is larger than the filter assumes), "pessimistic" (smaller),
             "coloured" (NIS right, innovations not white), or "unknown" (too few readings).
     """
 
@@ -83,12 +83,12 @@ class SensorConsistency:
 
 @dataclass(frozen=True)
 class Consistency:
-    """What all innovations of a run say, without the truth.
+    """Consistency of all innovations of a run; the truth is not used.
 
     Attributes:
         sensors: one entry for each.
-        consistent: whether nothing speaks against the filter.
-        sentences: what does, for a person.
+        consistent: whether no test speaks against the filter.
+        sentences: the findings against it, as sentences.
     """
 
     sensors: tuple[SensorConsistency, ...]
@@ -113,14 +113,14 @@ def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
 
 
 def _whitened(innovations: Innovations) -> Array:
-    """Return e = L⁻¹ν of the readings that were taken in, (N, k)."""
+    """Return e = L⁻¹ν of the accepted readings, (N, k)."""
     used = innovations.accepted
     if not used.any():
         return np.zeros((0, innovations.value.shape[1]))
     value, covariance = innovations.value[used], innovations.covariance[used]
     try:
         root = np.linalg.cholesky(covariance)
-    except np.linalg.LinAlgError:  # a filter that breaks down may end with one
+    except np.linalg.LinAlgError:  # the last row of a filter that diverged may be one
         size = np.linalg.eigvalsh(covariance)
         sound = size[:, 0] > 1e-12 * size[:, -1]
         root, value = np.linalg.cholesky(covariance[sound]), value[sound]
@@ -131,8 +131,8 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     """Test the innovations of one sensor.
 
     Args:
-        innovations: of the sensor.
-        level: probability with which a sound filter may fail.
+        innovations: innovations of the sensor.
+        level: probability that a sound filter fails.
 
     Returns:
         The tests and the verdict.
@@ -142,7 +142,7 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     e = _whitened(innovations)
     k, bound = e.shape[1], innovations.bound
     allowed = float(chi2.sf(bound, k)) if np.isfinite(bound) else 0.0
-    # what a gate lets pass is smaller than what comes: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
+    # a gate truncates χ²: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
     e = e / np.sqrt(chi2.cdf(bound, k + 2) / chi2.cdf(bound, k))
     if len(e) < _FEWEST and not rejected:
         return SensorConsistency(
@@ -182,9 +182,9 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
 
 
 _MEANING = {
-    "optimistic": "there is more noise than the filter was told",
-    "pessimistic": "there is less noise than the filter was told",
-    "coloured": "the innovations are not white: something that the model lacks is in them",
+    "optimistic": "the noise is larger than the filter assumes",
+    "pessimistic": "the noise is smaller than the filter assumes",
+    "coloured": "the innovations are not white: the model lacks an error that is in them",
 }
 
 
@@ -205,7 +205,7 @@ def consistency(estimate: Estimate) -> Consistency:
             continue
         numbers = ", ".join(f"{t.name} {t.value:.3g} (95 % band {t.lower:.3g} … {t.upper:.3g})" for t in s.tests)
         gate = f"{s.rejected} of {s.count} readings rejected where {s.expected:.2g} are expected"
-        sentences.append(f"{s.sensor}: {s.verdict}, {_MEANING[s.verdict]}: {numbers or 'no reading taken in'}; {gate}.")
+        sentences.append(f"{s.sensor}: {s.verdict}, {_MEANING[s.verdict]}: {numbers or 'no reading accepted'}; {gate}.")
     if estimate.divergence is not None:
         sentences.append(f"The filter diverged at t = {estimate.divergence.time:.2f} s: {estimate.divergence.reason}.")
     return Consistency(sensors, not sentences, tuple(sentences))
@@ -217,10 +217,10 @@ def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array
     Args:
         errors: actual errors, (..., n); see `sinssim.estimation.state_errors`.
         covariance: P, (..., n, n).
-        states: which states, all if not given.
+        states: the states to use; all if not given.
 
     Returns:
-        xᵀP⁻¹x, (...); states whose variance is zero do not count, nor does what is tied to others.
+        xᵀP⁻¹x, (...); states of zero variance and linearly dependent states do not count.
     """
     part = states or slice(0, errors.shape[-1])
     x, p = errors[..., part], covariance[..., part, part]
@@ -233,13 +233,13 @@ def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array
 
 @dataclass(frozen=True)
 class Anees:
-    """NEES of an ensemble of runs, each epoch's mean over the runs, per degree of freedom.
+    """NEES of an ensemble of runs: mean over the runs at each epoch, per degree of freedom.
 
     Attributes:
         name: which states.
-        value: (K,); 1 is right, above is optimistic.
+        value: (K,); 1 is expected, larger values mean an optimistic filter.
         lower, upper: 95 % band of one epoch.
-        inside: share of the epochs inside it.
+        inside: fraction of the epochs inside it.
     """
 
     name: str

@@ -12,15 +12,15 @@ from sinssim.data import Array
 from sinssim.estimation.result import Divergence, Innovations
 
 CONTRADICTION_S, CONTRADICTION = 30.0, 10
-"""For so long [s], and at least so often, all readings must be rejected before filter and sensors contradict."""
+"""Time, s, and number of readings, over which all readings must be rejected for a contradiction."""
 
 
-class Diverged(Exception):  # noqa: N818 - no error of the user's: the run ends there, and keeps what it has
-    """That the filter cannot go on.
+class Diverged(Exception):  # noqa: N818 - not an error of the user: the run ends there and keeps its results
+    """Signals that the filter cannot continue.
 
     Args:
         time: s.
-        measurement: at which it was found.
+        measurement: the reading at which this was found.
         reason: one sentence without its full stop.
     """
 
@@ -30,13 +30,13 @@ class Diverged(Exception):  # noqa: N818 - no error of the user's: the run ends 
 
 
 def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, measurement: str) -> None:
-    """Raise for a covariance that none can be.
+    """Raise for an invalid covariance.
 
     Args:
         covariance: P, (n, n).
         varying: numbers of the states that are not known exactly.
         time: s.
-        measurement: the last that was taken in.
+        measurement: the last reading that was processed.
 
     Raises:
         Diverged: P is not positive definite.
@@ -55,13 +55,13 @@ def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, 
 
 
 def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
-    """Find the first time from which on, for long, every reading of every sensor was rejected.
+    """Find the first period in which the gate rejected every reading of every sensor.
 
     Args:
         innovations: of all sensors.
 
     Returns:
-        That filter and sensors contradict each other, None if they do not.
+        The contradiction between filter and sensors; None if there is none.
     """
     looked_at = [~np.isnan(i.nis) for i in innovations]
     time = np.concatenate([i.time[seen] for i, seen in zip(innovations, looked_at, strict=True)] or [np.zeros(0)])
@@ -83,41 +83,41 @@ def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
             return Divergence(
                 float(time[begin]),
                 which,
-                f"from this reading on all {end - begin} readings of {lasting:.0f} s were rejected by the gate: either "
-                "the sensors are wrong, or the filter believes in itself more than it should",
+                f"from this reading on the gate rejected all {end - begin} readings of {lasting:.0f} s: either "
+                "the sensors are wrong, or the filter is overconfident",
             )
     return None
 
 
 def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str]:
-    """Say what became of readings that were not taken in.
+    """Report readings that were not used.
 
     Args:
         innovations: of all sensors.
-        late: how many readings of each arrive after the end.
+        late: number of readings of each sensor that arrive after the end.
 
     Returns:
-        Whole sentences, none for a sensor all of whose readings were taken in.
+        Whole sentences; none for a sensor whose readings were all used.
     """
     found = [] if innovations else ["There are no measurements: the result is the inertial solution."]
     for i, later in zip(innovations, late, strict=True):
         count = len(i.time)
-        if later > max(1, count // 10) or later == count > 0:  # the last ones may well be under way
+        if later > max(1, count // 10) or later == count > 0:  # a few readings pending at the end are normal
             found.append(
-                f"{i.sensor}: {later} of {count} readings arrive after the end of the run; the solution, known at each "
-                "instant, is without them, and only smoothing has them."
+                f"{i.sensor}: {later} of {count} readings arrive after the end of the run; the solution known at each "
+                "instant, lacks them, and only the smoothed solution uses them."
             )
         rejected = int(np.count_nonzero(~i.accepted & ~np.isnan(i.nis)))
         unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if np.isnan(nis) and reason)
         if not count:
             stood = " (the vehicle never stood still)" if i.kind in ("zero-velocity", "zero-rate") else ""
-            found.append(f"{i.sensor}: no reading came{stood}, so that it corrects nothing.")
+            found.append(f"{i.sensor}: there was no reading{stood}, so that it corrects nothing.")
             continue
         why = ", ".join(f"{number} {reason}" for reason, number in unusable.items())
         if not i.accepted.any():
             detail = "; ".join(filter(None, [why, f"{rejected} rejected by the gate" if rejected else ""]))
             found.append(
-                f"{i.sensor}: none of {count} readings was taken in{f' ({detail})' if detail else ''}, so that it "
+                f"{i.sensor}: none of {count} readings was used{f' ({detail})' if detail else ''}, so that it "
                 "corrects nothing."
             )
             continue
@@ -126,5 +126,5 @@ def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str
         if rejected:
             found.append(f"{i.sensor}: the gate rejected {rejected} of {count} readings.")
     if innovations and not any(i.accepted.any() for i in innovations):
-        found.append("No reading was taken in at all: the result is the inertial solution.")
+        found.append("No reading was used at all: the result is the inertial solution.")
     return found

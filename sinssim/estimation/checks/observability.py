@@ -1,10 +1,10 @@
 """Observability of the states along a motion: singular values of the observability matrix, reduction of σ.
 
-With Ψₖ = Φ(tₖ, t₀) the readings tell of x(t₀) what the matrix with the rows R^(−½) Hₖ Ψₖ tells; its information is
-O = Σ Ψₖᵀ Hₖᵀ R⁻¹ Hₖ Ψₖ. Scaled by the standard deviations σ₀ from which the states start, D = diag(σ₀), its singular
-values √eig(D O D) are pure numbers: how many standard deviations of the measurement noise a deviation by one σ₀ along
-that direction makes (normalised as Ham and Brown do, IEEE Trans. AES 19, 1983, 269). No noise drives the states in
-this: it is what the motion would let be seen. What the filter made of it, noise and all, is how its own σ came down.
+With Ψₖ = Φ(tₖ, t₀), the readings depend on x(t₀) through the matrix with the rows R^(−½) Hₖ Ψₖ. Its information matrix
+is O = Σ Ψₖᵀ Hₖᵀ R⁻¹ Hₖ Ψₖ. Scaled by the initial standard deviations σ₀, D = diag(σ₀), the singular values √eig(D O D)
+are pure numbers: the effect of a deviation by one σ₀ along a direction, in standard deviations of the measurement noise
+(normalised as by Ham and Brown, IEEE Trans. AES 19, 1983, 269). This analysis has no process noise and gives what the
+motion makes observable. The reduction of the filter's own σ includes the process noise.
 """
 
 from __future__ import annotations
@@ -19,22 +19,23 @@ from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.result import History
 
 HALVED = 0.5
-"""Part of σ₀ to which σ must come down for a state to count as observable."""
+"""Fraction of σ₀ to which σ must fall for a state to count as observable."""
 
 
 @dataclass(frozen=True)
 class Observability:
-    """What the readings of a time say about the states at its beginning.
+    """Observability of the states at the beginning of a period from the readings of the period.
 
     Attributes:
         states: their names, n.
         time: instants up to which readings count, (R,) s.
-        singular: singular values up to each, the largest first, (R, n).
-        directions: the directions of the last ones in units of σ₀, a row each, (n, n).
-        limit: 1σ over σ₀ to which the readings would bring each state if no noise drove the states, (n,).
-        reduction: 1σ by the filter at the end over σ₀, (n,).
+        singular: singular values up to each instant, the largest first, (R, n).
+        directions: directions of the singular values at the last instant, in units of σ₀, one row each, (n, n).
+        limit: 1σ over σ₀ of each state from the readings without process noise, (n,).
+        reduction: 1σ of the filter at the end over σ₀, (n,).
         seen: whether the limit is at most `HALVED`, (n,).
-        observable: whether the reduction is, too; what is seen and not observable drowns in noise, (n,).
+        observable: whether the reduction is at most `HALVED` too, (n,); process noise hides a state that is seen but
+            not observable.
     """
 
     states: tuple[str, ...]
@@ -50,13 +51,13 @@ class Observability:
 def observability(
     model: ErrorModel, history: History, begin: float = -np.inf, end: float = np.inf, *, every: int = 10
 ) -> Observability:
-    """Return what a flight, or a part of it, makes observable.
+    """Analyse the observability of the states over a run or a part of it.
 
     Args:
         model: the error model; its sigma is σ₀.
-        history: of an estimate.
+        history: history of an estimate.
         begin, end: the part, s.
-        every: singular values are computed at every so many of the history's rows.
+        every: singular values are computed at every `every`-th row of the history.
 
     Returns:
         The observability.

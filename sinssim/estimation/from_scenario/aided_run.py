@@ -1,4 +1,4 @@
-"""The run of a scenario's filter: emulated readings of the aiding sensors, initial alignment, estimate."""
+"""Runs a scenario's filter: emulated readings of the aiding sensors, initial alignment, estimate."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 _APART = 1 << 41
-"""Far from the seeds of scenarios and of calibrations."""
+"""Offset of the seed, far from the seeds of scenarios and of calibrations."""
 
 
 def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: NavState, errors: TrueErrors) -> Aided:
-    """Emulate a scenario's aiding sensors, estimate by its filter, and compare with the truth.
+    """Emulate a scenario's aiding sensors, run its filter, and compare the estimate with the truth.
 
     Args:
         scenario: with an [aiding] and a [filter] section.
@@ -43,11 +43,11 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
         errors: the true errors of the inertial sensors in this run.
 
     Returns:
-        The aided solution; of a filter that diverged, what there was until then.
+        The aided solution; if the filter diverged, it ends there.
 
     Raises:
-        InputError: a sensor that cannot read in so short a run, a coarse alignment of a vehicle that moves, rates that
-            do not fit together.
+        InputError: the run is too short for a sensor, the vehicle moves during a coarse alignment at rest, or rates do
+            not divide.
     """
     section, aiding = scenario.filter, scenario.aiding
     assert section is not None
@@ -79,7 +79,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
 
 
 def _navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
-    """Return what another inertial system of the vehicle navigates, from the true state at its own place."""
+    """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.emulate import emulate
     from sinssim.strapdown import navigate
@@ -102,7 +102,7 @@ def _navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lev
 def _aligned(
     scenario: Scenario, trajectory: Trajectory, start: Start, measurements: Sequence[Measurements], model: ErrorModel
 ) -> Start:
-    """Return where the filter starts after the scenario's coarse alignment."""
+    """Return the start of the filter after the scenario's coarse alignment."""
     section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
     assert section is not None
     assert section.alignment_s is not None
@@ -110,15 +110,15 @@ def _aligned(
     if count >= len(imu):
         raise InputError(
             f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
-            "filter needs a part of it after the alignment."
+            "filter needs time after the alignment."
         )
     if section.alignment == "at-rest":
         try:
             return at_rest(imu, start.state, model, sigma, count)
         except SinssimError as error:
             raise InputError(
-                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must stand that long, with gyros that feel "
-                f"the Earth turn, and {error}"
+                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must stand that long, with gyros that "
+                f"sense the Earth's rate: {error}"
             ) from error
     fixes = {m.kind: m for m in measurements if m.label in ("gnss-position", "gnss-velocity")}
     gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
@@ -129,7 +129,7 @@ def _aligned(
 
 
 def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:
-    """Return readings with the noise that the filter is told, a factor times the true."""
+    """Return readings with the assumed noise: the true noise times a factor."""
     return replace(measurements, sigma=factor * measurements.sigma)
 
 

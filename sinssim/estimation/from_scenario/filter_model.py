@@ -1,7 +1,7 @@
 """The error model of a scenario's filter: its states, their standard deviations and correlation times.
 
-The standard deviations are those that the emulated errors were drawn from. An error that a scenario gives as a number
-is unknown to the filter, with a standard deviation as large as the number.
+The standard deviations are those from which the emulated errors are drawn. An error that a scenario gives as a number
+is unknown to the filter; its standard deviation is the magnitude of the number.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sinssim.scenario.sections.aiding import AidingSection
 
 _LEAST_POSITION_M, _LEAST_VELOCITY_MPS, _LEAST_ANGLE_ARCMIN = 0.1, 0.01, 0.1
-"""What the filter is told of an initial state that is exact: no covariance is singular."""
+"""Assumed 1σ of an initial state that is exact, so that the covariance is not singular."""
 
 
 def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
@@ -32,7 +32,8 @@ def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
         duration: of the run, s.
 
     Returns:
-        Navigation, the inertial sensors' blocks that the section names or that matter, and those of the aiding sensors.
+        The model with the blocks of navigation, of the inertial sensors (those that the section names or that matter),
+        and of the aiding sensors.
     """
     f, start = scenario.filter, scenario.navigation.initial_error
     assert f is not None
@@ -63,7 +64,7 @@ def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
 
 
 def _sensor_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
-    """Yield the states of the aiding sensors' errors, where there are such errors."""
+    """Yield the blocks of the aiding sensors' errors, where the sensors have them."""
     for sensor in aiding.sensors().values():
         for state in sensor.states():
             if any(state.sigma):

@@ -7,10 +7,11 @@ that of the matched filter,
 
     d² = Σ σ² ∫u² dt / N²,
 
-summed over the errors of a block. What a filter leaves out disturbs it by no more: its innovations, and its errors in
-units of their covariance, are projections of that signal, so that νᵀS⁻¹ν over the run and xᵀP⁻¹x are noncentral χ² with
-a noncentrality of at most d² on the mean. A block is a state if d² exceeds `LEFT_OUT`, a bias if the sensors have one.
-Noisy readings hide more than that; a state too many makes a filter slower, and not worse.
+summed over the errors of a block. An error without a state disturbs the filter by at most that: the innovations, and
+the errors in units of their covariance, are projections of the signal, so that νᵀS⁻¹ν over the run and xᵀP⁻¹x are
+noncentral χ² with a mean noncentrality of at most d². A block is a state if d² exceeds `LEFT_OUT`; a bias is one if the
+sensors have a bias. Noisy readings hide more than that. A superfluous state makes a filter slower but not less
+accurate.
 """
 
 from __future__ import annotations
@@ -36,17 +37,17 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
 
 LEFT_OUT = 0.3
-"""Largest d² of a block that is left out: it makes the NEES of three states at most 1.1 per state where 1 is right,
-which no single run tells from 1."""
+"""Largest d² of a block that is left out: the NEES of three states is then at most 1.1 per state instead of 1, which a
+single run cannot distinguish."""
 
 PRODUCTS = 3.0
-"""Smallest d of what is of second order in the errors that is told to a person: 3σ of the noise."""
+"""Smallest d of second-order errors that is reported: 3σ of the noise."""
 
 _TRIADS = {"gyro": "gyros", "accelerometer": "accelerometers"}
 
 
 class Weight(NamedTuple):
-    """How much one block matters.
+    """Significance of one block.
 
     Attributes:
         block: its name.
@@ -60,7 +61,7 @@ class Weight(NamedTuple):
 
 
 def weights(scenario: Scenario) -> tuple[Weight, ...]:
-    """Return how much each block of the inertial sensors' errors matters in a scenario.
+    """Return the significance of each block of the inertial sensors' errors in a scenario.
 
     Args:
         scenario: with a [filter] section.
@@ -69,7 +70,7 @@ def weights(scenario: Scenario) -> tuple[Weight, ...]:
         One entry for each block of `sinssim.scenario.sections.filter.FILTER_STATES`.
 
     Raises:
-        InputError: the aircraft's description is not right.
+        InputError: the aircraft's description is invalid.
     """
     motion, sigma = excitation(scenario), inertial_sigma(scenario)
     model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
@@ -86,7 +87,7 @@ def weights(scenario: Scenario) -> tuple[Weight, ...]:
 
 
 def _input(motion: Excitation, triad: str, what: str) -> float:
-    """Return ∫u² dt of all three axes."""
+    """Return ∫u² dt, summed over the three axes."""
     if what == "bias":
         return 3.0 * motion.duration
     return motion.rate if triad == "gyro" else motion.force
@@ -104,7 +105,7 @@ def states(scenario: Scenario) -> tuple[str, ...]:
         scenario: with a [filter] section.
 
     Returns:
-        Those that the section names, or by default those that matter.
+        The blocks that the section names, or by default those that matter.
     """
     assert scenario.filter is not None
     if scenario.filter.states is not None:
@@ -119,7 +120,7 @@ def with_states(scenario: Scenario) -> Scenario:
         scenario: any scenario.
 
     Returns:
-        The scenario, with the default of `filter.states` in place; itself where nothing is to be chosen.
+        The scenario with the default of `filter.states` filled in; the same object if there is nothing to fill in.
     """
     section = scenario.filter
     if section is None or section.states is not None:
@@ -128,17 +129,17 @@ def with_states(scenario: Scenario) -> Scenario:
 
 
 def choice(scenario: Scenario) -> tuple[str, ...]:
-    """Say which states a scenario's filter has by default, and why.
+    """Explain which states a scenario's filter has by default.
 
     Args:
         scenario: any scenario.
 
     Returns:
-        Whole lines, one for each block; none where the scenario has no filter or names its states.
+        Lines of text, one for each block; none if the scenario has no filter or names its states.
     """
     if scenario.filter is None or scenario.filter.states is not None:
         return ()
-    lines = ["states by the sensors and the planned motion: signal over the sensors' noise, at best, 1σ, whole run"]
+    lines = ["states chosen by the sensors and the planned motion, with the signal-to-noise ratio of a 1σ error:"]
     for block, ratio, needed in weights(scenario):
         why = "no such error" if ratio == 0.0 else _times(ratio)
         lines.append(f"  {block:<27} {'a state' if needed else 'left out':<9} {why}")
@@ -146,11 +147,11 @@ def choice(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _times(ratio: float) -> str:
-    return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}" if math.isfinite(ratio) else "no noise hides it"
+    return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}" if math.isfinite(ratio) else "infinite, no noise"
 
 
 def hints(scenario: Scenario) -> Iterator[str]:
-    """Say what would explain a filter that is not consistent, as far as its states do.
+    """Explain an inconsistent filter by states that it lacks.
 
     Args:
         scenario: with a [filter] section.
@@ -163,15 +164,15 @@ def hints(scenario: Scenario) -> Iterator[str]:
     if missing:
         which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
         yield (
-            f"Errors of the sensors that matter on this motion are not among filter.states: {which}. Add them, or "
-            "leave filter.states out, and they are chosen."
+            f"filter.states lacks errors of the sensors that matter on this motion: {which}. Add them, or "
+            "omit filter.states; they are then chosen automatically."
         )
     else:
         yield from _products(scenario)
 
 
 def notes(scenario: Scenario) -> Iterator[str]:
-    """Say what a scenario asks of its filter that its sensors cannot give.
+    """Report what a scenario's sensors are not accurate enough for.
 
     Args:
         scenario: with a [filter] section.
@@ -185,16 +186,16 @@ def notes(scenario: Scenario) -> Iterator[str]:
     gyro = inertial_sigma(scenario).gyro
     drift = math.hypot(float(np.max(gyro.bias)), gyro.instability, gyro.random_walk / math.sqrt(section.alignment_s))
     north = OMEGA_IE * math.cos(math.radians(parked.latitude_deg))
-    if drift > north:  # one radian of heading
+    if drift > north:  # a heading error of one radian
         yield (
-            f"filter.alignment_s: the gyros are off by {drift / DEG_H:.3g} deg/h (1σ) where the Earth's rate to the "
-            f"north is {north / DEG_H:.3g} deg/h; they cannot find the heading by it, and the run will most likely end "
-            "there. Better gyros would do, or an initial heading and [aiding.magnetometer] in place of alignment_s."
+            f"filter.alignment_s: the gyros drift by {drift / DEG_H:.3g} deg/h (1σ), and the north component of the "
+            f"Earth's rate is {north / DEG_H:.3g} deg/h. Such gyros cannot find the heading, and the run will most "
+            "likely fail. Use better gyros, or an initial heading and [aiding.magnetometer] in place of alignment_s."
         )
 
 
 def _products(scenario: Scenario) -> Iterator[str]:
-    """Say where errors are so large that their products count, of which a linear filter knows nothing."""
+    """Report errors so large that their products matter, which a linear filter neglects."""
     motion, sigma = excitation(scenario), inertial_sigma(scenario)
     for name, triad, of in (("gyro", sigma.gyro, motion.rate), ("accelerometer", sigma.accel, motion.force)):
         product = float(np.max(triad.scale)) ** 2 + 2.0 * float(np.max(triad.misalignment)) ** 2
@@ -204,18 +205,18 @@ def _products(scenario: Scenario) -> Iterator[str]:
                 f"The errors of the {_TRIADS[name]} are too large for a linear filter: the squares of scale factors "
                 f"({1e6 * float(np.max(triad.scale)):.3g} ppm) and misalignments "
                 f"({1e3 * float(np.max(triad.misalignment)):.3g} mrad), which no state describes, make up to "
-                f"{_times(ratio)} times their noise over the run. A calibration before it ([compensation]) would do."
+                f"{_times(ratio)} times their noise over the run. Calibrate the sensors beforehand ([compensation])."
             )
 
 
 def inertial_sigma(scenario: Scenario) -> ImuErrors:
-    """Return the standard deviations of the inertial sensors' errors that a scenario's filter is told.
+    """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
 
     Args:
         scenario: with a [filter] section.
 
     Returns:
-        Of what is left after the calibration, if there is one; noises in the section's parts of the true.
+        The standard deviations, after the calibration if there is one; noises are multiplied by the section's factor.
     """
     from sinssim.alignment.budget import expected_errors
     from sinssim.scenario.sections.imu import ImuSection
@@ -229,7 +230,7 @@ def inertial_sigma(scenario: Scenario) -> ImuErrors:
     factor = scenario.filter.inertial_noise_factor
 
     def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
-        def size(of: Expected, field: str) -> Array:  # what is fixed and what is drawn, together
+        def size(of: Expected, field: str) -> Array:  # fixed and random part together
             return np.asarray(np.hypot(getattr(getattr(of.mean, name), field), getattr(getattr(of.sigma, name), field)))
 
         own: TriadErrors = getattr(noise.sigma, name)

@@ -12,11 +12,11 @@ from sinssim.scenario.duration import expected_duration, sample_bytes
 from sinssim.system.memory import machine_memory
 
 ROWS = 2000
-"""About how many rows of the filter are kept without smoothing. NEES looks at 600, and the noise of the inertial
-sensors, a variance by 1000 pairs of three axes, is told to 3 %."""
+"""Approximate number of rows of the filter that are kept without smoothing. NEES uses 600. The variance of the inertial
+noise, from 1000 pairs of three axes, is then accurate to 3 %."""
 
 _PROGRAM = 0.41e9
-"""The program and its libraries, bytes: from the resident memory of recorded runs of 1 h and 3 h at 10 Hz."""
+"""Memory of the program and its libraries, bytes, measured on recorded runs of 1 h and 3 h at 10 Hz."""
 
 _EPOCH, _STATE, _PARAMETER = 500.0, 16.0, 24.0
 """What every epoch takes while a run is recorded, bytes: the aided solution and its error; every state's 1σ; and what
@@ -35,7 +35,7 @@ _STRETCH_S, _STRETCH_MATRICES = 64.0, 8.0
 
 
 class Memory(NamedTuple):
-    """What a run needs, bytes.
+    """Memory that a run needs, bytes.
 
     Attributes:
         samples: for the program, the inertial sensors and the solutions.
@@ -51,12 +51,12 @@ class Memory(NamedTuple):
 
     @property
     def total(self) -> float:
-        """All of it."""
+        """The sum, bytes."""
         return sum(self)
 
 
 def needed_memory(scenario: Scenario) -> Memory:
-    """Estimate how much memory a run takes at most.
+    """Estimate the peak memory of a run.
 
     Args:
         scenario: with a [filter] section.
@@ -90,7 +90,7 @@ def needed_memory(scenario: Scenario) -> Memory:
 
 
 def _divides(rate: float, grid: float) -> bool:
-    """Say whether all instants of a rate are instants of another."""
+    """Return whether all instants of a rate are instants of another."""
     return abs(grid / rate - round(grid / rate)) < 1e-9
 
 
@@ -101,7 +101,7 @@ def check_memory(scenario: Scenario) -> None:
         scenario: any scenario.
 
     Raises:
-        InputError: it does; the message names what takes the most, and what would fit.
+        InputError: the run needs more; the message names the largest part and what would fit.
     """
     section = scenario.filter
     if section is None:
@@ -119,9 +119,9 @@ def check_memory(scenario: Scenario) -> None:
     else:
         key, value = "filter.rate_hz", min(section.rate_hz, scenario.imu.rate_hz)
     part = max((memory - _PROGRAM) / (needed.total - _PROGRAM), 0.0)
-    smooth = "Without filter.smooth it takes less: smoothing keeps every row of the filter. " if section.smooth else ""
+    smooth = "Without filter.smooth it needs less: smoothing keeps every row of the filter. " if section.smooth else ""
     raise InputError(
         f"{key} = {value:g}: a run of about {lasts:.6g} s with a filter of {filter_model(scenario, lasts).size} states "
         f"needs {needed.total / 1e9:.3g} GB of memory where this machine has {memory / 1e9:.3g}. {smooth}"
-        f"A run of {part * lasts:.3g} s would fit; lower rates take less as well."
+        f"A run of {part * lasts:.3g} s would fit; lower rates need less, too."
     )

@@ -12,19 +12,19 @@ from sinssim.estimation.model import crossing_time
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.sensors.sets.true_errors import TrueErrors
 
-_STATES = ("bias", "scale", "misalignment", "bias_temperature")  # what a calibration changes in the parameters
+_STATES = ("bias", "scale", "misalignment", "bias_temperature")  # the parameters that a calibration changes
 
 
 class InertialParameters:
-    """True parameters of the inertial sensors of one run, less what the calibration takes away."""
+    """True parameters of the inertial sensors of one run, less the calibrated part."""
 
     def __init__(self, errors: TrueErrors, edges: Array, seed: int) -> None:
-        """Take the run's errors.
+        """Store the run's errors.
 
         Args:
             errors: the true errors of the sensors.
-            edges: of the IMU's intervals, (N+1,) s.
-            seed: the run's seed, whose noises drive the drifts.
+            edges: edges of the IMU's intervals, (N+1,) s.
+            seed: the run's seed, which determines the noises that drive the drifts.
         """
         self._edges, self._seed = edges, seed
         self._left, known = errors.imu, errors.calibration
@@ -32,7 +32,7 @@ class InertialParameters:
             self._left = replace(
                 errors.imu, gyro=_less(errors.imu.gyro, known.gyro), accel=_less(errors.imu.accel, known.accel)
             )
-        self._angles = cache(self._accumulated)  # each emulated once, for filter and smoother
+        self._angles = cache(self._accumulated)  # emulated once, for filter and smoother
 
     def at(self, time: Array) -> dict[str, Array]:
         """Return the parameters by block of the filter.
@@ -48,16 +48,17 @@ class InertialParameters:
         values: dict[str, Array] = {}
         for k, (name, triad) in enumerate((("gyro", self._left.gyro), ("accelerometer", self._left.accel))):
             bias = triad.bias + drifts[k]
-            if triad.flicker:  # what of it is quicker the filter takes for noise
+            if triad.flicker:  # the filter treats faster changes as noise
                 bias = bias + self._mean(("flicker",), time, crossing_time(triad))[k]
             values[f"{name} bias"], values[f"{name} scale"] = bias, triad.scale
             values[f"{name} misalignment"] = triad.misalignment[~np.eye(3, dtype=bool)]
         return values | dict(zip(("gyro instability", "accelerometer instability"), instabilities, strict=True))
 
     def _mean(self, fields: tuple[str, ...], time: Array, window: float) -> tuple[Array, Array]:
-        """Return what some errors add to rates and specific forces, (K, 3) each, or zeros, (3,), if there are none.
+        """Return the contribution of some errors to rates and specific forces, (K, 3) each, or zeros, (3,), if there
+        are none.
 
-        It is their mean over the last seconds before each epoch, over one sample at least.
+        It is the mean over the last seconds before each epoch, over one sample at least.
         """
         triads = self._left.gyro, self._left.accel
         if not any(np.any(getattr(t, f)) for t in triads for f in fields if f != "correlation_time"):
@@ -70,10 +71,10 @@ class InertialParameters:
         return (gyro[last] - gyro[first]) / span, (accel[last] - accel[first]) / span
 
     def _accumulated(self, fields: tuple[str, ...]) -> tuple[Array, Array]:
-        """Return the sums of what some errors add to the increments up to each edge, (N+1, 3) each.
+        """Return the contribution of some errors to the increments, summed up to each edge, (N+1, 3) each.
 
-        It is what the emulator makes of no motion with nothing else wrong: its draws of a term are the same whatever
-        other terms are switched on.
+        The emulator runs on zero motion with these errors alone. Its draws of a term do not depend on which other terms
+        are switched on.
         """
         from sinssim.sensors.imu.emulate import emulate
 

@@ -1,4 +1,4 @@
-"""The errors of an aided solution: its comparison with the truth."""
+"""Compares an aided solution with the truth."""
 
 from __future__ import annotations
 
@@ -19,24 +19,25 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 _BLOCK = 65536
-"""Rows that are compared with the truth together."""
+"""Number of rows that are compared with the truth at once."""
 
 Rows = slice | NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Aided:
-    """An aided solution, and the truth about it.
+    """An aided solution with its true errors.
 
     Attributes:
-        sensed: what the aiding sensors gave.
-        estimate: what the filter made of it.
+        sensed: readings of the aiding sensors.
+        estimate: result of the filter.
         parameters: true values of the sensors' parameters by block, (size,) or (K, size) each.
         error: of the aided solution, K rows.
         smoothed_error: of the smoothed solution, if there is one.
         smoothed_state_errors: its actual errors in the filter's own states, if there is one.
-        nominal_errors: actual errors of what the filter's linear model is about, `Estimate.history`, (R, n).
-        end: of the run, s; a filter may have ended before.
+        nominal_errors: actual errors of the nominal motion that the filter's model is linearised about,
+            `Estimate.history`, (R, n).
+        end: end of the run, s; the filter may have ended before.
     """
 
     sensed: tuple[AidingReadings, ...]
@@ -49,11 +50,11 @@ class Aided:
     end: float
 
     def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
-        """Return the actual errors in the states of one block; what the truth says nothing of is taken for zero.
+        """Return the actual errors in the states of one block; a parameter without a true value counts as zero.
 
         Args:
             block: its name.
-            rows: at which of the filter's epochs, R of them; all if not given.
+            rows: R of the filter's epochs; all if not given.
 
         Returns:
             (R, size): solution minus truth for navigation, true value minus estimate for parameters.
@@ -86,9 +87,9 @@ def compare_with_truth(
     Args:
         trajectory: the true motion.
         inertial: true errors of the inertial sensors.
-        edges: of the IMU's intervals, (N+1,) s.
+        edges: edges of the IMU's intervals, (N+1,) s.
         sensed: readings of the aiding sensors, with their true errors.
-        estimated: what the filter made of them.
+        estimated: result of the filter.
 
     Returns:
         The aided solution with its errors.
@@ -111,7 +112,7 @@ def compare_with_truth(
 
 
 def _error_of(trajectory: Trajectory, solution: NavSolution) -> NavError:
-    """Return the errors of a solution; the truth about it is computed part by part to save memory."""
+    """Return the errors of a solution; the truth is computed part by part to save memory."""
     parts = []
     for start in range(0, max(len(solution.time), 1), _BLOCK):
         s = slice(start, start + _BLOCK)

@@ -1,19 +1,19 @@
 """Alignment in motion without prior heading: attitude from velocity increments of accelerometers and satellites.
 
-In the inertial frame i, Earth-fixed at the first fix, the velocity changes by gravitation γ and by the specific force,
-which the gyros carry in the inertial frame b₀, the block at the first sample:
+Let the inertial frame i coincide with the Earth-fixed axes at the first fix, and the inertial frame b₀ with the block
+at the first sample. The velocity changes by gravitation γ and by the specific force, which the gyros resolve in b₀:
 
     β(t) = v_i(t) − v_i(0) − ∫γ dt = C_ib₀ α(t),   α(t) = ∫C_b₀b f dt
 
-with β from fixes and α from the increments. The constant C_ib₀ is the rotation that takes the changes of α over windows
-of time into those of β best (Wahba's problem), whatever the attitude is: no error needs to be small. The method is
-optimisation-based alignment by velocity integration (Wu and Pan, IEEE Trans. AES 49, 2013, 1006), in inertial axes. An
-antenna on a lever arm l moves by C_b₀b (ω × l) besides, which goes with α.
+with β from fixes and α from the increments. The constant C_ib₀ is the rotation that best maps the changes of α over
+windows of time to those of β (Wahba's problem). It holds for any attitude; no error needs to be small. The method is
+optimisation-based alignment by velocity integration (Wu and Pan, IEEE Trans. AES 49, 2013, 1006), in inertial axes. The
+velocity C_b₀b (ω × l) of an antenna on a lever arm l is added to α.
 
-What comes out is good to some degrees of heading, and what spoils it are mostly the sensors' biases, which no small
-angle ties to the attitude. So it is no more than the place where the filter starts: at the first fix, with a covariance
-so wide that it says little, through all the data once more. That uses the fixes twice, the first time for a tenth of
-what they say.
+The heading is accurate to some degrees. Its errors stem mostly from the sensors' biases, and their correlation with the
+attitude is not known to first order. The result is therefore only the start of the filter, at the first fix and with a
+widened covariance; the filter then processes all the data. The fixes are thereby used twice, the first time with a
+tenth of their weight.
 """
 
 from __future__ import annotations
@@ -37,22 +37,22 @@ WINDOW = 20.0
 """Length of the windows, s: long enough for fixes to show a change of velocity, short enough for many of them."""
 
 WIDER = 3.0
-"""Factor by which the filter is told larger standard deviations than those of the alignment."""
+"""Factor by which the filter's initial standard deviations exceed those of the alignment."""
 
 WORST = np.radians(7.0)
-"""Largest 1σ of an angle that a filter is started with, rad; wider it is 21°."""
+"""Largest 1σ of an angle that a filter is started with, rad; widened, it is 21°."""
 
 
 @dataclass(frozen=True)
 class InMotion:
-    """Where the filter can start.
+    """Start of the filter after an alignment in motion.
 
     Attributes:
         edge: number of the edge of the IMU's intervals at which it can, the one nearest to the first fix.
-        state: there.
+        state: the state there.
         covariance: of its errors, widened: position and velocity north, east, down, attitude φ, (9, 9).
-        sigma: 1σ of the attitude about north, east, down as it was found, not widened, (3,) rad.
-        residual: root mean square of the changes of velocity over a window that the rotation leaves, m/s.
+        sigma: 1σ of the attitude about north, east, down, before widening, (3,) rad.
+        residual: root mean square of the residuals of the velocity changes over a window, m/s.
     """
 
     edge: int
@@ -68,9 +68,9 @@ class _Fixes:
 
     Attributes:
         time: (M,) s.
-        place, speed: as they were measured, (M, 3).
+        place, speed: measured positions and velocities, (M, 3).
         beta: (M, 3) m/s.
-        arm: of the antenna, (3,) m.
+        arm: lever arm of the antenna, (3,) m.
         q_ni: from i into north, east, down at the first fix, (4,).
     """
 
@@ -100,10 +100,10 @@ def align_in_motion(
     gravity: str = "normal",
     ellipsoid: str = "wgs84",
 ) -> InMotion:
-    """Find the attitude of a moving vehicle of which nothing is known.
+    """Find the attitude of a moving vehicle without prior knowledge.
 
     Args:
-        imu: increments from before the first to after the last fix that is to be used; a minute or two.
+        imu: increments from before the first to after the last fix to be used; a minute or two.
         position: "gnss-position".
         velocity: "gnss-velocity" at the same instants.
         sigma: standard deviations of the sensor block's errors.
@@ -114,8 +114,8 @@ def align_in_motion(
         State and covariance at the first fix.
 
     Raises:
-        InputError: fixes that do not belong together or are too few.
-        RunError: the vehicle hardly accelerated, so that some angle stays unknown.
+        InputError: the fixes do not belong together or are too few.
+        RunError: the vehicle hardly accelerated, so that an angle remains unknown.
     """
     checked_increments(imu)
     shape = ellipsoid_by_name(ellipsoid)
@@ -123,7 +123,7 @@ def align_in_motion(
     q_nb, along, residual = _attitude(imu, fixes)
     c_ni = rotation.dcm_from_quaternion(fixes.q_ni)
     attitude = c_ni @ _noise(fixes, along, float(np.max(velocity.sigma)), sigma) @ c_ni.T
-    # and what one standard deviation of each bias does: solved again without it
+    # effect of one standard deviation of each bias: the problem is solved again without it
     bias = np.concatenate([np.broadcast_to(sigma.gyro.bias, 3), np.broadcast_to(sigma.accel.bias, 3)])
     for k in np.flatnonzero(bias):
         one = np.where(np.arange(6) == k, bias, 0.0)
@@ -136,8 +136,8 @@ def align_in_motion(
     if not worst <= WORST:
         raise RunError(
             f"alignment in motion from t = {fixes.time[0]:.6g} s to {fixes.time[-1]:.6g} s: the vehicle accelerated "
-            "too little to show its attitude to these sensors; it would be wrong by "
-            f"{np.degrees(worst):.3g}° (1σ). Turns or changes of speed are needed, or a longer time with them."
+            "too little for these sensors to determine the attitude, whose error would be "
+            f"{np.degrees(worst):.3g}° (1σ). Turns or changes of speed, or a longer alignment with them, are needed."
         )
     covariance = np.zeros((9, 9))
     covariance[range(3), range(3)] = position.sigma[0] ** 2
@@ -189,7 +189,7 @@ def _fixes(imu: ImuData, position: Measurements, velocity: Measurements, gravity
 
 
 def _attitude(imu: ImuData, fixes: _Fixes) -> tuple[Array, Array, float]:
-    """Return q_nb at the first fix, the windows' changes of β along which it was found, and their rms residual."""
+    """Return q_nb at the first fix, the changes of β over the windows, and the rms residual."""
     from scipy.spatial.transform import Rotation
 
     q_b0b, pushed = inertial_curve(imu)
@@ -207,9 +207,10 @@ def _attitude(imu: ImuData, fixes: _Fixes) -> tuple[Array, Array, float]:
 def _noise(fixes: _Fixes, along: Array, velocity_sigma: float, sigma: ImuErrors) -> Array:
     """Return the covariance of the attitude in i from the noise of fixes and sensors, (3, 3).
 
-    A small turn δ moves the change c of a window by δ × c. The fit is δ = U Σ c × e of the windows' errors e, with
-    U⁻¹ = Σ A and A = |c|² I − c cᵀ. A fix's error is in two windows, at the end of one and at the beginning of another;
-    the accelerometers' noise between two fixes is in all windows around them; the gyros' turns all windows after them.
+    A small rotation δ changes the velocity change c of a window by δ × c. For the windows' errors e, the fit is δ = U Σ
+    c × e with U⁻¹ = Σ A and A = |c|² I − c cᵀ. The error of a fix enters two windows, at the end of one and at the
+    beginning of another. The accelerometers' noise between two fixes enters all windows around them. The gyros' noise
+    rotates all later windows.
     """
     span = fixes.span
     count, step = len(fixes.time), float(np.mean(np.diff(fixes.time)))
@@ -232,7 +233,7 @@ def _noise(fixes: _Fixes, along: Array, velocity_sigma: float, sigma: ImuErrors)
 
 
 def _block(imu: ImuData, fixes: _Fixes, q_nb: Array, instant: float, ellipsoid: Ellipsoid) -> NavState:
-    """Return the state of the block near the first fix; its antenna is on a lever arm."""
+    """Return the state of the block near the first fix, reduced from the antenna by the lever arm."""
     place, speed = fixes.place[0], fixes.speed[0]
     q_en = earth.q_en(place[0], place[1])
     q_eb = rotation.multiply(q_en, q_nb)

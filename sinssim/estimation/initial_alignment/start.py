@@ -19,12 +19,12 @@ from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 
 @dataclass(frozen=True)
 class Start:
-    """Where a filter starts.
+    """Start of a filter.
 
     Attributes:
-        imu: the samples from there on.
-        state: there.
-        covariance: of the first states' errors, (m, m); None for that of the error model.
+        imu: samples from the start on.
+        state: state at the start.
+        covariance: covariance of the first m states' errors, (m, m); None for that of the error model.
     """
 
     imu: ImuData
@@ -33,18 +33,18 @@ class Start:
 
 
 def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors, count: int) -> Start:
-    """Align a vehicle that stands by eq. (1), gravity and the Earth's rate.
+    """Align a vehicle at rest by eq. (1), gravity and the Earth's rate.
 
     Args:
         imu: all increments.
-        initial: where it stands; its attitude is not used.
+        initial: position of the vehicle; the attitude is not used.
         model: the error model.
         sigma: standard deviations of the sensor block's errors.
         count: number of samples that the alignment takes.
 
     Returns:
-        The start at the end of these samples, with the covariance that the constant errors of the sensors have with
-        what they spoiled.
+        The start at the end of these samples; the covariance includes the correlation of the sensors' constant errors
+        with the attitude.
 
     Raises:
         InputError: the vehicle moved.
@@ -76,7 +76,7 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
 
 
 def _held(triad: TriadErrors, name: str, model: ErrorModel) -> TriadErrors:
-    """Return a triad's errors with all that the model's bias stands for as a bias, which the session's mean holds."""
+    """Return a triad's errors with everything that the model's bias represents as a bias, as it is in the mean."""
     where = model.slices.get(f"{name} bias")
     if where is None:
         return triad
@@ -93,7 +93,7 @@ def in_motion(
     gravity: str = "normal",
     ellipsoid: str = "wgs84",
 ) -> Start:
-    """Align a vehicle that moves by what accelerometers and satellites see alike.
+    """Align a moving vehicle by velocity changes from the accelerometers and from satellites.
 
     Args:
         imu: all increments.
@@ -109,7 +109,7 @@ def in_motion(
 
     Raises:
         InputError: too few fixes.
-        RunError: the vehicle hardly turned.
+        RunError: the vehicle hardly accelerated.
     """
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     found = align_in_motion(session, position, velocity, sigma, gravity=gravity, ellipsoid=ellipsoid)

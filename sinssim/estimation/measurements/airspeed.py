@@ -1,7 +1,8 @@
-"""True airspeed: |u|, u = v + C (ω × l) − w with the wind w, residual u/|u| · (what velocity has, − δw).
+"""True airspeed: |u|, u = v + C (ω × l) − w with the wind w, residual u/|u| · (the velocity residual − δw).
 
-It is the magnitude of the velocity through the air, whatever the angles of attack and sideslip, as a pitot tube gives
-it. The wind has states to the north and east; a vertical wind, which level flight does not feel, has none.
+It is the magnitude of the velocity through the air, independent of the angles of attack and sideslip, as a pitot tube
+measures it. The wind has states to the north and east. A vertical wind, which hardly affects the airspeed in level
+flight, has none.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ class Airspeed(MeasurementKind):
         wind = np.zeros(3) if states is None else np.append(at.known("wind"), 0.0)
         through_air, h = point_velocity(at, wind, None)
         if states is not None:
-            h[:, :2, states] = np.eye(2)  # w − known, as of all parameters of a reading
+            h[:, :2, states] = np.eye(2)  # true wind minus known wind, as for all parameters of a reading
         speed = np.linalg.norm(through_air, axis=1, keepdims=True)
-        # at rest in still air the magnitude has no derivative: what comes first is from ahead
+        # at rest in still air the magnitude has no derivative: forward airflow is assumed
         ahead = np.divide(through_air, speed, out=at.c_nb[:, :, 0].copy(), where=speed > 0.0)
         return speed - value, ahead[:, None] @ h

@@ -1,7 +1,7 @@
 """Whole attitudes: relative to the local level, residual −C_bn φ; relative to the Earth, C_bn (θ − φ).
 
-Residuals are rotation vectors about the body's axes. θ = (δr_E/(R₂+h), −δr_N/(R₁+h), −δr_E tan φ/(R₂+h)) is the turn of
-the local level that goes with an error of position.
+Residuals are rotation vectors about the body's axes. θ = (δr_E/(R₂+h), −δr_N/(R₁+h), −δr_E tan φ/(R₂+h)) is the
+rotation of the local level caused by an error of position.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Attitude(MeasurementKind):
         return rotation.rotation_vector_from_quaternion(off), h
 
     def less_bias(self, value: Array, bias: Array) -> Array:
-        """Return readings turned back by a bias about the body's axes."""
+        """Return readings with a bias about the body's axes removed."""
         return rotation.multiply(value, rotation.quaternion_from_rotation_vector(-bias))
 
 

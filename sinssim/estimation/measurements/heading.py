@@ -1,6 +1,6 @@
 """Heading of the forward axis: atan2(c_E, c_N), residual −φ_D + c_D (c_N φ_N + c_E φ_E)/(c_N² + c_E²).
 
-c is the forward axis in north, east, down. A compass's deviation A sin ψ + B cos ψ belongs to the reading.
+c is the forward axis in north, east, down. The deviation A sin ψ + B cos ψ of a compass is an error of the reading.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Heading(MeasurementKind):
     own_errors: ClassVar = {"deviation": (("sin", "cos"), "rad")}
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
-        """Compare modulo a turn; see the base."""
+        """Compare modulo 2π; see the base."""
         north, east, down = at.c_nb[:, 0, 0], at.c_nb[:, 1, 0], at.c_nb[:, 2, 0]
         deviation = at.states("deviation")
         if deviation is not None:

@@ -1,8 +1,8 @@
 """Checks the readings, sorts them by their time of validity, and lays out the filter's epochs.
 
-What no filter could use is an error: an unknown kind, shapes that do not belong together, a standard deviation that is
-no positive number (R would not be positive definite), a reading that arrives before it is valid. Single readings that
-cannot be used are left out, each with the reason.
+Measurements that no filter could use raise an error: an unknown kind, inconsistent shapes, a standard deviation that is
+not positive (R would not be positive definite), a reading that arrives before it is valid. Single unusable readings are
+skipped, each with a reason.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import BLOCKS, OF_SENSORS, ErrorModel
 
 _SAME = 1e-6
-"""Instants nearer than this are one epoch, s: in it a jet moves by less than a millimetre."""
+"""Instants closer together than this are one epoch, s; a jet moves by less than a millimetre in that time."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class CheckedMeasurements:
 
     Attributes:
         data: all of them.
-        reason: why one cannot be used, "" if it can, M sentences.
-        epoch: number of the epoch of each that can be used, (M,); −1 of the others.
-        interval: over which a zero-rate reading is a mean, (M,) s.
-        variance: diagonal of R, (M, k): what is told of the reading, and the noise of the inertial sensors that is in
-            what it is compared with and in no state.
+        reason: why a reading cannot be used, "" if it can, M sentences.
+        epoch: number of each usable reading's epoch, (M,); −1 for the others.
+        interval: averaging interval of a zero-rate reading, (M,) s.
+        variance: diagonal of R, (M, k): the variance of the reading, and that of the inertial noise in the prediction
+            that no state describes.
     """
 
     data: Measurements
@@ -46,7 +46,7 @@ class CheckedMeasurements:
 
     @cached_property
     def usable(self) -> NDArray[np.intp]:
-        """Numbers of the readings that can be used, (U,)."""
+        """Numbers of the usable readings, (U,)."""
         return np.flatnonzero([not reason for reason in self.reason])
 
     @cached_property
@@ -65,9 +65,9 @@ class Epochs:
 
     Attributes:
         time: (E,) s, the first being the start of the data.
-        edge: number of the last edge of the IMU's intervals that is not after each, (E,).
-        on_edge: whether it is that edge, (E,).
-        second: whether it is on the grid of whole multiples of a second, (E,).
+        edge: number of the last edge of the IMU's intervals at or before each epoch, (E,).
+        on_edge: whether the epoch is at that edge, (E,).
+        second: whether the epoch is at a whole second, (E,).
     """
 
     time: Array
@@ -79,24 +79,24 @@ class Epochs:
 def take_in(
     measurements: Sequence[Measurements], model: ErrorModel, time: Array, rate_hz: float
 ) -> tuple[list[CheckedMeasurements], Epochs]:
-    """Check readings and lay out the epochs: those of the prediction's rate, and all instants of validity.
+    """Check readings and lay out the epochs: the instants of prediction, and all instants of validity.
 
     Args:
         measurements: one entry for each sensor and kind.
         model: the error model.
         time: edges of the IMU's intervals, (N+1,) s.
-        rate_hz: rate of the covariance's prediction; the next whole number of samples is taken.
+        rate_hz: rate of the covariance prediction; its interval is rounded to whole samples.
 
     Returns:
-        The readings, as many entries as measurements, and the epochs.
+        The checked readings, one entry per entry of measurements, and the epochs.
 
     Raises:
-        InputError: measurements that cannot be used, two sensors of one name, a block of a sensor that there is not.
+        InputError: measurements cannot be used, two sensors share a name, or a block belongs to no sensor.
     """
     rate_hz = number("rate_hz", rate_hz, "predictions of the covariance a second", low=POSITIVE)
     if isinstance(measurements, Measurements):
         raise InputError(
-            "measurements must be a sequence with an entry for each sensor: [measurements] of a single one."
+            "measurements must be a sequence with one entry per sensor; write [measurements] for a single sensor."
         )
     if not isinstance(measurements, Sequence) or not all(isinstance(m, Measurements) for m in measurements):
         raise InputError(f"measurements must be a list of Measurements, not {shortened(repr(measurements))}.")
@@ -140,7 +140,7 @@ def _nearest(sorted_times: Array, instants: Array) -> NDArray[np.intp]:
 
 
 def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> None:
-    """Raise for sensors of one name, and for blocks of sensors that there are not."""
+    """Raise for two sensors of one name, and for blocks of unknown sensors."""
     labels = [m.label for m in measurements]
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
@@ -193,7 +193,7 @@ def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> CheckedMeas
         row = int(np.argmax(arrival < time))
         raise InputError(
             f"measurements of {label!r}: reading {row} is valid at t = {time[row]:.6f} s and arrives at "
-            f"{arrival[row]:.6f} s, before that; nothing can be measured in the future."
+            f"{arrival[row]:.6f} s, which is earlier; a reading must not arrive before it is valid."
         )
     order = np.argsort(time, kind="stable")
     data = replace(m, time=time[order], arrival=arrival[order], value=value[order], sigma=sigma[order], lever_arm=arm)
@@ -201,7 +201,7 @@ def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> CheckedMeas
     interval = np.diff(data.time, prepend=imu_time[0])
     if kind.mean_rate and count:
         usual = float(np.min(interval[interval > _SAME], initial=np.inf))
-        interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, as long as the others
+        interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, the usual interval
     variance = data.sigma**2 + kind.noise(model, np.maximum(interval, _SAME))[:, None]
     return CheckedMeasurements(data, reason, np.full(count, -1, dtype=np.intp), interval, variance)
 
@@ -212,7 +212,7 @@ def _reasons(data: Measurements, imu_time: Array) -> list[str]:
     begin = float(imu_time[0]) - _SAME
     kind = measurement_kind(data.kind)
     if kind.mean_rate:
-        begin = float(imu_time[0]) + _SAME  # nothing has been sensed before that it could be compared with
+        begin = float(imu_time[0]) + _SAME  # there is no earlier interval to compare it with
     reasons: list[str] = []
     last = -np.inf
     for k, t in enumerate(data.time.tolist()):
@@ -223,7 +223,7 @@ def _reasons(data: Measurements, imu_time: Array) -> list[str]:
         elif t > imu_time[-1] + _SAME:
             reason = "valid after the inertial data end"
         elif t - last <= _SAME:
-            reason = "a second reading of the same instant"
+            reason = "a second reading at the same instant"
         else:
             reason = kind.fault(data.value[k])
             last = last if reason else t

@@ -1,4 +1,4 @@
-"""The base of every kind of measurement: what a reading of an aiding sensor tells about the errors.
+"""The base class of every kind of measurement: residual, H and noise of the readings of an aiding sensor.
 
 The residual is what inertial navigation predicts less the reading, so that to first order residual = H x + noise with
 the errors x of `sinssim.estimation.model`. A sensor's own bias b and scale factor k belong to the reading,
@@ -40,12 +40,12 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What readings of one sensor are compared with.
+    """The predicted quantities that readings of one sensor are compared with.
 
     Attributes:
         prediction: inertial navigation at their instants.
         model: the error model.
-        parameters: values of the sensors' parameters that are compensated already, by block.
+        parameters: values of the sensors' compensated parameters, by block.
         label: name of the sensor.
         lever_arm: from the block to the sensor, body axes, (3,) m.
     """
@@ -77,15 +77,15 @@ class Comparison:
         return np.asarray(self.c_nb.transpose(0, 2, 1))
 
     def zeros(self, components: int) -> Array:
-        """Return an H without any entries, (M, components, n)."""
+        """Return an H of zeros, (M, components, n)."""
         return np.zeros((len(self.c_nb), components, self.model.size))
 
     def states(self, error: str) -> slice | None:
-        """Return where the model has the states of the sensor's own error, "bias" for example; None if it has none."""
+        """Return the place of the states of the sensor's own error, for example "bias"; None if the model has none."""
         return self.model.slices.get(f"{self.label} {error}")
 
     def known(self, error: str) -> Array:
-        """Return what is compensated already of the sensor's own error."""
+        """Return the compensated part of the sensor's own error."""
         return self.parameters[f"{self.label} {error}"]
 
     def turning(self) -> Array:
@@ -96,7 +96,7 @@ class Comparison:
     def turning_error(self) -> Array:
         """Return W: W x is the error of that rate, (M, 3, n).
 
-        It is made of the gyros' errors and of the Earth's rate resolved with a wrong attitude at a wrong place.
+        It contains the gyros' errors and the errors of the resolved Earth rate by errors of attitude and position.
         """
         state, ellipsoid = self.state, self.ellipsoid
         out = rate_error(self.model, self.prediction.rate_b)
@@ -109,13 +109,13 @@ class MeasurementKind:
     """A kind of measurement.
 
     Attributes:
-        columns: names of the reading's components with their units, as the recorded streams have them.
-        axes: of the residual and of sigma, as the streams have them; "" for the only one.
-        unit: of the residual, as the streams have it.
-        rounding: the inertial sensors whose pulses are rounded in what the reading is compared with.
-        mean_rate: whether the reading is compared with the gyros' mean rate since the reading before it.
-        at_antenna: whether the reading is of the satellite antenna, so that the states "gnss lever arm" belong to it.
-        own_errors: errors of the sensor that only this kind has: axes and unit of each, as the streams have them.
+        columns: names of the reading's components with their units, as in the recorded streams.
+        axes: axes of the residual and of sigma, as in the streams; "" for a single one.
+        unit: unit of the residual, as in the streams.
+        rounding: the inertial sensors whose pulse rounding is in the predicted quantity.
+        mean_rate: whether the reading is compared with the gyros' mean rate since the previous reading.
+        at_antenna: whether the reading is that of the satellite antenna, so that the states "gnss lever arm" apply.
+        own_errors: axes and unit, as in the streams, of errors that only sensors of this kind have.
     """
 
     columns: ClassVar[tuple[str, ...]]
@@ -140,7 +140,7 @@ class MeasurementKind:
         """Compare readings, free of the sensor's known errors, with inertial navigation.
 
         Args:
-            at: what they are compared with.
+            at: the predicted quantities.
             value: M readings, (M, components).
 
         Returns:
@@ -156,8 +156,8 @@ class MeasurementKind:
         """Return residuals and H of readings, with the sensor's own bias and scale factor.
 
         Args:
-            at: what they are compared with.
-            value: M readings as the sensor gives them, (M, components).
+            at: the predicted quantities.
+            value: M readings of the sensor, (M, components).
 
         Returns:
             Residuals, (M, errors), and H, (M, errors, n).
@@ -175,14 +175,14 @@ class MeasurementKind:
         return residual, h
 
     def noise(self, model: ErrorModel, interval: Array) -> Array:
-        """Return what the inertial sensors' own noise adds to R.
+        """Return the contribution of the inertial sensors' noise to R.
 
-        In velocity and attitude the rounding of the last pulse comes and goes with every sample, with the variance
-        Q²/12; the random walk is process noise.
+        The rounding of the last pulse is independent from sample to sample in velocity and attitude, with the variance
+        Q²/12. The random walk is process noise.
 
         Args:
             model: the error model.
-            interval: from the reading before to each, (M,) s.
+            interval: time from the previous reading to each, (M,) s.
 
         Returns:
             Variance of every component, (M,).
@@ -191,10 +191,10 @@ class MeasurementKind:
         return np.full(len(interval), quanta[self.rounding] ** 2 / 12.0)
 
     def fault(self, value: Array) -> str:
-        """Return why a reading cannot be used, "" if it can.
+        """Return the reason why a reading cannot be used, "" if it can.
 
         Args:
-            value: the reading, all of whose components are finite, (components,).
+            value: the reading, with finite components, (components,).
         """
         return ""
 
@@ -209,7 +209,7 @@ def measurement_kind(name: str) -> MeasurementKind:
         The kind.
 
     Raises:
-        InputError: an unknown name, or a file that cannot be used.
+        InputError: the name is unknown, or its file cannot be used.
     """
     check_name("kind of measurement", name, KINDS)
     return _loaded(name)
@@ -229,7 +229,7 @@ def observe(
         measurements: M readings of one sensor.
         prediction: inertial navigation at their instants.
         model: the error model.
-        parameters: values of the sensors' parameters that are compensated already, by block.
+        parameters: values of the sensors' compensated parameters, by block.
 
     Returns:
         Residuals, prediction less reading, (M, k), and H, (M, k, n).

@@ -28,7 +28,7 @@ class GnssPosition(MeasurementKind):
         measured = earth.geodetic_to_ecef(value[:, 0], value[:, 1], value[:, 2], ellipsoid)
         height = value[:, 2]
         arm = np.einsum("kij,j->ki", at.c_nb, at.lever_arm)
-        if at.lever_arm.any():  # where the block would be
+        if at.lever_arm.any():  # predicted position of the block
             measured -= rotation.rotate(q_en, arm)
             height = earth.ecef_to_geodetic(measured, ellipsoid)[2]
         off = earth.geodetic_to_ecef(state.latitude, state.longitude, state.height, ellipsoid) - measured
@@ -42,7 +42,7 @@ class GnssPosition(MeasurementKind):
         return residual, h
 
     def less_bias(self, value: Array, bias: Array) -> Array:
-        """Return the readings as they are: the bias is in metres, and `observe` takes it off the residual."""
+        """Return the readings unchanged: the bias is in metres, and `observe` subtracts it from the residual."""
         return value
 
     def observe(self, at: Comparison, value: Array) -> tuple[Array, Array]:
@@ -52,4 +52,4 @@ class GnssPosition(MeasurementKind):
 
     def fault(self, value: Array) -> str:
         """Return why a reading cannot be used, "" if it can."""
-        return "a latitude beyond a pole (rad are expected)" if abs(value[0]) > 0.5 * np.pi else ""
+        return "a latitude beyond a pole (radians are expected)" if abs(value[0]) > 0.5 * np.pi else ""

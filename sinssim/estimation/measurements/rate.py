@@ -10,7 +10,7 @@ from sinssim.estimation.model import ErrorModel
 
 
 class ZeroRate(MeasurementKind):
-    """Rate relative to the Earth about the body's axes [rad/s], zero but for what shakes the vehicle."""
+    """Rate relative to the Earth about the body's axes [rad/s], zero except for disturbances of the vehicle."""
 
     columns = ("rate_x_radps", "rate_y_radps", "rate_z_radps")
     axes = ("x", "y", "z")
@@ -22,5 +22,5 @@ class ZeroRate(MeasurementKind):
         return at.turning() - value, at.turning_error()
 
     def noise(self, model: ErrorModel, interval: Array) -> Array:
-        """Return the variance of the gyros' mean rate over T: random walk N²/T, and two roundings of pulses, Q²/6T²."""
+        """Return the variance of the gyros' mean rate over T: random walk N²/T and rounding at both ends Q²/6T²."""
         return np.asarray(model.gyro_noise**2 / interval + model.gyro_quantum**2 / (6.0 * interval**2))

@@ -16,7 +16,7 @@ def point_velocity(at: Comparison, value: Array, arm_states: slice | None) -> tu
     """Return residual and H of the velocity at the lever arm.
 
     Args:
-        at: what the velocities are compared with.
+        at: the predicted quantities.
         value: velocities north, east, down, (M, 3) or (3,) m/s.
         arm_states: where the model has the lever arm's error; None if it has none.
 
@@ -52,7 +52,7 @@ class GnssVelocity(MeasurementKind):
 
 
 class ZeroVelocity(MeasurementKind):
-    """Velocity of the block, north, east, down [m/s], zero but for what shakes the vehicle."""
+    """Velocity of the block, north, east, down [m/s], zero except for disturbances of the vehicle."""
 
     columns = ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
     axes = ("n", "e", "d")

@@ -99,7 +99,7 @@ def test_noise_that_is_told_wrong_is_measured(told: float, verdict: str) -> None
         test, judged = found.noise[name]
         assert judged == verdict
         assert test.value == pytest.approx(told**2, rel=0.35)  # 4σ of 300 squares
-    assert any(verdict in sentence and "times what the filter was told" in sentence for sentence in found.sentences)
+    assert any(verdict in sentence and "times the assumed noise" in sentence for sentence in found.sentences)
 
 
 def flown(inertial: float) -> tuple[bool, ActualConsistency]:

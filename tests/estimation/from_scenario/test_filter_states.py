@@ -111,7 +111,7 @@ def test_a_poor_filter_is_told_what_it_lacks(tmp_path: Path) -> None:
     kept = result.summary["filter"]
     assert not kept["consistent"]  # 50 ppm and 5″ of g sit in the biases
     (hint,) = kept["hints"]
-    assert "not among filter.states: accelerometer scale (" in hint
+    assert "filter.states lacks errors of the sensors that matter on this motion: accelerometer scale (" in hint
     assert "gyro scale" not in hint
     assert hint in (tmp_path / "poor" / "report.html").read_text(encoding="utf-8")
     assert "chosen" not in (tmp_path / "poor" / "scenario.toml").read_text(encoding="utf-8")
@@ -132,7 +132,7 @@ def test_the_scenario_as_resolved(tmp_path: Path) -> None:
 
 def test_what_cannot_be_is_said_before_the_run() -> None:
     (note,) = notes(load_scenario("gyrocompassing", ["imu.grade=consumer"]))
-    assert "off by 200 deg/h (1σ) where the Earth's rate to the north is 9.67 deg/h" in note
+    assert "drift by 200 deg/h (1σ), and the north component of the Earth's rate is 9.67 deg/h" in note
     for grade in ("laser-navigation", "laser-standard", "tactical", "mems-tactical"):
         assert not list(notes(load_scenario("gyrocompassing", [f"imu.grade={grade}"])))
 
@@ -160,7 +160,7 @@ def test_every_grade_in_every_aided_scenario(grade: str, name: str) -> None:
     scenario = load_scenario(name, [f"imu.grade={grade}", *(["aiding.gnss.ramps=[]"] if name == "spoofed" else [])])
     if list(notes(scenario)):
         assert (name, grade) in (("gyrocompassing", "mems-industrial"), ("gyrocompassing", "consumer"))
-        with pytest.raises(InputError, match="gyros that feel the Earth turn"):
+        with pytest.raises(InputError, match="gyros that sense the Earth's rate"):
             run(scenario)
         return
     kept = run(scenario).summary["filter"]

@@ -46,7 +46,7 @@ def test_single_readings_that_cannot_be_used_say_why() -> None:
     assert readings.reason == [
         "valid before the inertial data begin",
         "",
-        "a second reading of the same instant",
+        "a second reading at the same instant",
         "not a finite number",
         "not a finite number",
         "valid after the inertial data end",
@@ -95,7 +95,7 @@ PLACE = Measurements("gnss-position", GOOD.time, GOOD.time, np.zeros((2, 3)), np
         ([replace(GOOD, time=np.array([1.0, np.nan]))], r"time\[1\] = nan"),
         ([replace(GOOD, lever_arm=np.array([np.inf, 0.0, 0.0]))], "lever_arm"),
         ([replace(GOOD, value=np.full((2, 1), "high"))], "no array of numbers"),
-        (GOOD, "a sequence with an entry for each sensor"),
+        (GOOD, "a sequence with one entry per sensor"),
         ([GOOD, GOOD], "two sensors are called 'baro-height'"),
     ],
 )
@@ -123,4 +123,4 @@ def test_a_sensors_block_needs_its_sensor_and_its_size() -> None:
 
 def test_a_place_that_is_none_is_left_out() -> None:
     (readings,), _ = take_in([replace(PLACE, value=np.full((2, 3), 50.0))], MODEL, IMU_TIME, 10.0)
-    assert readings.reason == ["a latitude beyond a pole (rad are expected)"] * 2
+    assert readings.reason == ["a latitude beyond a pole (radians are expected)"] * 2
