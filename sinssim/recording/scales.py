@@ -1,4 +1,4 @@
-"""The unit that suits a quantity's size, and rows thinned for drawing without losing a peak."""
+"""Units suited to the size of a quantity, ticks, and thinning of rows for drawing without losing peaks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Rows = NDArray[np.intp]
 _PLOT_ROWS = 16384
 
 Scale = Sequence[tuple[str, float, float]]
-"""Units of a kind: name, size in SI, and the largest value (SI) that it is used for."""
+"""Units of a kind: name, size in SI, and the largest value (SI) that the unit is used for."""
 
 LENGTHS: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, 2.0 * units.NAUTICAL_MILE), ("nmi", units.NAUTICAL_MILE, np.inf))
 SPEEDS: Scale = (("mm/s", 1e-3, 0.05), ("m/s", 1.0, np.inf))
@@ -29,27 +29,27 @@ def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
     """Return the unit that suits the largest of some values.
 
     Args:
-        scale: the units there are.
+        scale: the available units.
         values: arrays of any shapes, SI.
 
     Returns:
-        The unit's name, and its size in SI; the largest unit for what is not finite.
+        The unit's name, and its size in SI; the largest unit if a value is not finite.
     """
     largest = max((float(np.abs(v).max()) for v in values), default=0.0)
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
 
 
 def envelope(time: Array, values: Array, start: float, end: float, columns: int) -> tuple[Array, Array]:
-    """Thin a line to the least and the greatest value in each of some columns of pixels.
+    """Thin a line to the least and the greatest value in each column of pixels.
 
     Args:
         time: (N,) s, in order.
         values: (N,).
-        start, end: what the columns span, s.
-        columns: how many.
+        start, end: the time span of the columns, s.
+        columns: number of columns.
 
     Returns:
-        Times and values, at most two per column, in order of time; every extreme is among the values.
+        Times and values, at most two per column, in order of time; all extremes are kept.
     """
     if len(time) <= 2 * columns:
         return time, values
@@ -69,8 +69,8 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
 
     Args:
         low, high: the range, high > low.
-        count: about how many at most.
-        steps: what steps between them may be, times a power of ten; in rising order, from 1 to under 10.
+        count: approximate maximum number.
+        steps: allowed steps between them, up to a power of ten; in rising order, from 1 to under 10.
 
     Returns:
         The numbers, and the step between them.
@@ -82,7 +82,7 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
 
 
 def label(value: float, step: float) -> str:
-    """Write a tick's number with as many digits as its neighbours need.
+    """Write a tick's number with the digits that distinguish it from its neighbours.
 
     Args:
         value: the number.
@@ -99,10 +99,10 @@ def label(value: float, step: float) -> str:
 
 
 def time_unit(duration: float) -> tuple[str, float]:
-    """Return the unit that suits the times of a run.
+    """Return the unit suited to the times of a run.
 
     Args:
-        duration: of the run, s.
+        duration: duration of the run, s.
 
     Returns:
         Its name, and its size in s.
@@ -111,7 +111,7 @@ def time_unit(duration: float) -> tuple[str, float]:
 
 
 def duration_words(seconds: float) -> str:
-    """Return a duration in the unit that suits it.
+    """Return a duration in a suitable unit.
 
     Args:
         seconds: s.
@@ -138,11 +138,11 @@ def time_ticks(start: float, end: float) -> tuple[Array, float, str, float]:
 
 
 def thinned(count: int, most: int = _PLOT_ROWS) -> Rows:
-    """Return the rows of a stream that are drawn.
+    """Return the rows of a stream to be drawn.
 
     Args:
-        count: rows of the stream.
-        most: rows that are drawn, about.
+        count: number of rows of the stream.
+        most: approximate maximum number of rows drawn.
 
     Returns:
         Indices, evenly spaced, the first and the last row among them.

@@ -1,4 +1,4 @@
-"""Readings of each kind of sensor against the truth, before and after compensation: what view and report draw."""
+"""Readings of each kind of sensor against the truth, before and after compensation, for view and report."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class SensorComparison:
     """Readings of one kind of sensor against the truth, along a run.
 
     Attributes:
-        key: of entities and labels: "gyro", "accel", "single" or "attitude".
-        title: what they are, for a person.
-        names: of the lines, k of them: axes, or numbers.
+        key: key in entities and labels: "gyro", "accel", "single" or "attitude".
+        title: name of the kind.
+        names: k names of the lines: axes, or numbers.
         time: edges of the samples, (N+1,) s.
-        error: what the sensors' errors have summed up to, (N+1, k) rad or m/s; of an attitude sensor, the error itself.
-        left: the same after compensation, None without one.
+        error: accumulated errors of the sensors, (N+1, k) rad or m/s; for an attitude sensor, the error itself.
+        left: the same after compensation, None without compensation.
         sums: units of both.
         drift: unit of their rate of change, and its size in SI.
-        ideal, measured: increments, (N, k), None of an attitude sensor, which gives none.
-        reading: unit of their means, and its size in SI.
+        ideal, measured: increments, (N, k); None for an attitude sensor, which has none.
+        reading: unit of their mean rates, and its size in SI.
     """
 
     key: str
@@ -49,7 +49,7 @@ class SensorComparison:
 
     @property
     def window(self) -> float:
-        """Over how long errors are averaged, so that a run has a few hundred means, s."""
+        """Averaging time of the errors, s, such that a run has a few hundred means."""
         duration = float(self.time[-1] - self.time[0])
         return next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)
 
@@ -60,8 +60,8 @@ class SensorComparison:
             error: `error` or `left`, (N+1, k).
 
         Returns:
-            End of each window, (M,) s, and means, (M, k), in rad/s or m/s²; of an attitude sensor, in rad. M is 0 for
-            a run shorter than a window.
+            End of each window, (M,) s, and means, (M, k), in rad/s or m/s²; in rad for an attitude sensor. M is 0 for a
+            run shorter than a window.
         """
         edges = np.unique(np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, self.window)))
         time = self.time[edges]
@@ -78,9 +78,9 @@ def compare_sensors(
 
     Args:
         readings: what they read.
-        perfect: what they would have read without errors.
+        perfect: readings of sensors without errors.
         ideal: ideal increments of a block with gyros.
-        compensated: increments freed of what a calibration knows, None without one.
+        compensated: compensated increments, None without a calibration.
 
     Yields:
         Each kind.
@@ -120,5 +120,5 @@ def compare_sensors(
 
 
 def _total(read: Array, true: Array) -> Array:
-    """Return the sum of the errors at every edge."""
+    """Return the accumulated errors at every edge."""
     return np.concatenate((np.zeros((1, read.shape[1])), np.cumsum(read - true, axis=0)))

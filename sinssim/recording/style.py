@@ -13,15 +13,15 @@ from sinssim.algorithms import ORDER, family
 Rgb = tuple[int, int, int]
 
 INK, SOFT, GRID = "#1c1c1c", "#555555", "#e4e4e4"
-"""Titles and legends; the axes, their numbers and labels; the grid. As CSS has them, on a light background."""
+"""CSS colours on a light background: titles and legends; the axes, their numbers and labels; the grid."""
 FONTS = "Liberation Sans, Arial, sans-serif"
-"""Font families of text in SVG, the first that the reader has; pictures have matplotlib's own sans-serif."""
+"""Font families of text in SVG, in order of preference; pictures use matplotlib's own sans-serif."""
 TEXT, SMALL = 9.0, 8.25
-"""Size of all text, and of remarks within a plot, pt."""
+"""Size of text, and of remarks within a plot, pt."""
 LINE, THIN, HAIR = 1.125, 0.8, 0.75
-"""Width of a line, of a line that others are compared with, and of the grid and the axes, pt."""
+"""Width of a line, of a reference line, and of the grid and the axes, pt."""
 POINTS_PER_PIXEL = 0.75
-"""SVG in a page measures in CSS pixels of 1/96 inch, figures in points of 1/72 inch."""
+"""Size of a point, 1/72 inch, in CSS pixels of 1/96 inch."""
 
 
 COLORS: dict[str, Rgb] = {
@@ -33,11 +33,11 @@ COLORS: dict[str, Rgb] = {
     "rotation-vector": (120, 100, 200),
     "functional-iteration": (213, 94, 0),
     "measured-attitude": (0, 114, 178),
-    # where a quantity comes from
+    # source of a quantity
     "truth": (0, 158, 115),
     "ideal": (0, 158, 115),
     "measured": (213, 94, 0),
-    # what a filter estimates
+    # estimates of a filter
     "aided": (0, 114, 178),
     "smoothed": (204, 121, 167),
     "bound": (150, 150, 150),
@@ -86,7 +86,7 @@ COLORS: dict[str, Rgb] = {
     "R": (0, 114, 178),
     "sigma_b": (86, 180, 233),
     "fit": (90, 90, 90),
-    # the rest
+    # others
     "reference": (140, 140, 140),
     "ground": (120, 120, 120),
     "aircraft": (200, 204, 210),
@@ -99,18 +99,18 @@ _OTHERS: tuple[Rgb, ...] = (
 
 
 _ROUNDS = (0.0, 0.4, -0.3)
-"""When the other colours are used up they come again: towards white, then towards black."""
+"""Shades of the other colours once they are used up: towards white, then towards black."""
 
 _SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
-"""Towards white (positive) or black, by an algorithm's order or number of samples."""
+"""Shade towards white (positive) or black by an algorithm's order or number of samples."""
 
 
 _OF_SENSORS = {"bias": 0.15, "scale": -0.25, "deviation": -0.3, "wind": -0.3}
-"""The same of what is wrong with an aiding sensor."""
+"""The same for the errors of an aiding sensor."""
 
 
 def _known(name: str) -> Rgb | None:
-    """Return the table's colour, or the shade of an algorithm's order or of an aiding sensor's error."""
+    """Return the table's colour, shaded by an algorithm's order or by an aiding sensor's error."""
     sensor, _, of_sensor = name.rpartition(" ")
     if name not in COLORS and of_sensor in _OF_SENSORS and sensor in COLORS:
         return _shaded(COLORS[sensor], _OF_SENSORS[of_sensor])
@@ -127,16 +127,16 @@ def _shaded(color: Rgb, shade: float) -> Rgb:
 
 
 def _other(place: int) -> Rgb:
-    """Return the colour of a name that is not in the table, by its place among these."""
+    """Return the colour of a name that is not in the table, by its position among such names."""
     turn, number = divmod(place, len(_OTHERS))
     return _shaded(_OTHERS[number], _ROUNDS[turn % len(_ROUNDS)])
 
 
 def colors(names: Sequence[str]) -> list[Rgb]:
-    """Return one colour per name: the table's, or for a name that is not in it the next free one.
+    """Return one colour per name: the table's colour or, for a name not in the table, the next free one.
 
     Args:
-        names: for example algorithms, or axes.
+        names: names of algorithms or axes, for example.
 
     Returns:
         Red, green, blue of 0…255 each.
@@ -146,7 +146,7 @@ def colors(names: Sequence[str]) -> list[Rgb]:
 
 
 def stacked_widths(count: int) -> list[float]:
-    """Return line widths for lines that may lie on one another: each is thinner than the one under it.
+    """Return line widths for lines that may coincide: each is thinner than the one under it.
 
     Args:
         count: number of lines, drawn in order.
@@ -158,7 +158,7 @@ def stacked_widths(count: int) -> list[float]:
 
 
 def css(color: tuple[int, int, int]) -> str:
-    """Return a colour as CSS has it.
+    """Return a colour in CSS notation.
 
     Args:
         color: red, green, blue of 0…255 each.

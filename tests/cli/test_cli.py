@@ -146,7 +146,7 @@ def test_what_a_grade_means(capsys: pytest.CaptureFixture[str]) -> None:
     out = " ".join(capsys.readouterr().out.split())
     assert "1,355 0.732 gyro bias, north at rest" in out
     assert "gyro_bias 0.01 deg/h 4.848e-08 rad/s" in out
-    assert "Half of all runs end within 0.97 nmi an hour" in out
+    assert "Half of all runs end within 0.97 nmi per hour" in out
 
 
 def test_what_a_grade_means_as_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -361,7 +361,7 @@ def bad(kind, tmp_path):
         ),
         ("good", ["--from", "9", "--to", "3"], "there are no samples from 9 s to 3 s; the log runs from 0 to 100 s"),
         ("good", ["--channel", "gyrox"], "unknown channel 'gyrox'. Did you mean 'gyro_x'"),
-        ("good", ["--plot", "allan.bmp"], "a figure is written as .svg, .png, .pdf"),
+        ("good", ["--plot", "allan.bmp"], "the file name of a figure must end in .svg, .png, .pdf"),
     ],
 )
 def test_refusals_in_one_paragraph(kind, options, said, tmp_path, capsys, monkeypatch):

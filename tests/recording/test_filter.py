@@ -214,7 +214,7 @@ def test_summary_says_whether_the_filter_is_right(recorded):
 def test_report_shows_the_filter(recorded):
     result, _ = recorded
     page = (result.directory / "report.html").read_text(encoding="utf-8")
-    section = page[page.index("The aided solution") : page.index("How it was made")]
+    section = page[page.index("The aided solution") : page.index("How the run was computed")]
     for words in ("North position error", "Azimuth, φD", "gnss-velocity, in σ", "NEES per state", "gyro bias x [deg/h]",
                   "no gnss", "gnss again", ">jump<", "inertial, quaternion", "smoothed"):  # fmt: skip
         assert words in section
@@ -310,7 +310,9 @@ def test_filter_that_is_told_wrong_noise_is_called_inconsistent(factor, verdict)
     for sensor in kept["sensors"].values():
         assert sensor["verdict"] == verdict
         assert sensor["tests"]["NIS"]["value"] == pytest.approx(factor**-2, rel=0.25)
-    meaning = {"optimistic": "more noise than it was told", "pessimistic": "less noise than it was told"}[verdict]
+    meaning = {"optimistic": "the noise is larger than assumed", "pessimistic": "the noise is smaller than assumed"}[
+        verdict
+    ]
     (sentence,) = (line for line in sentences(kept) if line.startswith("The filter is"))
     assert sentence.startswith(f"The filter is not consistent: {verdict} ({meaning}) by gnss-position, gnss-velocity")
     assert kept["noise"]["gyro noise"]["verdict"] == kept["noise"]["accelerometer noise"]["verdict"] == "consistent"
@@ -341,4 +343,4 @@ def test_a_ramp_that_is_believed_again_is_said_to_be():
     }  # fmt: skip
     caught, again = filter_summary.fault_sentences({"faults": [ramp]})
     assert "was caught by the gate" in caught
-    assert again.startswith("From 160 s on, 60.0 m off, the filter believed it again")
+    assert again.startswith("From 160 s on, with the satellites 60.0 m off, the filter accepted them again")

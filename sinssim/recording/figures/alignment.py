@@ -52,14 +52,14 @@ def draw_budget(budget: dict[str, Angles], panels: list[Axes]) -> None:
 def draw_curves(
     panel: Axes, name: str, attitude: Attitude, latitude: ArrayLike, sigmas: dict[str, ImuErrors], method: Method
 ) -> None:
-    """Draw an angle's σ over the length of the session: all sources, and those that no session averages.
+    """Draw an angle's σ over the length of the session: all sources, and those that averaging does not reduce.
 
     Args:
-        panel: where.
+        panel: axes to draw on.
         name: the angle.
-        attitude: of the vehicle, rad.
+        attitude: attitude of the vehicle, rad.
         latitude: rad.
-        sigmas: by name, standard deviations of sensor blocks.
+        sigmas: standard deviations of sensor blocks by name.
         method: "quiet" or "disturbed".
     """
     from matplotlib.ticker import LogLocator, NullFormatter
@@ -87,33 +87,33 @@ def draw_curves(
             )
     panel.set(xlabel="session length T [s]", ylabel=f"σ of the {name} [{word}]", title=name)
     low, high = panel.get_ylim()
-    panel.set_ylim(low / 1.5, max(4.0 * high, 20.0 * low))  # room for the legend, and for a curve that is flat
+    panel.set_ylim(low / 1.5, max(4.0 * high, 20.0 * low))  # room for the legend, and for a flat curve
     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     panel.yaxis.set_minor_formatter(NullFormatter())
-    panel.plot([], [], color=style.SOFT, lw=style.THIN, ls="--", label="not averaged by any session")
-    panel.plot([], [], "o", color=style.SOFT, label="bias takes over")
+    panel.plot([], [], color=style.SOFT, lw=style.THIN, ls="--", label="not reduced by averaging")
+    panel.plot([], [], "o", color=style.SOFT, label="bias dominates")
     panel.legend()
 
 
 @styled
 def session_figure(report: AlignmentReport) -> Figure:
-    """Draw what to expect of one session: the budget by source, and the curves over session length.
+    """Draw the expected errors of one session: the budget by source, and the curves over session length.
 
     Args:
-        report: an alignment whose sensors are known.
+        report: an alignment with known sensors.
 
     Returns:
         The figure.
 
     Raises:
-        InputError: the sensors are not known, or the angles not determined, so that there is nothing to expect.
+        InputError: the sensors are unknown or the angles undetermined, so that there are no expected errors.
     """
     d = report.determination
     if report.budget is None or report.sigma is None or not all(map(np.isfinite, (*d.attitude, d.latitude))):
         raise InputError(
-            f"{report.source}: nothing to plot; the expected errors need the sensors' grade (--grade for a log) and "
-            "an attitude and latitude that are determined."
+            f"{report.source}: nothing to plot: the expected errors need the sensors' grade (--grade for a log) and "
+            "a determined attitude and latitude."
         )
     figure = new_figure(13.0, 8.0)
     upper, lower = figure.subfigures(2, 1, height_ratios=[1.15, 1.0], squeeze=False)[:, 0]

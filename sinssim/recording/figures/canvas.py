@@ -58,10 +58,10 @@ _STYLE: dict[str, Any] = {
 
 
 def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Let a function draw in the style of all figures.
+    """Make a function draw in the style of all figures.
 
     Args:
-        draw: makes a figure.
+        draw: a function that makes a figure.
 
     Returns:
         The same function in that style.
@@ -78,13 +78,13 @@ def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, which needs no display.
+    """Return an empty figure; no display is needed.
 
     Args:
         width, height: inches.
 
     Returns:
-        The figure; its parts are laid out without overlap when it is written.
+        The figure; its layout is computed when it is written.
     """
     from matplotlib.figure import Figure
 
@@ -92,27 +92,27 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def check_format(path: Path) -> None:
-    """Refuse a figure that cannot be written, before work is put into it.
+    """Refuse an unknown file format before the figure is drawn.
 
     Args:
         path: .svg, .png or .pdf.
 
     Raises:
-        InputError: another kind of file.
+        InputError: the file has another format.
     """
     if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: a figure is written as {', '.join(FORMATS)}.")
+        raise InputError(f"{path}: the file name of a figure must end in {', '.join(FORMATS)}.")
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure, beside its place first and then renamed into it.
+    """Write a figure to a temporary file and rename it into place.
 
     Args:
         figure: the figure.
         path: .svg, .png or .pdf.
 
     Raises:
-        InputError: another kind of file.
+        InputError: the file has another format.
         RunError: the file cannot be written.
     """
     check_format(path)
@@ -132,14 +132,14 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def to_svg(figure: Figure, name: str) -> str:
-    """Return a figure as an SVG element to stand in an HTML page.
+    """Return a figure as an SVG element for an HTML page.
 
     Args:
         figure: the figure.
-        name: unique on the page; the element's inner references are made of it.
+        name: a name unique on the page, from which the element's inner references are made.
 
     Returns:
-        The element, without anything that points outside the page.
+        The element; it refers to nothing outside the page.
     """
     import matplotlib
 
@@ -150,7 +150,7 @@ def to_svg(figure: Figure, name: str) -> str:
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
-    # Names that nothing refers to are the same in every figure.
+    # Unreferenced identifiers are the same in every figure.
     svg = re.sub(r'\bid="([^"]*)"', lambda match: match[0] if match[1] in used else "", svg)
     return svg.replace("'DejaVu Sans', ", "").replace("DejaVu Sans, ", "")
 

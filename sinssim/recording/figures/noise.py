@@ -22,7 +22,7 @@ def noise_figure(report: NoiseReport) -> Figure:
     """Draw the Allan deviations of a log.
 
     Args:
-        report: at least one channel.
+        report: a report with at least one channel.
 
     Returns:
         The figure, a panel for each channel.
@@ -69,7 +69,7 @@ def _draw(panel: Axes, channel: ChannelNoise) -> None:
             label=f"{label} = {number(estimate.value / term_size)} {term_unit}",
         )
     bottom, top = 0.4 * float(np.min(low)), 2.5 * float(np.max(deviation))
-    if math.floor(math.log10(top)) <= math.ceil(math.log10(bottom)):  # fewer than two powers of ten to read it by
+    if math.floor(math.log10(top)) <= math.ceil(math.log10(bottom)):  # fewer than two powers of ten would be labelled
         bottom, top = 10.0 ** math.floor(math.log10(bottom)), 10.0 ** math.ceil(math.log10(top))
     panel.set(
         xlabel="averaging time τ [s]",

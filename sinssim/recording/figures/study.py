@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Paint = Mapping[str, str]
-"""Colour, as CSS has it, of each line by its name."""
+"""CSS colour of each line by its name."""
 
 _MARKERS = {"1": "o", "1p": "P", "2": "s", "3": "^", "4": "D"}
-_FLOOR = 1e-16  # a smaller number is drawn as this one: logarithms know no zero
-_NANOMETRE = 1e-9  # what rounding leaves of a position
-_COLUMNS = 3  # panels side by side; with more of them their text would be too small to read
+_FLOOR = 1e-16  # smaller numbers are drawn as this one, because a logarithmic axis has no zero
+_NANOMETRE = 1e-9  # rounding error of a position
+_COLUMNS = 3  # panels side by side; with more, their text would be too small to read
 
 
 def palette(comparison: Comparison) -> dict[str, str]:
-    """Return the colours of a study's lines: one name, one colour in all figures and all panels.
+    """Return the colours of a study's lines; a name has the same colour in all figures and panels.
 
     Args:
         comparison: the study.
 
     Returns:
-        Colour, as CSS has it, by name.
+        CSS colour by name.
     """
     names: dict[str, None] = {}
     for part in comparison.study.parts:
@@ -45,7 +45,7 @@ def palette(comparison: Comparison) -> dict[str, str]:
 
 
 def color_of(algorithm: str) -> str:
-    """Return the colour that an algorithm has everywhere.
+    """Return the colour of an algorithm, which is the same everywhere.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
@@ -57,7 +57,7 @@ def color_of(algorithm: str) -> str:
 
 
 def _line(name: str, color: str) -> dict[str, Any]:
-    """Line style: marker by order, dashed and hollow if corrected after each step."""
+    """Return the line style: marker by order, dashed and hollow if corrected after each step."""
     order = re.search(r"-(\d+p?)", name)
     corrected = name.endswith(("-ortho", "-norm"))
     return {
@@ -111,12 +111,12 @@ _QUANTITIES = (
 
 @styled
 def against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Figure:
-    """Draw errors over the sample rate: a column for each motion, a line for each algorithm (or whatever varies).
+    """Draw errors over the sample rate: a column for each motion, a line for each algorithm or other varied choice.
 
     Args:
-        rows: of one part.
-        label: what a line is called.
-        paint: its colour by name.
+        rows: rows of one part.
+        label: returns the name of a line.
+        paint: colours by name.
 
     Returns:
         The figure.
@@ -126,12 +126,12 @@ def against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Figure:
 
 @styled
 def against_cost(rows: Sequence[Row], label: Label, paint: Paint) -> Figure:
-    """Draw errors over the processor time that one second of motion takes.
+    """Draw errors over the processor time per second of motion.
 
     Args:
-        rows: of one part.
-        label: what a line is called.
-        paint: its colour by name.
+        rows: rows of one part.
+        label: returns the name of a line.
+        paint: colours by name.
 
     Returns:
         The figure.
@@ -144,9 +144,9 @@ def defect_against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Figu
     """Draw the loss of norm or orthogonality over the sample rate.
 
     Args:
-        rows: of one part.
-        label: what a line is called.
-        paint: its colour by name.
+        rows: rows of one part.
+        label: returns the name of a line.
+        paint: colours by name.
 
     Returns:
         The figure.
@@ -194,9 +194,9 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Figure
     """Draw errors as bars, for comparisons at one rate.
 
     Args:
-        rows: of one part.
-        label: what a bar is called.
-        line: what a bar's line over time is called, whose colour it has.
+        rows: rows of one part.
+        label: returns the name of a bar.
+        line: returns the name of the bar's line over time, whose colour it shares.
         paint: colours of lines by name.
 
     Returns:
@@ -238,7 +238,7 @@ def growth(panels: Mapping[str, Sequence[tuple[str, History]]], paint: Paint) ->
     """Draw the horizontal error over time, both logarithmic, so that a power of time is a straight line.
 
     Args:
-        panels: by motion, names of lines and how their errors grew.
+        panels: by motion, names of lines and the growth of their errors.
         paint: colours of lines by name.
 
     Returns:
@@ -280,7 +280,7 @@ def _short(value: float) -> str:
 
 @styled
 def costs(comparison: Comparison) -> Figure:
-    """Draw what one navigation step of each algorithm costs: operations, and processor time.
+    """Draw the cost of one navigation step of each algorithm: operations, and processor time.
 
     Args:
         comparison: the study.
@@ -315,7 +315,7 @@ def orders(found: Sequence[Order]) -> Figure:
     """Draw fitted orders of convergence of the attitude: a row for each algorithm, a mark for each motion.
 
     Args:
-        found: orders of one part, of one quantity.
+        found: orders of one part for one quantity.
 
     Returns:
         The figure.

@@ -33,14 +33,14 @@ _TABLES = (
         ("attitude [arcsec]", "attitude_error_arcsec", 1.0),
     ),
 )
-"""Columns: title, name in `summary.json` after "final_", "rms_", "max_", and the unit's size in the summary's."""
+"""Columns: title, name in `summary.json` after "final_", "rms_", "max_", and unit in terms of the summary's unit."""
 
 
 def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
     """Return the line about an algorithm without a result.
 
     Args:
-        failed: its name, and its entry in `summary.json`.
+        failed: name of the algorithm, and its entry in `summary.json`.
 
     Returns:
         HTML.
@@ -50,10 +50,10 @@ def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
 
 
 def error_tables(numbers: Mapping[str, Mapping[str, float | None]]) -> Iterator[str]:
-    """Return the tables of the errors in numbers.
+    """Yield the tables of the errors.
 
     Args:
-        numbers: by algorithm, as in `summary.json`.
+        numbers: errors by algorithm, as in `summary.json`.
 
     Yields:
         HTML.
@@ -76,8 +76,8 @@ def error_tables(numbers: Mapping[str, Mapping[str, float | None]]) -> Iterator[
         yield table(heads, lines, 1, above)
     yield (
         '</div><p class="note">Solution minus truth in the local level of the true position. The final height error '
-        "has a sign (positive: too high), all others are magnitudes; attitude is the angle of the single rotation "
-        "between computed and true attitude. Every digit: summary.json; every sample: streams/error_*.parquet.</p>"
+        "has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single rotation "
+        "between computed and true attitude. Full precision: summary.json; all samples: streams/error_*.parquet.</p>"
     )
 
 
@@ -86,7 +86,7 @@ def _in_unit(value: float | None, size: float) -> str:
 
 
 def error_plots(run: Run, period: float) -> Iterator[str]:
-    """Return the plots of the errors over time.
+    """Yield the plots of the errors over time.
 
     Args:
         run: whose errors they are.
@@ -145,7 +145,7 @@ def error_plots(run: Run, period: float) -> Iterator[str]:
 
 def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Mark]]:
     """Return the time axis of the error plots, and marks at half the Schuler period and its multiples."""
-    # A whole period belongs on the axis when the run ends just before it.
+    # The mark at a whole period stays on the axis if the run ends just before it.
     span = (start, start + period if end < start + period < start + 1.02 * (end - start) else end)
     marks = [
         Mark(start + half * 0.5 * period, text if half < 3 else f"{half / 2:g} T")
@@ -157,7 +157,7 @@ def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float
 
 
 def _explanation(period: float, marked: bool) -> str:
-    """Say what the marks and the angles in the error plots are."""
+    """Explain the marks and the angles in the error plots."""
     seen = "" if marked else " The run is shorter than half a period."
     return (
         f"<p>The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; dotted lines mark it and its "
@@ -170,8 +170,8 @@ def _explanation(period: float, marked: bool) -> str:
 def _apart(
     run: Run, colors: Sequence[str], dashes: Sequence[str], span: tuple[float, float], marks: Sequence[Mark]
 ) -> str:
-    """Draw how far each solution is from the first one: what is the algorithms' own, and not the sensors'."""
-    # algorithms that take several samples at once have fewer rows: the instants that all of them have
+    """Draw the distance of each solution from the first one, which shows the errors of the algorithms alone."""
+    # algorithms that take several samples per update have fewer rows: use the instants common to all
     time = min((error.time for error in run.errors.values()), key=len)
     time = time[np.unique(np.linspace(0, len(time) - 1, min(len(time), 8192)).round().astype(np.intp))]
     found = {
@@ -198,13 +198,13 @@ def singularities(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
     """Return the table of the passages through a singular attitude.
 
     Args:
-        found: by algorithm, as in `summary.json`.
+        found: passages by algorithm, as in `summary.json`.
 
     Returns:
         HTML.
     """
     if not found:
-        return "<p>No algorithm went through a singular attitude.</p>"
+        return "<p>No algorithm passed through a singular attitude.</p>"
     lines = [
         (
             words(name),

@@ -33,21 +33,21 @@ _TESTS = {
     "slow part, 64 readings": "of 64",
     "slow part, 256 readings": "of 256",
 }
-"""The tests of the innovations, and what they are called here."""
+"""The tests of the innovations, and their column heads."""
 
 _ERRORS = (
     "final_horizontal_error_m", "rms_horizontal_error_m", "max_horizontal_error_m", "max_height_error_m",
     "max_velocity_error_mps", "final_attitude_error_arcsec",
 )  # fmt: skip
-"""Of a solution, as the summary calls them."""
+"""Errors of a solution: heads, and keys in the summary."""
 
 _WIDTH, _HEIGHT = 376, 150
-"""Of one of three drawings side by side, px."""
+"""Width of one of three drawings side by side, px."""
 
 _DOTS = 1500
-"""About so many dots at most are drawn of one kind."""
+"""Approximate maximum number of dots of one kind in a drawing."""
 _EDGE = 6.0
-"""Innovations beyond so many σ are drawn there."""
+"""Innovations beyond this many σ are drawn at the limit."""
 
 _TITLES = {
     "position_north": "North position error",
@@ -63,12 +63,12 @@ _TITLES = {
 
 
 def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, float]) -> Iterator[str]:
-    """Yield the report's part on the filter.
+    """Yield the report's section on the filter.
 
     Args:
-        aided: the aided solution, and the truth about it.
-        summary: what `summary.json` holds.
-        span: begin and end of the run, s.
+        aided: the aided solution with its true errors.
+        summary: contents of `summary.json`.
+        span: beginning and end of the run, s.
 
     Yields:
         HTML.
@@ -86,7 +86,7 @@ def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, 
 
 
 def _solutions(summary: Mapping[str, Any]) -> str:
-    """Return a table of the aided solutions' errors, the inertial ones beside them."""
+    """Return a table of the errors of the aided and the inertial solutions."""
     own = {name: summary["filter"].get(name) for name in ("aided", "smoothed")}
     found = {**own, **{f"inertial, {name}": n for name, n in summary["algorithms"].items()}}
     heads = ("solution", "horizontal, final [m]", "rms", "max", "height, max [m]", "velocity, max [m/s]")
@@ -101,7 +101,7 @@ def _solutions(summary: Mapping[str, Any]) -> str:
 
 
 def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the tests of the filter by its innovations."""
+    """Yield the tests of the filter's innovations."""
     yield "<h3>Innovations</h3>"
     yield table(
         ("sensor", "verdict", "taken", "refused (expected)", *_TESTS.values()),
@@ -117,27 +117,27 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
         ],
     )
     yield (
-        '<p class="note">Each test: the statistic over its degrees of freedom, 1 if all is right, and its 95 % band. '
+        '<p class="note">Each test: the statistic over its degrees of freedom, 1 if all is well, and its 95 % band. '
         "NIS: normalised innovations squared. Whiteness: their autocorrelation over 20 lags. Sums over 16, 64 and 256 "
-        "readings show a slow drift that a single reading’s noise hides. Optimistic: there is more noise than the "
-        "filter was told; pessimistic: less; coloured: the innovations are not white.</p>"
+        "readings reveal a slow drift that the noise of single readings hides. Optimistic: the noise is larger than "
+        "the filter assumes; pessimistic: smaller; coloured: the innovations are not white.</p>"
     )
 
 
 def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the errors against their covariance, and what is known of every state."""
+    """Yield the errors against their covariance, and the final uncertainty of every state."""
     yield "<h3>Errors against their covariance</h3>"
     nees = table(
         ("states", "number", "NEES per state"),
         [(words(name), str(s["states"]), _test(s)) for name, s in numbers["nees"].items()],
     )
-    noise = table(("noise", "variance over what was told"), [(words(n), _test(s)) for n, s in numbers["noise"].items()])
+    noise = table(("noise", "variance over assumed"), [(words(n), _test(s)) for n, s in numbers["noise"].items()])
     yield (
-        f'<div class="pair">{nees}<div>{noise}<p class="note">NEES: normalised squared errors, the run’s mean, with '
-        "the band that 95 % of sound runs lie in: the errors of one run change slowly, and the filter knows how slowly."
-        " Noise: what came into attitude, velocity and instability from one moment to the next. Both need the truth; "
-        "the noise tells a filter that is told wrong even where the readings drown what is wrong.</p></div></div>"
-        "<h3>What was learned</h3>"
+        f'<div class="pair">{nees}<div>{noise}<p class="note">NEES: normalised squared errors, mean over the run, with '
+        "the band that holds 95 % of sound runs; it accounts for the slow change of the errors within a run."
+        " Noise: random increments of attitude, velocity and instability between epochs. Both tests need the truth; "
+        "the second detects wrongly assumed noise even where the noise of the readings hides it.</p></div></div>"
+        "<h3>Uncertainty of the states</h3>"
     )
     lines = []
     for column, s in numbers["states"].items():
@@ -150,9 +150,9 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
     half = (len(lines) + 1) // 2
     yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
     yield (
-        '<p class="note">σ smaller: how many times, bold if the state is observable: the motion, without the noise of '
-        "the states, would show a deviation by σ at the start ten times over the noise of the readings, and the filter "
-        "has at least halved σ.</p>"
+        '<p class="note">σ smaller: factor by which σ fell; bold if the state is observable. A state is observable if, '
+        "without process noise, the readings would show a deviation by the initial σ at ten times their noise, and the "
+        "filter at least halved σ.</p>"
     )
 
 
@@ -165,7 +165,7 @@ def _test(test: Mapping[str, float] | None) -> str:
 
 
 def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:
-    """Draw every error of navigation with the band that it should lie in."""
+    """Draw every error of navigation with its expected band."""
     found = aided.estimate
     for name, scale, components, sign in NAVIGATION:
         at = found.model.slices[name]
@@ -189,20 +189,20 @@ def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> It
                     ("", -3.0 * sigma, pale, 1.0),
                     (kind, side * error, color, 1.4),
                 ):
-                    # the axis suits what there is once the filter has settled
+                    # the axis fits the errors after the filter has settled
                     lines.append(Line("", time[~late], values[~late], paint, width, "", size, reference=True))
                     lines.append(Line(label, time[late], values[late], paint, width, "", size))
             yield plot.plot(_TITLES[component], unit, lines, span, marks=marks, width=_WIDTH, height=_HEIGHT)
 
 
 def outage_marks(aided: Aided) -> list[Mark]:
-    """Return marks at the begin and the end of every long time without readings of a sensor.
+    """Return marks at the beginning and the end of every long gap in the readings of a sensor.
 
     Args:
-        aided: the aided solution, with what the sensors gave.
+        aided: the aided solution with the readings of its sensors.
 
     Returns:
-        In order of time; a long time is one of ten intervals and of a fiftieth of the run.
+        Marks in order of time; a long gap is at least ten intervals and a fiftieth of the run.
     """
     marks = []
     for sensor in aided.sensed:
@@ -218,14 +218,14 @@ def outage_marks(aided: Aided) -> list[Mark]:
 
 
 def fault_marks(numbers: Mapping[str, Any], end: float) -> list[Mark]:
-    """Return marks at the begin and the end of every jump and ramp of the satellites.
+    """Return marks at the beginning and the end of every jump and ramp of the satellites.
 
     Args:
-        numbers: what the summary holds of the filter.
-        end: of the run, s.
+        numbers: the summary's entry on the filter.
+        end: end of the run, s.
 
     Returns:
-        In the order of the scenario.
+        Marks in the order of the scenario.
     """
     marks = []
     for fault in numbers["faults"]:
@@ -236,7 +236,7 @@ def fault_marks(numbers: Mapping[str, Any], end: float) -> list[Mark]:
 
 
 def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
-    """Draw each sensor's innovations in their σ, those refused in red."""
+    """Draw each sensor's innovations in units of their σ, rejected ones in red."""
     ends = np.array(span)
     grey = style.css(style.COLORS["bound"])
     for sensor in aided.estimate.innovations:

@@ -71,7 +71,7 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
     chart = draw_map(time, truth, run.solutions, colors, trajectory.ellipsoid)
     facts = [
         ("duration", duration_words(float(time[-1] - time[0]))),
-        ("way over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
+        ("distance over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
         ("start", _place(truth, 0)),
         ("end", _place(truth, -1)),
         ("height above the ellipsoid", _between(truth.height, 1, "m")),
@@ -86,8 +86,8 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
         ("true motion of the sensor block", ""), [(words(k), f'<td class="text">{v}</td>') for k, v in facts]
     )
     return (
-        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant about the middle of the true '
-        "track, whose east and north the axes have; dotted: meridians and parallels.</p></div>"
+        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant projection about the middle of the true '
+        "track; the axes point east and north there. Dotted: meridians and parallels.</p></div>"
         f"<div>{listed}</div></div>"
     )
 
@@ -116,7 +116,7 @@ def _plots(time: Array, trajectory: Trajectory, truth: NavState, marks: Sequence
 
 
 def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
-    """Say where the true motion comes from."""
+    """Describe the source of the true motion."""
     flight = scenario.flight
     if flight is not None:
         yield "flown by JSBSim, aircraft", flight.aircraft
@@ -135,7 +135,7 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
 def _legs(
     scenario: Scenario, trajectory: Trajectory
 ) -> tuple[list[tuple[str, str, float, float | None]], list[tuple[float, str]]]:
-    """Return the legs that were begun (type, what was asked for, begin, end), and all other events."""
+    """Return the legs that began (type, settings, beginning, end), and all other events."""
     events = [(event.time, event.text) for event in trajectory.events]
     legs: list[tuple[str, str, float, float | None]] = []
     for i, leg in enumerate(scenario.flight.legs if scenario.flight is not None else (), start=1):

@@ -1,4 +1,4 @@
-"""An HTML page that needs no other file: frame and style, tables and text."""
+"""A self-contained HTML page: frame and style, tables and text."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
     """Return a whole page.
 
     Args:
-        title: what the browser's tab says.
+        title: title in the browser's tab.
         body: pieces of HTML.
-        style: rules of its own, after those that all pages share.
+        style: additional style rules after the common ones.
 
     Returns:
         HTML; it refers to nothing outside itself.
@@ -61,7 +61,7 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
 
 
 def words(text: str) -> str:
-    """Return a text as HTML, its white space as single blanks.
+    """Return a text as HTML with runs of white space reduced to single blanks.
 
     Args:
         text: any text.
@@ -73,7 +73,7 @@ def words(text: str) -> str:
 
 
 def verbatim(text: str) -> str:
-    """Return a text as HTML, as it is.
+    """Return a text as HTML, white space unchanged.
 
     Args:
         text: any text.
@@ -88,10 +88,10 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, 
     """Return a table.
 
     Args:
-        heads: HTML of the column heads; one that is a whole `<th…>` is taken as it is.
-        lines: HTML of the cells, row by row; a cell that is a whole `<td…>` is taken as it is.
-        names: how many columns, from the left, are words and not numbers.
-        above: a row of heads above the heads, a whole `<tr>`.
+        heads: HTML of the column heads; a complete `<th…>` is used unchanged.
+        lines: HTML of the cells, row by row; a complete `<td…>` is used unchanged.
+        names: number of columns, from the left, that hold words instead of numbers.
+        above: an additional row of heads above, a complete `<tr>`.
 
     Returns:
         HTML.
@@ -111,10 +111,10 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, 
 
 
 def swatch(color: str) -> str:
-    """Return a little square of a colour, to stand before a name.
+    """Return a small square of a colour, to be placed before a name.
 
     Args:
-        color: as CSS has it.
+        color: CSS colour.
 
     Returns:
         HTML.

@@ -1,7 +1,7 @@
-"""Plots over time as SVG, written directly, so that a run's report does not wait for a drawing library.
+"""Plots over time as SVG, written directly so that a run's report loads no drawing library.
 
-Every drawing carries a light page's colours in its own attributes, so that it can be taken out and used elsewhere;
-on the page `STYLE` overrides them with the page's own, light or dark.
+Every drawing has the colours of a light page in its attributes, so that it can be used elsewhere. On the page, `STYLE`
+overrides them with the page's colours, light or dark.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ class Line:
     """A line in a plot.
 
     Attributes:
-        label: its name in the legend, "" for a line that is not there.
+        label: its name in the legend, "" for no entry.
         time: (N,) s, in order.
         values: (N,).
-        color: as CSS has it.
+        color: CSS colour.
         width: px.
         dashes: see `path`.
-        size: of the plot's unit, in the values' own.
-        turn: the values are angles that jump by this much, 0 if they are not.
-        reference: something to compare with: the axis does not stretch for it.
-        dots: diameter of dots that are drawn instead of a line, 0 for a line, px.
+        size: the plot's unit, in the unit of the values.
+        turn: full turn by which the values, if they are angles, jump; 0 for others.
+        reference: whether it is a reference line, which does not widen the axis.
+        dots: diameter of the dots, px; 0 for a line.
     """
 
     label: str
@@ -68,9 +68,9 @@ class Mark:
     """A vertical line in a plot.
 
     Attributes:
-        time: where, s.
-        text: what stands at its top.
-        faint: a thin line, for one of many.
+        time: its place, s.
+        text: the text at its top.
+        faint: whether the line is thin, for one of many.
     """
 
     time: float
@@ -79,13 +79,13 @@ class Mark:
 
 
 def dashes(count: int) -> list[str]:
-    """Return dash patterns that distinguish lines, also on paper and where they coincide.
+    """Return dash patterns that distinguish lines in print and where they coincide.
 
     Args:
-        count: how many lines, drawn in order.
+        count: number of lines, drawn in order.
 
     Returns:
-        What `path` takes; all solid if there are more than three lines.
+        Patterns for `path`; all solid if there are more than three lines.
     """
     return ["", "9 9", "4 5"][:count] if count <= 3 else [""] * count
 
@@ -95,7 +95,7 @@ def element(width: float, height: float, about: str, body: str) -> str:
 
     Args:
         width, height: px.
-        about: what is to be seen, for those who cannot see it.
+        about: description for readers who cannot see the drawing.
         body: SVG.
 
     Returns:
@@ -109,12 +109,12 @@ def element(width: float, height: float, about: str, body: str) -> str:
 
 
 def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", more: str = "") -> str:
-    """Return some words.
+    """Return a line of text.
 
     Args:
-        x, y: where their baseline is, px.
+        x, y: place of its baseline, px.
         words: plain text.
-        anchor: "start", "middle" or "end": which part of them is there.
+        anchor: "start", "middle" or "end": the part of the text that is placed there.
         kind: class, for the style.
         more: other attributes.
 
@@ -129,7 +129,7 @@ def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", 
 
 
 def points(x: Array, y: Array) -> str:
-    """Return coordinates as a polyline has them, to a tenth of a pixel, without repetitions.
+    """Return coordinates in the form of a polyline, to a tenth of a pixel, without repetitions.
 
     Args:
         x, y: (N,) px.
@@ -147,7 +147,7 @@ def path(x: Array, y: Array, color: str, width: float, dashes: str = "") -> str:
 
     Args:
         x, y: (N,) px.
-        color: as CSS has it.
+        color: CSS colour.
         width: px.
         dashes: lengths of dashes and gaps, "" for a solid line.
 
@@ -166,7 +166,7 @@ def dots(x: Array, y: Array, color: str, size: float) -> str:
 
     Args:
         x, y: (N,) px.
-        color: as CSS has it.
+        color: CSS colour.
         size: their diameter, px.
 
     Returns:
@@ -178,7 +178,7 @@ def dots(x: Array, y: Array, color: str, size: float) -> str:
 
 
 def segments(x1: Sequence[float], y1: Sequence[float], x2: Sequence[float], y2: Sequence[float], kind: str) -> str:
-    """Return straight lines of one kind.
+    """Return straight line segments of one kind.
 
     Args:
         x1, y1, x2, y2: their ends, px.
@@ -217,9 +217,9 @@ def plot(
         marks: vertical lines.
         width: of the drawing, px.
         height: of the plot without title, legend and labels, px.
-        from_zero: the axis begins at zero.
-        least: a smaller change than this is none, but rounding.
-        axis: where the axis begins and ends, and the step of its ticks; what suits the values if not given.
+        from_zero: whether the axis begins at zero.
+        least: smallest change that is not rounding.
+        axis: beginning and end of the axis, and the step of its ticks; chosen from the values if not given.
 
     Returns:
         An SVG element.
@@ -249,7 +249,7 @@ def plot(
     body += [text(x, bottom + 15, label(t, t_step), "middle", "soft") for t, x in zip(times, x_ticks, strict=True)]
     body.append(text(_LEFT + inner, bottom + 32, f"time [{t_unit}]", "end", "soft"))
     body += _marks(marks, [_LEFT + (m.time - start) * to_x for m in marks], top, bottom, width - 4.0)
-    # An inner element clips what leaves the axes.
+    # An inner element clips the lines at the axes.
     body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
     body += _curves(lines, span, inner, height, low, to_y)
     body.append("</svg>")
@@ -273,7 +273,7 @@ def _curves(
 
 
 def _finite(line: Line) -> Line:
-    """Leave out what is not a number, of an algorithm that diverged."""
+    """Remove values that are not finite, which an algorithm has after it diverged."""
     if np.isfinite(line.values.sum()):
         return line
     rows = np.isfinite(line.values)
@@ -281,15 +281,15 @@ def _finite(line: Line) -> Line:
 
 
 def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
-    """Return the names of several lines, each beside a piece of it.
+    """Return a legend: the names of the lines, each beside a sample of the line.
 
     Args:
-        lines: as drawn.
+        lines: the lines as drawn.
         width: of the drawing, px.
         top: baseline of the first row, px.
 
     Returns:
-        SVG, and where it ends, px; nothing where there is but one line.
+        SVG, and the ordinate of its end, px; empty for a single line.
     """
     lines = [line for line in lines if line.label]
     if len(lines) < 2:
@@ -324,12 +324,12 @@ def _marks(marks: Sequence[Mark], places: Sequence[float], top: float, bottom: f
 
 
 def _range(lines: Sequence[Line], from_zero: bool, least: float) -> tuple[float, float, float]:
-    """Return where an axis begins and ends, and the step of its ticks."""
+    """Return the beginning and the end of an axis, and the step of its ticks."""
     low = min((float(line.values.min()) / line.size for line in lines if len(line.values)), default=0.0)
     high = max((float(line.values.max()) / line.size for line in lines if len(line.values)), default=0.0)
     low = min(low, 0.0) if from_zero else low
     if high - low <= max(1e-9 * max(abs(low), abs(high)), least):
-        # Nothing changes beyond rounding: the line lies in the middle, or on the floor.
+        # Constant except for rounding: the line lies in the middle or at the bottom.
         low, high = (0.0, 1.0) if from_zero else (low - 0.5, high + 0.5)
     _, step = ticks(low, high, 5)
     first, last = np.floor(low / step + 1e-6), np.ceil(high / step - 1e-6)
@@ -348,7 +348,7 @@ def _pieces(line: Line, start: float, end: float, columns: int) -> Iterator[tupl
 
 
 def _settle(x: Array, y: Array) -> tuple[Array, Array]:
-    """Take the middle of a column's least and greatest value where they are within a pixel."""
+    """Replace a column's least and greatest value by their mean where they lie within a pixel."""
     pairs = len(x) // 2
     if pairs < 100 or len(x) % 2:
         return x, y

@@ -1,4 +1,4 @@
-"""The report of one run: one HTML page with its drawings, for any browser and for print."""
+"""The report of one run: a self-contained HTML page with its drawings, for any browser and for print."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def run_report(run: Run, summary: Mapping[str, Any]) -> str:
     """Return the report of a run.
 
     Args:
-        run: what there is of it; a run that broke off lacks what its later stages compute.
-        summary: what `summary.json` holds.
+        run: the run; one that failed lacks the results of its later stages.
+        summary: contents of `summary.json`.
 
     Returns:
         An HTML page that refers to nothing outside itself.
@@ -71,13 +71,13 @@ def run_report(run: Run, summary: Mapping[str, Any]) -> str:
     if run.aided is not None and "filter" in summary:
         span = (float(run.time[0]), float(run.time[-1]))
         body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
-    body += ["<h2>How it was made</h2>", *_made(scenario, summary)]
+    body += ["<h2>How the run was computed</h2>", *_made(scenario, summary)]
     body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(run.about_filter).strip())}</pre>"]
     return page.page(f"{scenario.name}: run", body, _STYLE)
 
 
 def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
-    """Return the period of the Schuler oscillation where a run took place.
+    """Return the period of the Schuler oscillation at the place of a run.
 
     Args:
         truth: true states, N rows.
@@ -93,11 +93,11 @@ def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
 
 
 def _ended(summary: Mapping[str, Any]) -> str:
-    return "was interrupted; this is what there was." if summary["status"] == "interrupted" else "failed."
+    return "was interrupted; this report shows what was computed." if summary["status"] == "interrupted" else "failed."
 
 
 def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
-    """Say the result in a sentence or two."""
+    """Yield the main results in a few sentences."""
     if not summary.get("algorithms"):
         return
     numbers = {name: n for name, n in summary["algorithms"].items() if name not in summary["failures"]}
@@ -111,7 +111,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
         yield flags
     if summary["failures"]:
-        yield f"No result by {', '.join(summary['failures'])}, for the reason that stands with the navigation errors."
+        yield f"No result from {', '.join(summary['failures'])}; the section on navigation errors gives the reason."
     if not numbers:
         return
     finals = [n["final_horizontal_error_m"] for n in numbers.values()]
@@ -138,7 +138,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
-    """Give the horizontal error of the aided solution."""
+    """Yield the horizontal error of the aided solution."""
     aided = summary.get("filter", {}).get("aided")
     if aided is not None:
         end, most = (_length(aided[f"{when}_horizontal_error_m"], False) for when in ("final", "max"))
@@ -168,4 +168,4 @@ def _made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         ("processor", words(processor())),
     ]
     yield f'<div class="pair"><div>{table(("stage", "time [s]", ""), times)}</div>'
-    yield f"<div>{table(('what made it', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"
+    yield f"<div>{table(('computed by', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"

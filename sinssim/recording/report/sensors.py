@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _DIGITS = 4
 _AXES = ("x (forward)", "y (right)", "z (down)")
 
-_ALWAYS = ("bias", "scale", "misalignment")  # fields whose rows stand in the report though they be zero
+_ALWAYS = ("bias", "scale", "misalignment")  # fields that the report lists even if they are zero
 
 
 def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorComparison]) -> Iterator[str]:
@@ -43,8 +43,8 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
 
     Args:
         scenario: what is run.
-        true: the errors of its sensors.
-        kinds: what the sensors read; nothing if the run broke off before.
+        true: the true errors of its sensors.
+        kinds: readings of the sensors; empty if the run ended before.
 
     Yields:
         HTML.
@@ -53,11 +53,11 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
     name = f"<strong>{words(section.grade)}</strong>"
     if isinstance(section.sensor_set, Gyros):
         of = f"Grade {name}: {words(grade.description)}."
-    else:  # the grade's own words are those of a unit with gyros
+    else:  # the grade's description is that of a unit with gyros
         of = f"Accelerometers of the grade {name}."
     yield (
-        f"<p>{of} Each axis' error is what this run's seed {scenario.seed} drew from a normal distribution of the "
-        "given 1σ, or what the scenario gives.</p>"
+        f"<p>{of} The error of each axis was drawn with the seed {scenario.seed} from a normal distribution of the "
+        "given 1σ, or is given by the scenario.</p>"
     )
     errors = true.imu
     shift = ("null shift by gas flow, at most", _null_shift(errors), units.DEG_H, "deg/h")
@@ -76,9 +76,9 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         yield f"<p>Faults: {'; '.join(map(_fault, section.faults))}.</p>"
     if scenario.compensation is not None:
         assert true.calibration is not None
-        left = imperfect_calibration(errors, true.calibration)  # true less known, as true less left is known
+        left = imperfect_calibration(errors, true.calibration)  # known errors: true errors minus remaining errors
         none = find_grade("ideal")
-        yield "<h3>Left by the calibration</h3><p>What the compensation in front of navigation does not take away.</p>"
+        yield "<h3>Residual errors after calibration</h3><p>Errors that the compensation does not remove.</p>"
         yield _pair(
             _table(left.gyro, none.gyro, scenario.compensation, "gyro"),
             _table(left.accel, none.accel, scenario.compensation, "accel"),
@@ -87,7 +87,7 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         yield "<h3>Errors of the readings</h3>"
         yield from _plots(kinds)
     elif kinds:
-        yield "<p>Every reading is the ideal one.</p>"
+        yield "<p>All readings are ideal.</p>"
 
 
 def _null_shift(errors: ImuErrors) -> float:
@@ -125,13 +125,13 @@ def _six(section: ImuSection, triads: Sequence[TriadErrors], arm: float) -> str:
     rows = (
         (name, unit, *(signed(float(v), _DIGITS) for v in values), f"{sigma:.6g}")
         for (name, unit, values), sigma in zip(
-            (("bias", "µg", bias), ("scale factor", "ppm", scale), ("axis off by", "arcsec", tilt)), spread, strict=True
+            (("bias", "µg", bias), ("scale factor", "ppm", scale), ("axis tilt", "arcsec", tilt)), spread, strict=True
         )
     )
     return table(("", "unit", *(str(i) for i in range(1, 7)), "1σ"), rows, 2) + (
-        f'<p class="note">On the faces of a cube, {arm:g} m from its centre, with their axes along: 1 forward, '
+        f'<p class="note">On the faces of a cube, {arm:g} m from its centre, with their axes along: 1 front, '
         "(y + z)/√2; 2 aft, (y − z)/√2; 3 right, (x + z)/√2; 4 left, (z − x)/√2; 5 below, (x + y)/√2; 6 above, "
-        "(x − y)/√2. Each axis is off by two tilts of the given 1σ.</p>"
+        "(x − y)/√2. Each axis has two tilts of the given 1σ.</p>"
     )
 
 
@@ -144,7 +144,7 @@ def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -
     own = find_grade(section.grade).gyro.bias / units.DEG_H
     drift = own if sensor.drift_sigma_deg_h is None else sensor.drift_sigma_deg_h
     rows = [
-        ("off at the start", "arcsec", *(signed(float(v), _DIGITS) for v in errors.bias / units.ARCSEC), bias),
+        ("initial error", "arcsec", *(signed(float(v), _DIGITS) for v in errors.bias / units.ARCSEC), bias),
         (
             "drift", "deg/h", *(signed(float(v), _DIGITS) for v in errors.drift / units.DEG_H),
             "given" if sensor.drift_deg_h is not None else f"{drift:.6g}",
@@ -158,7 +158,7 @@ def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -
 
 
 def _plots(kinds: Sequence[SensorComparison]) -> Iterator[str]:
-    """Draw the errors of the readings, kind beside kind, before and after compensation."""
+    """Draw the errors of the readings of each kind side by side, before and after compensation."""
     drawn = {kind.key: list(_of_kind(kind)) for kind in kinds}
     if single := drawn.pop("single", None):
         yield _pair(*single)
@@ -191,7 +191,7 @@ def _of_kind(kind: SensorComparison) -> Iterator[str]:
     if kind.left is not None:
         unit, size = suiting(kind.sums, kind.left)
         lines = [(kind.left, paint, 1.5, "")]
-        yield draw_all("error left by the compensation, accumulated", unit, [(kind.time, kind.left)], size)
+        yield draw_all("error after compensation, accumulated", unit, [(kind.time, kind.left)], size)
 
 
 def _table(errors: TriadErrors, grade: TriadGrade, section: ImuSection | CompensationSection, kind: str) -> str:
@@ -199,7 +199,7 @@ def _table(errors: TriadErrors, grade: TriadGrade, section: ImuSection | Compens
 
 
 def _triad(errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], kind: str) -> Iterator[Sequence[str]]:
-    """Return the rows of one triad: turn-on errors per axis, and what they were drawn from."""
+    """Return the rows of one triad: turn-on errors per axis, and their 1σ."""
 
     def spread(term: ErrorTerm) -> str:
         if section.get(term.key) is not None:

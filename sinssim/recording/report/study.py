@@ -1,4 +1,4 @@
-"""The report of a study: one HTML page that needs no other file."""
+"""The report of a study: a self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -42,23 +42,23 @@ def html_report(comparison: Comparison, about: dict[str, str]) -> str:
     """Return the report.
 
     Args:
-        comparison: what the study found out.
-        about: what made it: versions, machine, by name.
+        comparison: results of the study.
+        about: versions and machine, by name.
 
     Returns:
-        An HTML page, with its figures in it as SVG.
+        An HTML page with its figures as SVG.
     """
     study = comparison.study
     body = [f"<h1>{words(study.name)}</h1>", f'<p class="lead">{words(study.description)}</p>']
     count = len(comparison.rows)
     broken_off = {"interrupted": "was interrupted", "failed": "failed"}.get(comparison.status)
-    status = f" <strong>The study {broken_off}: these are the cases that were done.</strong>" if broken_off else ""
+    status = f" <strong>The study {broken_off}; the report shows the finished cases.</strong>" if broken_off else ""
     navigations = "1 navigation" if count == 1 else f"{count} navigations"
     body.append(f'<p class="note">{navigations} in {comparison.seconds:.0f} s, seed {study.seed}.{status}</p>')
     if comparison.verdicts:
         body += ["<h2>Claims and verdicts</h2>", _verdicts(comparison)]
     if comparison.picks:
-        body += ["<h2>Which to pick</h2>", _picks(comparison)]
+        body += ["<h2>Recommended engines</h2>", _picks(comparison)]
     paint = figures.palette(comparison)
     for number_, part in enumerate(study.parts, start=1):
         rows = comparison.of_part(part.title)
@@ -102,7 +102,7 @@ def _picks(comparison: Comparison) -> str:
     ]
     told = table(("part", "sensors", "pick", "the numbers that decide"), lines, 4)
     return told.replace("<td class=name>", '<td class="text">') + (
-        "<p class=note>The engine that computes least of those that are accurate enough on every motion: horizontal "
+        "<p class=note>The engine with the least computation among those accurate enough on every motion: horizontal "
         "error at most 0.1 nmi/h, or 1.1 of the least on that motion, and attitude error at most 0.3′, or 1.1 of the "
         "least. Processor time as measured below, at the sample rate; a schedule takes less than that.</p>"
     )
@@ -131,7 +131,7 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], paint: figures.Pa
             body += [
                 "<h3>Loss of norm or orthogonality</h3>",
                 "<p class=note>|‖q‖ − 1| of quaternions, the greatest element of |BBᵀ − I| of direction cosines, both "
-                "of the algorithm's own variables; Euler angles have none. At 1e-13 it is rounding.</p>",
+                "of the algorithm's own variables; Euler angles have no such defect. Values of 1e-13 are rounding.</p>",
                 to_svg(figures.defect_against_rate(rows, label, paint), f"{name}defect"),
             ]
     else:
@@ -152,7 +152,7 @@ def _part(comparison: Comparison, part: Part, rows: list[Row], paint: figures.Pa
     if passed:
         body += ["<h3>Passages through the singular attitude</h3>", _passages(passed)]
     if failed:
-        body.append("<h3>What could not be navigated</h3><ul>")
+        body.append("<h3>Failed navigations</h3><ul>")
         reasons: dict[str, list[str]] = {}
         label = labeller(rows, pace=True)
         for row in failed:
@@ -189,8 +189,8 @@ def _orders(comparison: Comparison, part: Part, name: str) -> list[str]:
     body = [
         "<h3>Order of convergence</h3>",
         "<p class=note>Slope of log error over log interval, fitted through the four highest rates at which the error "
-        "stands above rounding and above thirty times the best algorithm's best; with its standard error. No number: "
-        "fewer than three such rates, or no straight line.</p>",
+        "exceeds rounding and thirty times the least error of the best algorithm, with its standard error. No number: "
+        "fewer than three such rates, or the errors do not follow a straight line.</p>",
     ]
     if attitude:
         body.append(to_svg(figures.orders(attitude), f"{name}orders"))
@@ -229,7 +229,7 @@ def _passages(rows: list[Row]) -> str:
         for r in rows
     ]  # fmt: skip
     heads = ("", "motion", "rate, Hz", "passages", "greatest damage, ′", "horizontal max, m")
-    return table((*heads, "<th class=name>what happened</th>"), lines, 2)
+    return table((*heads, "<th class=name>event</th>"), lines, 2)
 
 
 def _costs(comparison: Comparison) -> list[str]:
@@ -249,11 +249,11 @@ def _costs(comparison: Comparison) -> list[str]:
         )
     heads = ("algorithm", "frame", "+ −", "×", "÷", "√", "sin, cos, …", "all", "ns per step", "million steps/s")
     return [
-        "<p class=note>A step is one sample's whole navigation: attitude, velocity and position, with Coriolis and "
-        "gravity. Operations are counted by running the step's own code on numbers that count what is done to them, as "
-        "written and along the branches taken; the compiler may do fewer. The unit quaternion and the defect that a "
-        "row of the solution has are not among them. Time is the processor time of one core, the whole call with its "
-        "checks and its rows, the least of several.</p>",
+        "<p class=note>A step is the whole navigation of one sample: attitude, velocity and position, Coriolis and "
+        "gravity. Operations are counted by running the code of the step on numbers that count their operations, as "
+        "written and along the branches taken; the compiled code may need fewer. The unit quaternion and the defect in "
+        "a row of the solution are not counted. Time is the processor time of one core for the whole call with its "
+        "checks and output rows, the minimum of several calls.</p>",
         to_svg(figures.costs(comparison), "costs"),
         table(heads, lines, 2),
     ]
@@ -281,7 +281,7 @@ def _motions(comparison: Comparison) -> str:
             f"{f.latitude_rate_deg_h:.3f}",
             f"{f.max_latitude_deg:.2f}",
         )
-        # a motion of several parts once; one that lasts longer in another part is another one
+        # a motion of several parts appears once; with another duration it counts as another motion
         for name, f in dict.fromkeys((name, facts) for (_, name), facts in comparison.motions.items())
     ]
     return table(heads, lines)
@@ -290,10 +290,10 @@ def _motions(comparison: Comparison) -> str:
 def _method(comparison: Comparison, about: dict[str, str]) -> str:
     versions = ", ".join(f"{name} {value}" for name, value in about.items())
     return (
-        "<p>Every algorithm gets identical samples: they are generated (and, with real sensors, measured) at the "
-        "highest rate of a part, and those of a lower rate are sums of them, as a gyro read less often would count. "
-        "Truth is a continuous motion; the increments are its exact integrals. Navigation starts from the true state. "
-        "Errors are taken against the truth at about 4000 instants spread evenly over the motion; attitude errors are "
-        "the angle of the single rotation between true and computed attitude in the local level. "
-        f"Every number is in results.json and results.parquet beside this page.</p><p class=note>{words(versions)}.</p>"
+        "<p>All algorithms process identical samples, which are generated (and, with real sensors, measured) at the "
+        "highest rate of a part. Samples of a lower rate are sums of these, like the counts of a gyro read less often. "
+        "The truth is a continuous motion; the increments are its exact integrals. Navigation starts at the true "
+        "state. Errors against the truth are taken at about 4000 instants spread evenly over the motion. Attitude "
+        "errors are the angle of the single rotation between true and computed attitude in the local level. Every "
+        f"number is in results.json and results.parquet beside this page.</p><p class=note>{words(versions)}.</p>"
     )

@@ -1,8 +1,8 @@
 """The map of a run as SVG: tracks in kilometres about their middle, over meridians and parallels.
 
-The projection is azimuthal equidistant about the middle of the true track: it works over the poles and the date line.
-Angles between the ellipsoid's normals become distances by the radii of curvature at the middle: exact near it, and off
-by up to one percent at the other end of the Earth.
+The projection is azimuthal equidistant about the middle of the true track, so that it works over the poles and the date
+line. Angles between the ellipsoid's normals are converted to distances with the radii of curvature at the middle, which
+is exact near it and in error by up to one percent on the other side of the Earth.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from sinssim.units import DEG
 STYLE = ".dot { fill: var(--ink); stroke: var(--paper); } .graticule { stroke: var(--line); }\n"
 
 _ROWS = 4096
-"""Points of a track that are drawn, at most."""
+"""Maximum number of points drawn of a track."""
 _LEFT, _TOP, _BOTTOM, _RIGHT = 64, 8, 38, 8
 _LEAST = 100.0
-"""What a map shows at least, m."""
+"""Least extent of a map, m."""
 _WIDEST, _FAR = 2.0, 10_000.0
-"""A solution widens the map up to so many times the true track's reach, and of a vehicle that hardly moves to 10 km."""
+"""Factor of the true track's extent up to which a solution widens the map; at least 10 km."""
 _GRATICULES = (30.0, 20.0, 10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60)  # deg
 
 
@@ -45,7 +45,7 @@ class Projection:
     ellipsoid: Ellipsoid
 
     def _axes(self) -> tuple[Array, Array, Array]:
-        """East, north and up at the place, Earth-fixed."""
+        """East, north and up at the place, in Earth-fixed axes."""
         s, c = np.sin(self.latitude), np.cos(self.latitude)
         sl, cl = np.sin(self.longitude), np.cos(self.longitude)
         return np.array([-sl, cl, 0.0]), np.array([-s * cl, -s * sl, c]), np.array([c * cl, c * sl, s])
@@ -55,7 +55,7 @@ class Projection:
         return float(r1), float(r2)
 
     def plane(self, latitude: Array, longitude: Array) -> tuple[Array, Array]:
-        """Return where places are on the map.
+        """Return the map coordinates of places.
 
         Args:
             latitude, longitude: (N,) rad.
@@ -72,13 +72,13 @@ class Projection:
         return r2 * stretch * e, r1 * stretch * n
 
     def place(self, east: Array, north: Array) -> tuple[Array, Array]:
-        """Return what place a point of the map is.
+        """Return the places of points on the map.
 
         Args:
             east, north: (N,) m.
 
         Returns:
-            Latitude and longitude, (N,) rad; the longitude within half a turn of the middle's.
+            Latitude and longitude, (N,) rad; the longitude is within π of that of the middle.
         """
         r1, r2 = self._radii()
         e, n = east / r2, north / r1
@@ -98,7 +98,7 @@ def _normals(latitude: Array, longitude: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Frame:
-    """What part of the plane is drawn where: `scale` px per m, the corner west and north in m."""
+    """The drawn part of the plane: `scale` px per m, and the north-west corner in m."""
 
     scale: float
     west: float
@@ -110,7 +110,7 @@ class _Frame:
         return (east - self.west) * self.scale, (self.north - north) * self.scale
 
 
-# Long: the drawing is written from its frame to its lines, in the order in which they lie on one another.
+# Long: the drawing is written from frame to lines, in the order of their layers.
 def draw_map(
     time: Array,
     truth: NavState,
@@ -121,12 +121,12 @@ def draw_map(
     width: int = 560,
     height: int = 420,
 ) -> str:
-    """Draw where the vehicle was, and where algorithms thought it was.
+    """Draw the true track and the tracks of the solutions.
 
     Args:
         time: (N,) s.
         truth: true states at those times.
-        tracks: solutions by algorithm; the map is as large as they need, until they are far from the true track.
+        tracks: solutions by algorithm; the map includes them unless they are far from the true track.
         colors: of the true track and of each algorithm's.
         ellipsoid: reference ellipsoid.
         width, height: of the map without its labels, px.
@@ -180,7 +180,7 @@ def draw_map(
 
 
 def _sparse(x: Array, y: Array) -> tuple[Array, Array]:
-    """Leave out points that lie within half a pixel of the one before."""
+    """Remove points that lie within half a pixel of the previous one."""
     steps = np.concatenate(([0.0], np.hypot(np.diff(x), np.diff(y)).cumsum()))
     keep = np.concatenate(([True], np.diff(np.floor(steps / 1.5)) > 0))
     keep[-1] = True
@@ -188,7 +188,7 @@ def _sparse(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _shown(east: Array, north: Array, lines: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Return the true track's points, and those of the solutions that are not out of all proportion to it."""
+    """Return the points of the true track, and those of the solutions near enough to it."""
     far = max(_WIDEST * float(np.hypot(east, north).max()), _FAR)
     near = [np.hypot(*line) <= far for line in lines]
     return (
@@ -198,7 +198,7 @@ def _shown(east: Array, north: Array, lines: Sequence[tuple[Array, Array]]) -> t
 
 
 def _frame(east: Array, north: Array, width: float, height: float) -> _Frame:
-    """Return the frame that shows all points with some room about it, equally scaled both ways."""
+    """Return the frame that shows all points with a margin, equally scaled in both directions."""
     extent = max(float(np.ptp(east)) / width, float(np.ptp(north)) / height) * 1.16
     per_pixel = max(extent, _LEAST / min(width, height))
     wide, high = per_pixel * width, per_pixel * height
@@ -225,7 +225,7 @@ def _graticule(projection: Projection, frame: _Frame) -> str:
         body.append(_circle(*frame.pixels(*line), frame, degrees(value, "NS"), lambda x, _: int(np.argmin(x))))
 
     def lower(_: Array, y: Array) -> int:
-        """Return the lower end of a meridian, or where a pole is seen the end away from it."""
+        """Return the lower end of a meridian or, if a pole is visible, the end away from the pole."""
         return 0 if poles[0] else len(y) - 1 if poles[1] else int(np.argmax(y))
 
     for value in meridians:
@@ -242,7 +242,7 @@ def _round(low: float, high: float) -> Array:
 
 
 def _circle(x: Array, y: Array, frame: _Frame, name: str, where: Callable[[Array, Array], int]) -> str:
-    """Return a parallel or a meridian, with its name at one of its points that are on the map."""
+    """Return a parallel or a meridian, with its name at one of its points on the map."""
     width, height = frame.width * frame.scale, frame.height * frame.scale
     near = (x > -width) & (x < 2.0 * width) & (y > -height) & (y < 2.0 * height)
     shown = np.flatnonzero((x > 0.0) & (x < width) & (y > 14.0) & (y < height))
@@ -256,7 +256,7 @@ def _circle(x: Array, y: Array, frame: _Frame, name: str, where: Callable[[Array
 
 
 def degrees(value: float, signs: str, places: int | None = None) -> str:
-    """Write an angle with its side of the Earth.
+    """Write an angle with its hemisphere.
 
     Args:
         value: deg.

@@ -54,7 +54,7 @@ def record_alignment(path: Path, report: AlignmentReport) -> None:
 
 
 def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.View]:
-    """Record what eq. (1) makes of the session up to each instant, with ±σ about it; a swaying base has no such."""
+    """Record the result of eq. (1) up to each instant of the session with its ±σ; a swaying base has none."""
     if report.method != "quiet":
         return []
     imu = report.imu
@@ -64,7 +64,7 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
     so_far, _, _ = solve(*means)
     budget = None
     if report.sigma is not None and report.budget is not None:
-        last = Angles(*(angle[-1] for angle in so_far))  # so that only the length changes
+        last = Angles(*(angle[-1] for angle in so_far))  # only the length changes
         gravity = report.determination.gravity
         rate_hz, start = len(imu) / report.duration, report.warmed
         budget = total(
@@ -78,7 +78,7 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
         angle = final + (so_far[k] - final + np.pi) % (2.0 * np.pi) - np.pi  # no jump from 360° to 0°
         lines = {"so far": angle}
         if budget is not None:
-            # what motion may have done is known of the whole session; of its part so far it is taken to be the same
+            # the effect of motion is known for the whole session; the same is assumed for a part of it
             moved = float(report.budget[MOTION][k]) if report.budget is not None else 0.0
             sigma = np.hypot(np.broadcast_to(budget[k], angle.shape), moved)
             lines |= {"so far + σ": angle + sigma, "so far − σ": angle - sigma}
@@ -92,7 +92,7 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
 
 
 def _record_departures(recording: Recording, report: AlignmentReport) -> list[rrb.View]:
-    """Record how the block departs from standing still: its accumulated angle, its velocity."""
+    """Record the departure of the block from rest: its accumulated angle and velocity."""
     imu = report.imu
     share = ((imu.time - imu.time[0]) / report.duration)[:, None]
 

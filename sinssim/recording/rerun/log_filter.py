@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from sinssim.recording.rerun.rrd import Recording
 
 _EDGE = 6.0
-"""Innovations beyond so many σ are drawn there, so that the plot stays readable."""
+"""Innovations beyond this many σ are drawn at the limit, so that the plot stays readable."""
 SETTLED = 0.05
-"""Part of a run after which axes suit what is drawn: what a filter begins with is much larger than what follows."""
+"""Fraction of a run after which the axes are fitted, because the initial errors are much larger than the later ones."""
 _FREEDOM = 60
 """Degrees of freedom of each mean of the normalised innovations squared, or a multiple of it."""
 
@@ -30,15 +30,15 @@ NAVIGATION: tuple[tuple[str, Scale, tuple[str, str, str], float], ...] = (
     ("velocity", SPEEDS, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
     ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
 )
-"""The blocks of navigation: their scale, what their components are called, and the sign of the third, down to up."""
+"""The blocks of navigation: scale, names of the components, and sign of the third (down to up)."""
 
 
 def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
-    """Record a filter's account of itself, below `filter/`.
+    """Record the diagnostics of a filter, below `filter/`.
 
     Args:
-        recording: where.
-        aided: the aided solution, and the truth about it.
+        recording: the recording.
+        aided: the aided solution with its true errors.
 
     Returns:
         Labels for the views' titles.
@@ -65,7 +65,7 @@ def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
 
 
 def _band(recording: Recording, entity: str, time: Array, error: Array, bound: Array, kind: str) -> None:
-    """Draw an error with the band it should lie in."""
+    """Draw an error with its expected band."""
     color = style.COLORS[kind]
     pale = style.COLORS["bound"] if kind == "aided" else style.tint(color)
     recording.series(
@@ -86,7 +86,7 @@ def _late(time: Array) -> slice:
 
 
 def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
-    """Draw the errors of the parameters' estimates in their own σ, those of gyros and of accelerometers, by axis."""
+    """Draw the errors of the parameter estimates in units of their σ: gyros and accelerometers by axis."""
     found = aided.estimate
     time = found.time[rows]
     for sensor in ("gyro", "accelerometer"):
@@ -109,7 +109,7 @@ def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
 def _bounds(
     recording: Recording, entity: str, time: Array, high: float, low: float | None = None, name: str = "±3σ"
 ) -> None:
-    """Draw two level lines."""
+    """Draw two horizontal lines."""
     ends = time[[0, -1]]
     levels = np.tile([high, -high if low is None else low], (2, 1))
     grey = [style.COLORS["bound"]] * 2
@@ -117,20 +117,20 @@ def _bounds(
 
 
 def _shrinking(recording: Recording, aided: Aided, rows: Rows) -> None:
-    """Draw how far the standard deviations have shrunk, in decades; a line for each block."""
+    """Draw the reduction of the standard deviations in decades; a line for each block."""
     found = aided.estimate
     blocks = [b for b in found.model.blocks if np.any(found.sigma[0, found.model.slices[b.name]] > 0.0)]
     for block, color in zip(blocks, style.colors([b.name for b in blocks]), strict=True):
         at = found.model.slices[block.name]
         some = at.start + np.flatnonzero(found.sigma[0, at] > 0.0)
-        # of a block the state that is known worst
+        # the worst-known state of the block
         worst = (found.sigma[np.ix_(rows, some)] / found.sigma[0, some]).max(axis=1, keepdims=True)
         where = f"filter/shrinking/{block.name.replace(' ', '_')}"
         recording.series(where, found.time[rows], np.log10(worst), [block.name], colors=[color])
 
 
 def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
-    """Draw innovations in their σ, means of their squares, and what was taken and what refused."""
+    """Draw innovations in units of their σ, means of their squares, and accepted and rejected readings."""
     colors = style.colors([i.sensor for i in sensors])
     ends = np.array([min(i.time[0] for i in sensors), max(i.time[-1] for i in sensors)]) if sensors else np.zeros(2)
     for lane, (sensor, color) in enumerate(zip(sensors, colors, strict=True), start=1):
@@ -159,7 +159,7 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
 
 
 def _squares(recording: Recording, sensor: Innovations, color: style.Rgb) -> None:
-    """Draw means of the normalised innovations squared over `_FREEDOM` degrees of freedom, which should be 1."""
+    """Draw means of the normalised innovations squared over `_FREEDOM` degrees of freedom; 1 is expected."""
     known = np.isfinite(sensor.nis)
     nis, time, size = sensor.nis[known], sensor.time[known], sensor.value.shape[1]
     each = max(1, _FREEDOM // size)

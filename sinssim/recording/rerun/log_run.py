@@ -24,7 +24,7 @@ _UP = -1.0
 
 
 def _gaps(angles: Array, turn: float) -> Array:
-    """Put a gap where an angle jumps by a whole turn, so that no line is drawn across the plot."""
+    """Insert a gap where an angle jumps by a whole turn, so that no line crosses the plot."""
     jump = np.abs(np.diff(angles)) > 0.5 * turn
     return np.where(np.concatenate((jump, [False])), np.nan, angles)
 
@@ -35,11 +35,11 @@ def draw_flight(
     """Record the true flight as lines, map and 3D scene, below `flight/`.
 
     Args:
-        recording: where.
+        recording: the recording.
         time: (N,) s.
         truth: true states at those times.
-        scene: how the flight lies in the 3D view.
-        events: what happened on the way.
+        scene: the scene of the 3D view.
+        events: events of the flight.
     """
     k = thinned(len(time))
     t, lat, lon, height = time[k], truth.latitude[k], truth.longitude[k], truth.height[k]
@@ -103,7 +103,7 @@ def _draw_attitude(recording: Recording, t: Array, q_nb: Array) -> None:
 
 
 def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float) -> None:
-    """Record an aircraft that moves: a mesh in body axes below a transform over time."""
+    """Record a moving aircraft: a mesh in body axes below a transform over time."""
     vertices, triangles, shades = aircraft_mesh()
     color = np.array(style.COLORS["aircraft"])
     mesh = rr.Mesh3D(
@@ -118,12 +118,12 @@ def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: 
 def draw_sensors(recording: Recording, kinds: Iterable[SensorComparison]) -> dict[str, str]:
     """Record the readings of the sensors and their errors, below `sensors/`: means over intervals, and sums.
 
-    What is compared with is drawn wide and pale below what is compared: the ideal reading below the measured one, the
-    error as measured below what a compensation left of it.
+    The reference is drawn wide and pale below the line compared with it: the ideal reading below the measured one, the
+    measured error below the error after compensation.
 
     Args:
-        recording: where.
-        kinds: of sensors.
+        recording: the recording.
+        kinds: readings by kind of sensor.
 
     Returns:
         Labels for the views' titles.
@@ -177,11 +177,11 @@ def draw_navigation(
     solutions: Mapping[str, NavSolution],
     errors: Mapping[str, NavError],
 ) -> dict[str, str]:
-    """Record the errors of each algorithm, below `navigation/`: one plot a component, one line an algorithm.
+    """Record the errors of each algorithm, below `navigation/`: one plot per component, one line per algorithm.
 
     Args:
-        recording: where.
-        scene: how the flight lies in the 3D view.
+        recording: the recording.
+        scene: the scene of the 3D view.
         solutions: by algorithm.
         errors: by algorithm.
 
@@ -191,7 +191,7 @@ def draw_navigation(
     names = list(errors)
     time = max((error.time for error in errors.values()), key=len)
     time = time[thinned(len(time))]
-    # algorithms that take several samples at once have fewer rows: the row at the time or the next one
+    # algorithms that take several samples per update have fewer rows: use the row at the time or the next one
     rows = {n: np.searchsorted(e.time, time).clip(max=len(e.time) - 1) for n, e in errors.items()}
     widths = style.stacked_widths(len(names))
     thin = {
@@ -233,7 +233,7 @@ def draw_navigation(
 
 
 def _draw_mile_an_hour(recording: Recording, ends: Array, size: float) -> None:
-    """Record the line of 1 nmi/h, which horizontal errors are compared with."""
+    """Record the reference line of 1 nmi/h for horizontal errors."""
     rate = (ends - ends[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size
     grey = [style.COLORS["reference"]]
     recording.series("navigation/one_mile_an_hour", ends, rate, ["1 nmi/h"], colors=grey, widths=1.0)
@@ -245,12 +245,12 @@ def draw_path(
     """Record the path of a solution, on the map and in the 3D scene.
 
     Args:
-        recording: where.
-        scene: how the flight lies in the 3D view.
-        name: of the solution.
+        recording: the recording.
+        scene: the scene of the 3D view.
+        name: name of the solution.
         solution: the solution.
-        color: of the line.
-        width: of the line in plots, points.
+        color: colour of the line.
+        width: width of the line in plots, points.
     """
     s = solution
     path = thinned(len(s.time), _PATH_POINTS)

@@ -36,7 +36,7 @@ def record_noise(path: Path, report: NoiseReport) -> None:
 
     Args:
         path: the file, by convention with the suffix .rrd.
-        report: what was found.
+        report: the identified noise.
 
     Raises:
         RunError: the file cannot be written.
@@ -64,7 +64,7 @@ def record_noise(path: Path, report: NoiseReport) -> None:
 
 
 def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.View]:
-    """Record mean readings over windows, and how the accumulated angle or velocity departs from a steady rise."""
+    """Record mean readings over windows, and the departure of the accumulated angle or velocity from a steady rise."""
     time = report.samples.time
     edges = np.unique(np.linspace(0, len(time) - 1, min(len(time), _WINDOWS + 1)).round().astype(np.intp))
     window = float((time[-1] - time[0]) / (len(edges) - 1))
@@ -83,7 +83,8 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
         recording.series(f"noise/{triad}/sum", time[edges], (sums - share * sums[-1]) / size, names)
         yield _plot(f"noise/{triad}/sum", f"{_SUM_WORDS[triad]} less a steady rise [{unit}]", time)
     others = [found.channel for found in report.channels if found.channel.triad is None]
-    for k, channel in enumerate(others, start=1):  # by number: a column's name may be anything, an entity's may not
+    # entities are numbered, because the name of a column may be invalid as the name of an entity
+    for k, channel in enumerate(others, start=1):
         values = report.samples.quantities[channel.name]
         means = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
         entity, unit = f"noise/quantity_{k}", channel.units.rate[0]

@@ -27,7 +27,7 @@ _PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writ
 
 
 def nanoseconds(time: Array) -> Array:
-    """Return times as a recording keeps them.
+    """Return times in the form of a recording.
 
     Args:
         time: (N,) s.
@@ -70,8 +70,8 @@ class _Scalars:
 class _File:
     """The file of a recording, written by us from a pipe that Rerun writes to.
 
-    On a full disk Rerun's own writer may stop in a way that lets `flush` and `disconnect` wait for ever. This one
-    remembers what went wrong, and goes on emptying the pipe.
+    On a full disk Rerun's own writer may stop such that `flush` and `disconnect` never return. This writer stores the
+    error and keeps emptying the pipe.
     """
 
     def __init__(self, path: Path) -> None:
@@ -106,24 +106,24 @@ class _File:
                         self._error = error
 
     def opened(self) -> None:
-        """Give up our own end for writing: Rerun has opened one of its own."""
+        """Close our writing end of the pipe, after Rerun has opened its own."""
         if self._thread is not None:
             os.close(self._write)
 
     def check(self) -> None:
-        """Raise if something could not be written.
+        """Raise if data could not be written.
 
         Raises:
-            OSError: what went wrong.
+            OSError: data could not be written.
         """
         if self._error is not None:
             raise OSError(self._error.errno, self._error.strerror) from self._error
 
     def close(self) -> None:
-        """Wait until everything is written; Rerun has closed its end.
+        """Wait until everything is written, after Rerun has closed its end.
 
         Raises:
-            OSError: something could not be written.
+            OSError: data could not be written.
         """
         if self._thread is not None:
             self._thread.join()
@@ -131,7 +131,7 @@ class _File:
 
 
 class Recording:
-    """A recording being written; as a context manager it is closed, and valid, however the block ends."""
+    """A recording being written; as a context manager it is closed and valid however the block ends."""
 
     def __init__(self, path: Path, application: str, blueprint: Any = None) -> None:
         """Open the file.
@@ -145,7 +145,7 @@ class Recording:
             OSError: the file cannot be opened.
         """
         self.ranges: dict[str, tuple[float, float]] = {}
-        """Smallest and largest number of every entity that `series` recorded, for the axes of plots."""
+        """Smallest and largest value of every entity recorded by `series`, for the axes of plots."""
         self._stream = rr.RecordingStream(application)
         self._file = _File(path)
         try:
@@ -162,7 +162,7 @@ class Recording:
         self.close()
 
     def close(self) -> None:
-        """Write what is still in memory and the file's footer; without the footer a recording is not valid.
+        """Write the data still in memory and the footer, without which a recording is not valid.
 
         Raises:
             OSError: the file could not be written.
@@ -201,7 +201,7 @@ class Recording:
             entity = f"{STREAMS}/{stream.name}/{vector.name}"
             self.static(entity, rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax"))
             self._scalars(entity, stream.time, vector.values)
-        self._flush()  # so that no more than one stream waits in memory
+        self._flush()  # at most one stream waits in memory
 
     def series(
         self,
@@ -213,12 +213,12 @@ class Recording:
         colors: Sequence[style.Rgb] | None = None,
         widths: Sequence[float] | float = 1.5,
     ) -> None:
-        """Record lines for a plot, in the units that people read.
+        """Record lines for a plot, in display units.
 
         Args:
-            entity: where.
+            entity: path of the entity.
             time: (N,) s.
-            values: (N, k); a NaN makes a gap.
+            values: (N, k); a NaN gives a gap.
             names: k names for the legend.
             colors: k colours, by name if not given.
             widths: k widths or one for all, points.
@@ -227,7 +227,7 @@ class Recording:
             names=list(names),
             colors=list(colors if colors is not None else style.colors(names)),
             widths=[widths] * len(names) if isinstance(widths, float) else list(widths),
-            aggregation_policy="MinMax",  # the viewer's own mean over a pixel would hide peaks
+            aggregation_policy="MinMax",  # the viewer's averaging over a pixel would hide peaks
         )
         self.static(entity, lines)
         self._scalars(entity, time, values)
@@ -244,16 +244,16 @@ class Recording:
         marker: str,
         size: float,
     ) -> None:
-        """Record dots for a plot, in the units that people read.
+        """Record dots for a plot, in display units.
 
         Args:
-            entity: where.
+            entity: path of the entity.
             time: (N,) s.
-            values: (N, k); a NaN makes no dot.
+            values: (N, k); a NaN gives no dot.
             names: k names for the legend.
-            color: of them all.
-            marker: their shape, "circle", "cross" or another that Rerun knows.
-            size: of their markers, points.
+            color: colour of all dots.
+            marker: their shape: "circle", "cross" or another shape of Rerun.
+            size: size of the markers, points.
         """
         count = len(names)
         dots = rr.SeriesPoints(
@@ -275,17 +275,17 @@ class Recording:
         """Record any other archetype over time.
 
         Args:
-            entity: where.
+            entity: path of the entity.
             time: (N,) s.
-            columns: what `Archetype.columns(...)` returns for N rows.
+            columns: result of `Archetype.columns(...)` for N rows.
         """
         self._stream.send_columns(entity, [_Times(nanoseconds(time))], columns, strict=True)
 
     def static(self, entity: str, archetype: Any) -> None:
-        """Record something that holds for all times.
+        """Record data that hold at all times.
 
         Args:
-            entity: where.
+            entity: path of the entity.
             archetype: a Rerun archetype.
         """
         self._stream.log(entity, archetype, static=True, strict=True)
@@ -294,17 +294,17 @@ class Recording:
         """Record a text.
 
         Args:
-            entity: where.
+            entity: path of the entity.
             markdown: the text.
         """
         self.static(entity, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN))
 
     def events(self, events: Sequence[FlightEvent], entity: str = "events") -> None:
-        """Record what happened as a text log, the instant before each text.
+        """Record events as a text log, with the instant before each text.
 
         Args:
-            events: instants and sentences.
-            entity: where.
+            events: the events.
+            entity: path of the entity.
         """
         if events:
             levels = [rr.TextLogLevel.INFO] * len(events)

@@ -1,8 +1,8 @@
-"""The flight as a 3D scene: a local plane with east, north and height, and an aircraft that is large enough to see.
+"""The flight as a 3D scene: a local plane with east, north and height, and an enlarged aircraft.
 
-Rerun draws in single precision, so positions are metres from the start of the flight. East and north are those of the
-plane that touches the ellipsoid at the start; the third axis is height, not the plane's own up, or a long flight would
-sink below its horizon.
+Rerun draws in single precision, so positions are metres from the start of the flight. East and north lie in the plane
+that touches the ellipsoid at the start. The third axis is height above the ellipsoid instead of height above the plane;
+otherwise a long flight would sink below the horizon.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from sinssim.earth.models import WGS84, Ellipsoid
 
 _SCALES = (1, 2, 5, 10, 20, 50)
 _MAP_POINTS = 220.0
-"""How much of the screen the tracks on the map shall fill, points."""
+"""Part of the screen that the tracks on the map fill, points."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Where things are drawn.
+    """Geometry of the 3D view.
 
     Attributes:
         latitude, longitude, height: start of the flight, rad, rad, m.
-        floor: height that is drawn as zero, m.
-        height_scale: by how much heights are exaggerated.
+        floor: height drawn as zero, m.
+        height_scale: factor by which heights are exaggerated.
         size: diagonal of the flight as drawn, m.
         center: middle of the flight as drawn, (3,) m.
         side: horizontal direction from which the flight looks longest, (2,).
@@ -56,7 +56,7 @@ class Scene:
             ellipsoid: reference ellipsoid.
 
         Returns:
-            The scene; heights are exaggerated where a flight is much longer than it is high.
+            The scene; heights are exaggerated if the flight is much longer than high.
         """
         rows = _some_rows(len(truth.height))
         start = cls(
@@ -92,7 +92,7 @@ class Scene:
 
     @property
     def eye(self) -> tuple[float, float, float]:
-        """Point from which the whole flight is seen, m."""
+        """Viewpoint from which the whole flight is visible, m."""
         x, y, z = self.center + self.size * np.array([0.8 * self.side[0], 0.8 * self.side[1], 0.5])
         return float(x), float(y), float(z)
 
@@ -123,7 +123,7 @@ class Scene:
         return np.column_stack((difference @ east, difference @ north, (height - self.floor) * self.height_scale))
 
     def attitudes(self, latitude: Array, longitude: Array, q_nb: Array) -> Array:
-        """Return attitudes in the scene: level stays level, and north is where the drawn meridian points.
+        """Return attitudes in the scene: level attitudes stay level, and north is along the drawn meridian.
 
         Args:
             latitude, longitude: (N,) rad.
@@ -138,7 +138,7 @@ class Scene:
         convergence = np.arctan2(local_north @ east, local_north @ north)
         half = -0.5 * convergence
         turn = np.column_stack((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)))
-        # From north, east, down to east, north, up: half a turn about the line between north and east.
+        # From north, east, down to east, north, up: rotation by π about the bisector of north and east.
         swap = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
         return rotation.multiply(turn, rotation.multiply(swap, q_nb))
 
@@ -165,7 +165,7 @@ def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
         The zoom level.
     """
     first = tracks[0].longitude[0]
-    limit = np.radians(85.0)  # where such maps end
+    limit = np.radians(85.0)  # latitude limit of such maps
     x, y = [], []
     for track in tracks:
         rows = _some_rows(len(track.latitude))
@@ -178,7 +178,7 @@ def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
 def _across(points: Array) -> Array:
     """Return the horizontal direction across the longest extent of points (N, 2), to the south of them if possible."""
     _, axes = np.linalg.eigh(np.cov(points.T))
-    side: Array = axes[:, 0]  # of the smallest variance
+    side: Array = axes[:, 0]  # direction of the smallest variance
     return -side if side[1] > 0.0 else side
 
 
@@ -231,7 +231,7 @@ def _fin(lead: float, trail: float, z: float, half: float) -> _Ring:
 
 
 def _loft(rings: list[_Ring], brightness: float) -> tuple[Array, NDArray[np.int64], Array]:
-    """Return the closed surface through rings of as many points each, its lower half darker."""
+    """Return the closed surface through rings of equally many points; its lower half is darker."""
     n = len(rings[0])
     vertices = np.array([point for ring in rings for point in ring])
     below = np.concatenate([[p[2] > np.mean([q[2] for q in ring]) + 1e-9 for p in ring] for ring in rings])

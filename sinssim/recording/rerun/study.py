@@ -21,16 +21,16 @@ from sinssim.studies.results import Comparison, History, Row
 _PANELS = 6
 _LINES = 12
 _LEGEND = 8
-"""So many names go into a legend; the colours of more stand in the figures beside."""
+"""Maximum number of names in a legend; with more, the figures beside it show the colours."""
 _POINTS = 400
-_LEAST = 1e-12  # a smaller error is drawn as this one
+_LEAST = 1e-12  # smaller errors are drawn as this one
 
 
 def record(comparison: Comparison, path: Path) -> None:
     """Write the recording.
 
     Args:
-        comparison: what the study found out.
+        comparison: results of the study.
         path: the file.
     """
     ends = [history.time[-1] for history in comparison.histories.values()]
@@ -56,7 +56,7 @@ def record(comparison: Comparison, path: Path) -> None:
 def _draw_growth(
     recording: Recording, comparison: Comparison, paint: figures.Paint
 ) -> list[tuple[str, str, float, bool]]:
-    """Record how errors grew over the motion, below `comparison/growth`.
+    """Record the growth of the errors over the motion, below `comparison/growth`.
 
     Returns:
         Entity, title, end of the motion and whether there is room for a legend, of each panel.
@@ -79,7 +79,7 @@ def _draw_growth(
             names = [label(row) for row in shown]
             kind = "attitude" if over_rates(part) else "horizontal"
             values = np.column_stack([_log_error(history, kind, time) for history in histories])
-            values[0] = np.nan  # no error at the start, and no logarithm of it
+            values[0] = np.nan  # the error at the start is zero and has no logarithm
             recording.series(entity, time, values, names, colors=[_rgb(paint[name]) for name in names], widths=1.6)
             what = "attitude, log₁₀ ″" if kind == "attitude" else "horizontal, log₁₀ m"
             rate = f", {shown[0].rate_hz:g} Hz" if part.rates_hz else ""

@@ -19,18 +19,18 @@ from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.system.signals import interruptible
 
 RUN_ENTITY = "about/run"
-"""Where a recording keeps its `RunInfo`."""
+"""Entity of the `RunInfo` in a recording."""
 
 _TIMELINE = "sim_time"
 _START_SECONDS = 60.0
 _SETTLE_SECONDS = 1.0
-"""How long the picture takes to settle after the time cursor was moved, s."""
+"""Time that the picture needs to settle after the time cursor moved, s."""
 _NOTES_SECONDS = 6.0
-"""How long the viewer's notes about itself lie over the picture after its start, s."""
+"""Time after its start during which the viewer's notices cover the picture, s."""
 
 
 def find_recording(path: Path) -> Path:
-    """Return the recording that a path means.
+    """Return the recording of a path.
 
     Args:
         path: a run directory or an .rrd file.
@@ -39,7 +39,7 @@ def find_recording(path: Path) -> Path:
         The .rrd file.
 
     Raises:
-        InputError: there is none.
+        InputError: there is no recording.
     """
     if path.is_file():
         return path
@@ -50,14 +50,14 @@ def find_recording(path: Path) -> Path:
 
 
 def find_run_info(recording: Path) -> RunInfo | None:
-    """Return the information about the run in a recording, or None.
+    """Return the information about the run in a recording, None if it has none.
 
     Args:
         recording: an .rrd file.
 
     Returns:
-        The information that views need; None from a recording that opens with a layout of its own, as the ground
-        study's or another program's does.
+        The information that views need; None for a recording with its own layout, such as that of the ground study or
+        of another program.
 
     Raises:
         InputError: the file cannot be read.
@@ -66,7 +66,7 @@ def find_run_info(recording: Path) -> RunInfo | None:
 
     text = None
     try:
-        # The last one counts: a run describes itself again as it learns more.
+        # The last one counts: a run updates its description.
         for chunk in RrdReader(recording).stream().filter(content=f"/{RUN_ENTITY}"):
             batch = chunk.to_record_batch()
             for name in batch.schema.names:
@@ -75,7 +75,7 @@ def find_run_info(recording: Path) -> RunInfo | None:
         return None if text is None else RunInfo.from_json(text)
     except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
         raise InputError(
-            f"{recording} is not a recording that sinssim wrote, or it is damaged ({error}); run its scenario again."
+            f"{recording} was not written by sinssim, or it is damaged ({error}); run its scenario again."
         ) from error
 
 
@@ -89,7 +89,7 @@ def read_run_info(recording: Path) -> RunInfo:
         The information that views need.
 
     Raises:
-        InputError: the file cannot be read, or is no recording of a run.
+        InputError: the file cannot be read, or is not a recording of a run.
     """
     run = find_run_info(recording)
     if run is None:
@@ -102,7 +102,7 @@ def open_viewer(path: Path, view: str | None = None) -> None:
 
     Args:
         path: a run directory or an .rrd file.
-        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+        view: name of the view in front, or path of a view's file; the recorded layout if not given.
 
     Raises:
         InputError: there is no such recording or view.
@@ -118,8 +118,8 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
 
     Args:
         path: a run directory or an .rrd file.
-        view: name of the view in front, or path of a view's file; as it was recorded if not given.
-        ready: called with the page's address once it answers; prints it if not given.
+        view: name of the view in front, or path of a view's file; the recorded layout if not given.
+        ready: called with the page's address once the server answers; by default the address is printed.
 
     Raises:
         InputError: there is no such recording or view.
@@ -127,11 +127,11 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
     """
     web, grpc = _free_ports(2)
     arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(web), "--port", str(grpc)]
-    # What the server may keep for visitors who come later: by default 1 GiB, beyond which it drops the oldest.
+    # Memory of the server for later visitors: by default 1 GiB, beyond which it drops the oldest data.
     arguments += ["--server-memory-limit", "75%"]
     with (
         contextlib.suppress(KeyboardInterrupt),
-        # so that the server does not outlive the program; a shell's `&` makes SIGINT ignored
+        # the server must not outlive the program; with a shell's `&`, SIGINT is ignored
         interruptible(signal.SIGTERM, signal.SIGINT),
         _files(path, view) as files,
         _Viewer([*arguments, *files]) as viewer,
@@ -155,18 +155,18 @@ def screenshot(
     size: tuple[int, int] = (1600, 1000),
     time_s: float | None = None,
 ) -> None:
-    """Save a picture of a run, without any screen.
+    """Save a picture of a run; no screen is needed.
 
     Args:
         path: a run directory or an .rrd file.
         picture: the PNG file to write.
-        view: name of the view in front, or path of a view's file; as it was recorded if not given.
+        view: name of the view in front, or path of a view's file; the recorded layout if not given.
         size: width and height of the picture.
-        time_s: where the time cursor stands, s; the middle of the recorded time if not given.
+        time_s: place of the time cursor, s; the middle of the recorded time if not given.
 
     Raises:
         InputError: there is no such recording or view, or the picture cannot be written.
-        RunError: the viewer does not start: it needs a graphics driver, if only one that draws in software.
+        RunError: the viewer does not start; it needs a graphics driver, which may be a software renderer.
     """
     from rerun.experimental import ViewerClient
 
@@ -188,7 +188,7 @@ def screenshot(
                 client.set_time(_TIMELINE, duration=moment, play_state="paused")
             time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
             png = client.take_screenshot()
-        except (OSError, RuntimeError) as error:  # the viewer is gone, or does not answer
+        except (OSError, RuntimeError) as error:  # the viewer has ended, or does not answer
             raise viewer.failure() from error
     beside = picture.with_name(picture.name + ".part")
     try:
@@ -199,7 +199,7 @@ def screenshot(
 
 
 def _is_timed(recording: Path) -> bool:
-    """Say whether a recording holds anything that changes with time."""
+    """Return whether a recording holds data that change with time."""
     from rerun.chunk import RrdReader
 
     try:
@@ -216,16 +216,16 @@ def _loaded(client: Any, timed: bool) -> bool:
 
 
 def _laid_out(client: Any) -> bool:
-    """Say whether the layout from the second file is in use, which hides the menu, and not the recorded one any more.
+    """Return whether the viewer uses the layout of the second file, which hides the menu, instead of the recorded one.
 
-    The viewer shows a recording as soon as it has it, with what layout it has by then: on a busy machine the recorded.
+    The viewer shows a recording as soon as it is loaded, on a busy machine still with the recorded layout.
     """
     panel = client.get_blueprint("recording").blueprint.get("/top_panel", {})
     return bool(panel.get("PanelBlueprint", {}).get("state") == "Hidden")
 
 
 def _middle(client: Any) -> float | None:
-    """Return the middle of the recorded time, s; None where nothing was recorded over `_TIMELINE`."""
+    """Return the middle of the recorded time, s; None if nothing was recorded over `_TIMELINE`."""
     spans = [
         (t.start, t.end)
         for recording in client.get_state().recordings
@@ -237,7 +237,7 @@ def _middle(client: Any) -> float | None:
 
 @contextlib.contextmanager
 def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[str]]:
-    """Yield the files to open: the recording, and a layout of its own where one was asked for."""
+    """Yield the files to open: the recording, and a file with the requested layout, if any."""
     recording = find_recording(path)
     if view is None and menu:
         yield [str(recording)]
@@ -259,7 +259,7 @@ def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[
 
 
 def _free_ports(count: int) -> list[int]:
-    """Return ports that nothing listens on at the moment."""
+    """Return ports that are free at the moment."""
     with contextlib.ExitStack() as stack:
         sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
         for s in sockets:
@@ -278,7 +278,7 @@ class _Viewer:
 
         binary = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
         self._output: IO[bytes] = tempfile.TemporaryFile()
-        # The viewer puts a folder among the temporary ones and, ended by a signal, leaves it there.
+        # The viewer makes a temporary folder and leaves it behind when a signal ends it.
         self._folder = tempfile.TemporaryDirectory(prefix="sinssim-view-", ignore_cleanup_errors=True)
         self.process = subprocess.Popen(
             [str(binary), *self.arguments],
@@ -309,12 +309,12 @@ class _Viewer:
             time.sleep(0.05)
 
     def check(self, deadline: float) -> None:
-        """Raise if the child has ended, or takes too long."""
+        """Raise if the child has ended or the deadline has passed."""
         if self.process.poll() is not None or time.monotonic() > deadline:
             raise self.failure()
 
     def failure(self) -> RunError:
-        """Return the error that says what the child said."""
+        """Return an error with the child's last output."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self.process.wait(2.0)
         self._output.seek(0)
@@ -322,15 +322,15 @@ class _Viewer:
         if "graphics adapter" in said.lower() or "render context" in said:
             return RunError(
                 "Rerun's viewer found no graphics driver (Vulkan) to draw with. On a machine without a graphics "
-                "card install one that draws in software, on Debian and Ubuntu: apt-get install mesa-vulkan-drivers "
-                "libvulkan1. Or look at the run in a browser: sinssim view RUN --web."
+                "card, install a software renderer, on Debian and Ubuntu: apt-get install mesa-vulkan-drivers "
+                "libvulkan1. Or show the run in a browser: sinssim view RUN --web."
             )
         if "EventLoopError" in said:
             return RunError(
-                "Rerun's viewer found no screen to open its window on. Look at the run in a browser, sinssim view RUN "
+                "Rerun's viewer found no screen to open its window on. Show the run in a browser, sinssim view RUN "
                 "--web, or save a picture of it, sinssim view RUN --screenshot FILE."
             )
         lines = [line.strip() for line in said.splitlines() if line.strip()]
         ending = self.process.poll()
         how = "does not answer" if ending is None else f"ended with code {ending}"
-        return RunError(f"Rerun's viewer {how}. It said last: {' / '.join(lines[-3:]) or 'nothing'}")
+        return RunError(f"Rerun's viewer {how}. Its last output: {' / '.join(lines[-3:]) or 'none'}")

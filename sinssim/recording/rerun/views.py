@@ -27,17 +27,17 @@ _FIRST = ("flight", "navigation", "sensors", "filter")
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What a view needs to know about the run that it shows.
+    """Information about a run for the views that show it.
 
     Attributes:
         name: the scenario's name.
         start: first instant, s.
         end: last instant, s.
         algorithms: navigation algorithms, in the scenario's order.
-        labels: units and the like that were chosen to suit the run's numbers, for titles: `position`, `velocity`,
-            `attitude`, `height_scale` and so on.
+        labels: units and other words chosen for the run's numbers, for titles: `position`, `velocity`, `attitude`,
+            `height_scale` and so on.
         ranges: smallest and largest number of every plotted entity.
-        eye: position of the 3D view's eye and the point it looks at, m in the scene, or () before it is known.
+        eye: viewpoint of the 3D view and the point it looks at, m in the scene, or () before they are known.
         map_zoom: zoom level of the map.
     """
 
@@ -59,8 +59,8 @@ class RunInfo:
         """Return one of the labels.
 
         Args:
-            key: which.
-            otherwise: what to return before it is known.
+            key: key of the label.
+            otherwise: text to return if the label is not known yet.
 
         Returns:
             The label.
@@ -68,10 +68,10 @@ class RunInfo:
         return self.labels.get(key, otherwise)
 
     def axis_x(self, room: float = 0.0) -> rrb.TimeAxis:
-        """Return a time axis that shows the whole run (left to itself, a plot shows ±30 s around the cursor).
+        """Return a time axis that shows the whole run (by default, a plot shows ±30 s around the cursor).
 
         Args:
-            room: what is left free after the run for a legend, in parts of it.
+            room: space after the run for a legend, as a fraction of the run.
 
         Returns:
             The axis, for `rerun.blueprint.TimeSeriesView(axis_x=…)`.
@@ -87,25 +87,25 @@ class RunInfo:
         """Return the smallest and the largest number of some plotted entities.
 
         Args:
-            entities: what a plot shows.
+            entities: entities that a plot shows.
 
         Returns:
-            Both, or zeros before they are known.
+            Both values, or zeros before they are known.
         """
         known = [self.ranges[entity] for entity in entities if entity in self.ranges]
         return min((r[0] for r in known), default=0.0), max((r[1] for r in known), default=0.0)
 
     def axis_y(self, *entities: str) -> rrb.ScalarAxis | None:
-        """Return a vertical axis on which at least two numbers can be read.
+        """Return a vertical axis with at least two labelled values.
 
-        The viewer writes numbers at whole powers of ten only, none where they lie closer than about nine to a plot,
-        and none at the very edges. Left to itself, a plot from -9 to 9 shows the number 0 alone.
+        The viewer labels only multiples of powers of ten, none if they would be denser than about nine per plot, and
+        none at the very edges. By default, a plot from -9 to 9 shows the label 0 alone.
 
         Args:
-            entities: what the plot shows.
+            entities: entities that the plot shows.
 
         Returns:
-            The axis, or None where there is nothing to choose.
+            The axis, or None if the default axis is suitable.
         """
         import rerun.blueprint as rrb
 
@@ -125,7 +125,7 @@ class RunInfo:
         """Return the corner for the legend of lines that begin near zero at the left.
 
         Args:
-            entities: what the plot shows.
+            entities: entities that the plot shows.
 
         Returns:
             The left corner that is farther from zero.
@@ -136,7 +136,7 @@ class RunInfo:
         return rrb.Corner2D.LeftTop if high >= -low else rrb.Corner2D.LeftBottom
 
     def to_json(self) -> str:
-        """Return the same as text, as it is kept in the recording.
+        """Return the information as text, in the form of the recording.
 
         Returns:
             JSON.
@@ -145,7 +145,7 @@ class RunInfo:
 
     @classmethod
     def from_json(cls, text: str) -> RunInfo:
-        """Return what `to_json` wrote.
+        """Return the information that `to_json` wrote.
 
         Args:
             text: JSON.
@@ -161,7 +161,7 @@ class RunInfo:
 
 
 def view_names() -> list[str]:
-    """Return the names of all views there are, the package's own first.
+    """Return the names of all views, the package's own first.
 
     Returns:
         Names, as for `load_view`.
@@ -190,8 +190,8 @@ def load_view(name: str, run: RunInfo) -> Any:
 def _module(file: Path) -> ModuleType:
     """Run a view's file.
 
-    The module has two optional constants: `KIND`, what it is a view of ("run" unless it says "study"), and `NEEDS`, a
-    label without which a run has nothing for it to show, "filter" for example.
+    The module has two optional constants: `KIND`, the kind of recording that it shows ("run" by default, or "study"),
+    and `NEEDS`, a label that a run must have for the view, for example "filter".
     """
     spec = importlib.util.spec_from_file_location(f"sinssim_view_{file.stem}", file)
     assert spec is not None
@@ -199,13 +199,13 @@ def _module(file: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:  # a user's own file may fail in any way
+    except (Exception, SystemExit) as error:  # a user's file may fail in any way
         raise _broken(file, error) from error
     return module
 
 
 def _layout(file: Path, module: ModuleType, run: RunInfo) -> Any:
-    """Return the layout that a view's module makes; one of a user's own must be one that can be recorded."""
+    """Return the layout that a view's module makes, after checking that it can be recorded."""
     try:
         layout = module.blueprint(run)
         if package_content("viz") not in file.parents:
@@ -225,7 +225,7 @@ def _broken(file: Path, error: BaseException) -> InputError:
 
 
 def _by_name(views: Sequence[str]) -> dict[str, Path]:
-    """Return the files of a user's own views by name; of two with one name the last."""
+    """Return the files of a user's own views by name; if two have the same name, the last one."""
     files: dict[str, Path] = {}
     for file in map(Path, views):
         if file.stem in files and files[file.stem] != file:
@@ -240,21 +240,21 @@ def _warn_once(text: str) -> None:
 
 
 def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True, own: Sequence[str] = ()) -> Any:
-    """Return one layout with a tab for every view of a run, or of a study where the recording is a study's.
+    """Return one layout with a tab for every view of a run or of a study.
 
     A view that does not work is left out, with a warning, unless it is the one in front.
 
     Args:
         run: the run to show.
-        active: name of the view in front, or path of a further one; the first if not given.
-        menu: whether the viewer shows its menu, and its remarks on the machine that it runs on.
-        own: files of further views; one by the name of another takes its place.
+        active: name of the view in front, or path of a further view; the first view if not given.
+        menu: whether the viewer shows its menu and its notices about the machine.
+        own: files of further views; one with the name of another replaces it.
 
     Returns:
         A `rerun.blueprint.Blueprint`.
 
     Raises:
-        InputError: there is no such view as `active`, it does not work, or the run has nothing that it would show.
+        InputError: the view `active` does not exist or does not work, or the run has no data for it.
     """
     import rerun.blueprint as rrb
 
@@ -273,7 +273,7 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True, own
             need = str(getattr(module, "NEEDS", ""))
             if need and not run.label(need):
                 if name == front:
-                    raise InputError(f"the view {active!r} is of a run with a {need}, and {run.name} had none.")
+                    raise InputError(f"the view {active!r} needs a run with a {need}; {run.name} has none.")
                 continue
             tabs[name] = _layout(file, module, run).root_container
         except InputError as error:

@@ -47,7 +47,7 @@ class RunWriter:
     def __init__(
         self, folder: Path, scenario: Scenario, trajectory: Trajectory, time: Array, truth: NavState, ideal: ImuData
     ) -> None:
-        """Open the recording, and begin with what was true.
+        """Open the recording, and start with the true motion.
 
         Args:
             folder: an existing, empty folder.
@@ -58,7 +58,7 @@ class RunWriter:
             ideal: ideal increments.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: the recording cannot be written.
         """
         self._streams = folder / "streams"
         self._streams.mkdir()
@@ -115,13 +115,13 @@ class RunWriter:
     def sensed(
         self, readings: Readings, perfect: Readings, compensated: ImuData | None, kinds: Sequence[SensorComparison]
     ) -> None:
-        """Write what the sensors gave.
+        """Write the sensors' readings.
 
         Args:
             readings: what they read.
-            perfect: what they would have read without errors.
-            compensated: the measured increments freed of what a calibration knows, if there is one.
-            kinds: the same by kinds of sensors, to be drawn.
+            perfect: readings of sensors without errors.
+            compensated: the compensated increments, if there is a calibration.
+            kinds: the readings by kind of sensor, to be drawn.
         """
         self._submit(self._to_rerun, self._draw_sensors, kinds)
         for kind, found in (("ideal", perfect), ("measured", readings)):
@@ -139,7 +139,7 @@ class RunWriter:
         Args:
             solutions: by algorithm.
             errors: by algorithm.
-            failed: why others have no solution, or none worth the name.
+            failed: errors of the algorithms without a usable solution.
         """
         self._run = replace(self._run, algorithms=tuple(solutions))
         for name, error in failed.items():
@@ -155,8 +155,8 @@ class RunWriter:
         """Write the estimate of a filter and its readings.
 
         Args:
-            aided: the aided solution, and the truth about it.
-            about: whether the filter is consistent, Markdown.
+            aided: the aided solution with its true errors.
+            about: text on the filter's consistency, Markdown.
         """
         self._submit(self._to_rerun, self._recording.document, "about/filter", about)
         self._submit(self._to_rerun, self._draw_filter, aided)
@@ -166,14 +166,14 @@ class RunWriter:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
 
     def finish(self, summary: str, progress: Callable[[float], None]) -> None:
-        """Write what is left, and wait until everything is written.
+        """Write the remaining data, and wait until everything is written.
 
         Args:
             summary: the summary's table, Markdown.
-            progress: told the fraction that is done.
+            progress: called with the fraction done.
 
         Raises:
-            OSError: something could not be written.
+            OSError: data could not be written.
         """
         self._events.sort(key=lambda event: event.time)
         self._submit(self._to_rerun, self._recording.document, "about/summary", summary)
@@ -207,7 +207,7 @@ class RunWriter:
         self._learn(labels)
 
     def _learn(self, labels: dict[str, str]) -> None:
-        """Put units that suit the run's numbers into the views' titles, and ranges on their axes."""
+        """Set the units in the views' titles and the ranges of their axes from the run's numbers."""
         self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
         self._recording.blueprint(all_views(self._run, own=self._own_views))
         self._recording.document(RUN_ENTITY, self._run.to_json())

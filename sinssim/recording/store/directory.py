@@ -1,4 +1,4 @@
-"""The run directory: written to a hidden folder beside its place, and moved there when complete."""
+"""The run directory: written to a hidden folder beside its place and moved into place when complete."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from sinssim.system.locks import MARK as IN_USE
 from sinssim.system.locks import hold, remove_unused
 
 MARK = ".sinssim.json"
-"""Name of the file by which a run directory is known. It lists the files that sinssim wrote: these may be replaced."""
+"""Name of the file that marks a run directory. It lists the files that sinssim wrote and may replace."""
 
 
 class RunDirectory:
-    """A run directory in the making, in a hidden folder beside its final place until `keep` puts it there.
+    """A run directory being written, in a hidden folder beside its final place until `keep` moves it there.
 
-    Hidden folders whose process was killed are removed by the next run that writes beside them.
+    The next run that writes to the same place removes hidden folders of killed processes.
 
     Attributes:
-        target: where it will be.
-        path: where to write meanwhile.
+        target: the final place.
+        path: the hidden folder to write to.
     """
 
     def __init__(self, target: Path, *, overwrite: bool = False) -> None:
         """Check the place and make the hidden folder.
 
         Args:
-            target: where the run directory will be.
-            overwrite: whether a run that is there already may be replaced: the files that sinssim wrote, no others.
+            target: the final place of the run directory.
+            overwrite: whether the files that sinssim wrote for an existing run may be replaced.
 
         Raises:
-            InputError: the place is taken, or cannot be written.
+            InputError: the place is taken or cannot be written.
         """
         self.target = target.resolve()
         self._overwrite = overwrite
@@ -56,7 +56,7 @@ class RunDirectory:
             try:
                 self.path.mkdir()
                 self._lock = hold(self.path)
-            except BaseException:  # an interruption in particular: who asked for the folder does not have it yet
+            except BaseException:  # in particular an interruption: the caller does not have the folder yet
                 self.discard()
                 raise
         except OSError as error:
@@ -67,18 +67,18 @@ class RunDirectory:
             ) from error
 
     def keep(self, *, beside: str = "") -> Path:
-        """Put the run directory in its place.
+        """Move the run directory into its place.
 
         Args:
-            beside: for a run that is not whole: it does not replace one that is there, but goes beside it, under
-                the same name with this at its end.
+            beside: suffix of the name under which an incomplete run is kept beside an existing one, which it does not
+                replace.
 
         Returns:
-            Where it is now.
+            Its place.
 
         Raises:
-            InputError: files of somebody else's are in the way; they stay, and the run is kept beside them.
-            OSError: it cannot be put there; what was there stays.
+            InputError: files that sinssim did not write are in the way; they stay, and the run is kept beside them.
+            OSError: the directory cannot be moved; the existing files stay.
         """
         files = _files(self.path)
         write_text(self.path / MARK, json.dumps({"sinssim": __version__, "files": files}, indent=1) + "\n")
@@ -103,17 +103,17 @@ class RunDirectory:
         return place
 
     def _move_to(self, place: Path) -> None:
-        """Give the hidden folder its name."""
+        """Rename the hidden folder to its final name."""
         self._unlock()
         (self.path / IN_USE).unlink(missing_ok=True)
         os.replace(self.path, place)
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
-        """Turn a full disk and the like, inside the block, into an error that says so, and leave nothing behind.
+        """Convert system errors inside the block, such as a full disk, into an input error, and remove the folder.
 
         Raises:
-            InputError: something could not be written.
+            InputError: data could not be written.
         """
         try:
             yield
@@ -122,11 +122,11 @@ class RunDirectory:
             self.discard()
             raise InputError(
                 f"the run directory {self.target} could not be written: {error.strerror or error} ({free / 1e6:.0f} MB "
-                "were free). Nothing of this run was kept; what was there before is untouched."
+                "were free). Nothing of this run was kept; existing files are unchanged."
             ) from error
 
     def discard(self) -> None:
-        """Remove everything that was written; what was in the place stays."""
+        """Remove everything that was written; an existing run stays."""
         shutil.rmtree(self.path, ignore_errors=True)
         self._unlock()
         self._remove_made()
@@ -143,14 +143,14 @@ class RunDirectory:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file beside and rename it into place.
+    """Write a text file to a temporary file and rename it into place.
 
     Args:
         path: the file.
-        text: what it shall hold.
+        text: its contents.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     beside = path.with_name(path.name + ".part")
     beside.write_text(text, encoding="utf-8")
@@ -158,13 +158,13 @@ def write_text(path: Path, text: str) -> None:
 
 
 def _files(folder: Path) -> list[str]:
-    """Return the files of a run in the making, relative to its folder, with slashes."""
+    """Return the files of a run being written, relative to its folder, with slashes."""
     found = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
     return sorted(name for name in found if name not in (MARK, IN_USE))
 
 
 def _written(place: Path) -> list[str] | None:
-    """Return the files that sinssim wrote in a folder, by its mark; None without a mark."""
+    """Return the files that sinssim wrote in a folder according to its mark; None without a mark."""
     try:
         files = json.loads((place / MARK).read_text(encoding="utf-8"))["files"]
         names = [PurePosixPath(name) for name in files]
@@ -176,7 +176,7 @@ def _written(place: Path) -> list[str] | None:
 
 
 def _replace(place: Path, source: Path, files: list[str]) -> None:
-    """Replace what sinssim wrote in a folder by a new run, file by file; everything else stays where it is.
+    """Replace the files that sinssim wrote in a folder by a new run, file by file; all other files stay.
 
     Args:
         place: an existing folder.
@@ -184,13 +184,13 @@ def _replace(place: Path, source: Path, files: list[str]) -> None:
         files: the new run's files.
 
     Raises:
-        InputError: a file that sinssim did not write has the name of a new one; nothing was changed.
-        OSError: a file cannot be moved; nothing was changed.
+        InputError: a file that sinssim did not write has the name of a new one; nothing is changed.
+        OSError: a file cannot be moved; nothing is changed.
     """
     old = [name for name in (*(_written(place) or ()), MARK) if (place / name).is_file()]
     for name in files:
         if name not in old and os.path.lexists(place / name):
-            raise InputError(f"{place / name} was not written by sinssim; it is left alone.")
+            raise InputError(f"{place / name} was not written by sinssim and stays unchanged.")
     moved: list[tuple[Path, Path]] = []
 
     def move(here: Path, there: Path) -> None:
@@ -215,7 +215,7 @@ def _replace(place: Path, source: Path, files: list[str]) -> None:
 
 
 def _beside(place: Path, ending: str) -> Path:
-    """Return a place of the same name with something at its end, where nothing is or a run that may be replaced."""
+    """Return a place with a suffix to the name that is free or holds a run that may be replaced."""
     number = 1
     while True:
         there = place.with_name(f"{place.name}-{ending}" + (f"-{number}" if number > 1 else ""))
@@ -229,7 +229,7 @@ def _is_taken(place: Path) -> bool:
 
 
 def _check_place(place: Path, overwrite: bool) -> None:
-    """Raise unless a place is free, or holds a run that may be replaced."""
+    """Raise unless a place is free or holds a run that may be replaced."""
     if not _is_taken(place):
         return
     if not place.is_dir():
@@ -238,21 +238,22 @@ def _check_place(place: Path, overwrite: bool) -> None:
     if files is None:
         older = (place / "recording.rrd").exists()
         raise InputError(
-            f"the folder {place} is not empty and holds no run: it has no {MARK}, the file by which sinssim knows its "
-            "own. It is left alone; give another one with -o."
+            f"the folder {place} is not empty and holds no run: it lacks the file {MARK}, by which sinssim recognises "
+            "a run. It stays unchanged; give another folder with -o."
             + (" If it is a run of an older sinssim, move or remove it yourself." if older else "")
         )
     if not overwrite:
         raise InputError(
-            f"the run directory {place} holds a run already. Give another one with -o, or replace it with --overwrite."
+            f"the run directory {place} already holds a run. Give another folder with -o, or replace it with "
+            "--overwrite."
         )
     for name in files:
         path = place / name
         links = [p for p in (path, *path.parents) if place in p.parents and p.is_symlink()]
         if links or path.is_dir():
             raise InputError(
-                f"{links[0] if links else path} is a {'link' if links else 'folder'} where sinssim wrote a file; the "
-                "run directory is left alone. Give another one with -o, or put the file back."
+                f"{links[0] if links else path} is a {'link' if links else 'folder'}, but sinssim wrote a file there; "
+                "the run directory stays unchanged. Give another folder with -o, or restore the file."
             )
 
 

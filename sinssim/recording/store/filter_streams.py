@@ -23,12 +23,12 @@ def filter_streams(aided: Aided) -> list[Stream]:
     """Return all streams of an aided solution.
 
     Args:
-        aided: the solution, and the truth about it.
+        aided: the aided solution with its true errors.
 
     Returns:
-        `nav_aided`, `error_aided`, the same of the smoothed solution if there is one, `filter` with 1σ of all states,
-        estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every reading and what became
-        of it.
+        `nav_aided`, `error_aided`, the same for the smoothed solution if there is one, `filter` with 1σ of all states,
+        estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every reading and the decision
+        on it.
     """
     found = aided.estimate
     streams = [nav_stream("aided", found.solution), error_stream("aided", aided.error, found.solution), _states(aided)]
@@ -41,14 +41,14 @@ def filter_streams(aided: Aided) -> list[Stream]:
 
 
 def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
-    """Return the names of a block's states as columns have them, each with its unit.
+    """Return the column names of a block's states, each with its unit.
 
     Args:
         block: the block.
-        kinds: what each aiding sensor measures, by its label.
+        kinds: kind of measurement of each aiding sensor, by its label.
 
     Returns:
-        For example "gyro_bias_x_radps", …; "phi_n_rad", … for the attitude.
+        Names such as "gyro_bias_x_radps"; "phi_n_rad", … for the attitude.
     """
     stem = "phi" if block.name == "attitude" else block.name.replace(" ", "_").replace("-", "_")
     sensor, _, what = block.name.rpartition(" ")

@@ -1,4 +1,4 @@
-"""A filter in numbers: accepted and rejected readings, consistency, estimated sensor errors."""
+"""Summary of a filter: accepted and rejected readings, consistency, estimated sensor errors."""
 
 from __future__ import annotations
 
@@ -33,36 +33,35 @@ _UNITS = (
     ("_m", "m", 1.0),
     ("", "ppm", units.PPM),
 )
-"""Endings of columns, and the units that people use for them."""
+"""Unit suffixes of columns, and the corresponding display units."""
 
 
 _IN_A_ROW = 30
-"""Readings that must be refused, or taken, one after the other for it to be more than chance."""
+"""Number of consecutive readings rejected or accepted that is not by chance."""
 
 _INCONSISTENT = {
-    "optimistic": "more noise than it was told",
-    "pessimistic": "less noise than it was told",
+    "optimistic": "the noise is larger than assumed",
+    "pessimistic": "the noise is smaller than assumed",
     "coloured": "innovations that are not white",
 }
-"""Verdicts on a sensor's innovations that speak against a filter, and what they mean."""
+"""Verdicts on a sensor's innovations that speak against a filter, and their meaning."""
 
 
 def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     """Return the entry of a filter in `summary.json`.
 
     Args:
-        aided: the aided solution, and the truth about it.
-        scenario: what was run; its jumps and ramps are what the gate had to find.
+        aided: the aided solution with its true errors.
+        scenario: the scenario that was run, with the jumps and ramps that the gate had to detect.
 
     Returns:
-        `divergence`, `remarks` and `consistent` with `findings` and `hints` at what would explain them; the
-        errors of the solutions as those of the algorithms, `aided` and `smoothed`; of an alignment, if there
-        was one, the heading's σ and error before and after; for each sensor what became of its readings and of
-        the tests on its innovations; for each jump and ramp of the scenario whether the gate caught it; `nees`,
-        the run's mean over all states and each block's, per state, and `noise`, the variance of each noise of
-        the inertial sensors over what the filter was told, with their 95 % bands; and for each state, named
-        with its unit, σ at the start and at the end, the error at the end, and whether it is observable: the
-        motion shows it, and the filter has at least halved its σ.
+        `divergence`, `remarks` and `consistent`, with `findings` and explaining `hints`; the errors of the solutions
+        `aided` and `smoothed` in the form of the algorithms' errors; the heading's σ and error before and after an
+        alignment, if there was one; for each sensor the use of its readings and the tests on its innovations; for each
+        jump and ramp of the scenario whether the gate caught it; `nees`, the mean over the run per state, for all
+        states and each block, and `noise`, the variance of each noise of the inertial sensors relative to the assumed
+        variance, with their 95 % bands; for each state, named with its unit, σ at the start and at the end, the error
+        at the end, and whether it is observable: the motion shows it, and the filter at least halved its σ.
     """
     from sinssim.estimation.checks.consistency import consistency
 
@@ -105,7 +104,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
 
 
 def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
-    """Return what an alignment made of the heading: coarse and then fine, or by a better system."""
+    """Return the result of an alignment for the heading: coarse and fine, or transfer alignment."""
     found, section, aiding = aided.estimate, scenario.filter, scenario.aiding
     masters = [i.time[-1] for i in found.innovations if i.sensor.startswith("master-") and len(i.time)]
     if not len(found.time) or section is None or aiding is None:
@@ -131,27 +130,27 @@ def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
 
 
 def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
-    """Say how good an alignment is."""
+    """Describe the accuracy of an alignment."""
     begin, end = alignment["begin"], alignment["end"]
 
     def known(at: Mapping[str, float]) -> str:
-        size, unit = _angle_unit(at["heading_sigma_arcmin"])  # one unit for both: they are compared
+        size, unit = _angle_unit(at["heading_sigma_arcmin"])  # one unit for both, for comparison
         error, sigma = abs(at["heading_error_arcmin"]) / size, at["heading_sigma_arcmin"] / size
-        return f"off by {error:.3g} {unit} (1σ {sigma:.3g} {unit})"
+        return f"in error by {error:.3g} {unit} (1σ {sigma:.3g} {unit})"
 
     later = f"at {end['time_s']:g} s {known(end)}"
     match alignment["method"]:
         case "transfer":
-            return f"Aligned by the better system: the heading was {known(begin)} at the start, {later}."
+            return f"Aligned by the master system: the heading was {known(begin)} at the start, {later}."
         case "in-motion":
             how = f"in motion, by the first {alignment['coarse_s']:g} s"
         case _:
             how = f"at rest, by the first {alignment['coarse_s']:g} s"
-    return f"Aligned {how}: the filter began at {begin['time_s']:g} s with the heading {known(begin)}; {later}."
+    return f"Aligned {how}: the filter started at {begin['time_s']:g} s with the heading {known(begin)}; {later}."
 
 
 def _angle_unit(arcmin: float) -> tuple[float, str]:
-    """Return the unit in which people write an angle, in arcmin, and its name."""
+    """Return the display unit of an angle, in arcmin, and its name."""
     return (60.0, "deg") if arcmin >= 60.0 else (1.0, "arcmin") if arcmin >= 1.0 else (1.0 / 60.0, "arcsec")
 
 
@@ -167,7 +166,7 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
     faults: list[Jump | Ramp] = [*gnss.jumps, *gnss.ramps]
     for fault in faults:
         if fault.from_s >= aided.end:
-            continue  # among the remarks
+            continue  # reported in the remarks
         end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
         affected = ("gnss-position", "gnss-velocity") if isinstance(fault, Ramp) else ("gnss-position",)
         readings = refused = 0
@@ -198,14 +197,14 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
 
 
 def _forged(fault: Jump | Ramp, time: float) -> float:
-    """Return how far off a fault has put the satellites' position, m."""
+    """Return the error of the satellites' position by a fault, m."""
     if isinstance(fault, Ramp):
         return math.hypot(fault.north_mps, fault.east_mps, fault.up_mps) * (time - fault.from_s)
     return math.hypot(fault.north_m, fault.east_m, fault.up_m)
 
 
 def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) -> float | None:
-    """Return when, after so many readings refused in a row, as many in a row were taken; None for never."""
+    """Return when readings were accepted again after a series of rejections, both `_IN_A_ROW` long; None for never."""
     edges = np.flatnonzero(np.diff(accepted.astype(int), prepend=-1, append=-1))
     lost = False
     for begin, end in pairwise(edges.tolist()):
@@ -218,10 +217,10 @@ def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) 
 
 
 def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Say of every jump and ramp whether the gate caught it.
+    """Report for every jump and ramp whether the gate caught it.
 
     Args:
-        numbers: what `filter_numbers` returned.
+        numbers: result of `filter_numbers`.
 
     Yields:
         Whole sentences.
@@ -229,29 +228,30 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     for fault in numbers["faults"]:
         begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
         what = f"The satellites' {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
-        how = f"it refused {fault['refused']} of {fault['readings']} readings"
-        far = "" if error is None else f", and the solution was off by up to {number(error)} m meanwhile"
+        how = f"it rejected {fault['refused']} of {fault['readings']} readings"
+        far = "" if error is None else f", and the solution was in error by up to {number(error)} m meanwhile"
         if fault["caught"]:
-            yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its begin{far}."
+            yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
             if (again := fault["believed_again_s"]) is not None:
                 yield (
-                    f"From {again:.0f} s on, {number(fault['forged_then_m'])} m off, the filter believed it again: "
-                    "without satellites it had become so unsure of itself that the gate could no longer tell."
+                    f"From {again:.0f} s on, with the satellites {number(fault['forged_then_m'])} m off, the filter "
+                    "accepted them again: without satellites, its uncertainty had grown so large that the gate could "
+                    "not detect the fault."
                 )
         else:
             told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
-            seen = ", though the innovations are not as they should be" if told else ", and no innovation shows it"
+            seen = ", but the tests of the innovations fail" if told else ", and the innovations do not show it"
             yield f"{what} was not caught by the gate: {how}{far}{seen}."
 
 
 def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Say what a person should know of a filter.
+    """Summarise a filter in sentences.
 
     Args:
-        numbers: what `filter_numbers` returned.
+        numbers: result of `filter_numbers`.
 
     Yields:
-        Whole sentences, the gravest first; verdicts without the tests that they come from.
+        Whole sentences, the most important first; verdicts without the underlying tests.
     """
     end = numbers["divergence"]
     if end is not None:
@@ -261,26 +261,26 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     if "alignment" in numbers:
         yield _alignment_sentence(numbers["alignment"])
     if numbers["consistent"] and not any(s["taken"] for s in numbers["sensors"].values()):
-        yield "The filter took no reading; nothing in its errors speaks against it."
+        yield "The filter used no reading; its errors agree with its covariance."
     elif numbers["consistent"]:
-        yield "The filter is consistent: nothing in its innovations or its errors speaks against it."
+        yield "The filter is consistent: its innovations and its errors agree with its covariance."
     else:
         bad = []
         for verdict, meaning in _INCONSISTENT.items():
             sensors = [name for name, s in numbers["sensors"].items() if s["verdict"] == verdict]
             bad += [f"{verdict} ({meaning}) by {', '.join(sensors)}"] if sensors else []
         large = [name for name, test in numbers["nees"].items() if test["verdict"] != "consistent"]
-        bad += [f"errors larger than it believes of {', '.join(large)}"] if large else []
+        bad += [f"errors larger than the covariance of {', '.join(large)}"] if large else []
         wrong = [name for name, test in numbers["noise"].items() if test["verdict"] != "consistent"]
-        bad += [f"told wrong of {', '.join(wrong)}"] if wrong else []
-        yield from numbers["hints"]  # the reason comes before what follows from it
-        the = "With that the" if numbers["hints"] else "The"
+        bad += [f"wrong assumed variance of {', '.join(wrong)}"] if wrong else []
+        yield from numbers["hints"]  # the cause precedes its effect
+        the = "Therefore the" if numbers["hints"] else "The"
         yield f"{the} filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
     yield from numbers["remarks"]
 
 
 def _actual(aided: Aided) -> ActualConsistency:
-    """Return a filter's consistency with the truth; nothing for one that took no step."""
+    """Return a filter's consistency with the truth; empty for a filter that made no step."""
     from sinssim.estimation.checks.against_truth import ActualConsistency, actual_consistency
 
     history = aided.estimate.history
@@ -299,7 +299,7 @@ def _test_numbers(test: ChiSquare) -> dict[str, float]:
 
 
 def _uncertain(found: Estimate, name: str) -> int:
-    """Return how many states of a block, or of all, are not known exactly."""
+    """Return the number of states of a block, or of all, that are not known exactly."""
     part = found.model.slices.get(name, slice(0, found.model.size))
     return int(np.count_nonzero(found.sigma[-1, part] > 0.0))
 
@@ -329,14 +329,14 @@ def _states(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def for_people(column: str, *values: float | None) -> tuple[str, str, list[float]]:
-    """Return a state of the filter as people say it.
+    """Return a state of the filter in display units.
 
     Args:
         column: name of the state with its SI unit, as in the summary.
-        values: in that unit.
+        values: values in that unit.
 
     Returns:
-        Its name in words, the unit, and the values in it, NaN for those that are None.
+        Its name in words, the display unit, and the values in it, NaN for None.
     """
     ending, unit, size = next(row for row in _UNITS if column.endswith(row[0]))
     stem = column.removesuffix(ending).replace("_", " ")
@@ -344,22 +344,22 @@ def for_people(column: str, *values: float | None) -> tuple[str, str, list[float
 
 
 def filter_markdown(numbers: Mapping[str, Any]) -> str:
-    """Return the same for a panel of the view.
+    """Return the summary of a filter for a panel of the view.
 
     Args:
-        numbers: what `filter_numbers` returned.
+        numbers: result of `filter_numbers`.
 
     Returns:
         Markdown.
     """
     first, *others = sentences(numbers)
     lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]
-    lines += ["", "| sensor | taken | refused | NIS | verdict |", "|---|---|---|---|---|"]
+    lines += ["", "| sensor | accepted | rejected | NIS | verdict |", "|---|---|---|---|---|"]
     for name, s in numbers["sensors"].items():
         nis = s["tests"].get("NIS")
         band = "–" if nis is None else f"{nis['value']:.3g} ({nis['lower_95']:.3g} … {nis['upper_95']:.3g})"
         lines.append(f"| {name} | {s['taken']} | {s['refused']} | {band} | {s['verdict']} |")
-    for head, what in (("states | NEES", "nees"), ("noise | over what was told, variance", "noise")):
+    for head, what in (("states | NEES", "nees"), ("noise | variance over assumed", "noise")):
         lines += ["", f"| {head} | 95 % band |", "|---|---|---|"]
         lines += [
             f"| {n} | {v['value']:.3g} | {v['lower_95']:.3g} … {v['upper_95']:.3g} |" for n, v in numbers[what].items()

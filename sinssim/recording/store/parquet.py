@@ -14,17 +14,17 @@ from sinssim.truth.trajectory import FlightEvent
 
 
 def write_stream(stream: Stream, folder: Path) -> Path:
-    """Write a stream as `<folder>/<name>.parquet`, beside and then renamed.
+    """Write a stream as `<folder>/<name>.parquet`, through a temporary file.
 
     Args:
-        stream: what to write; doubles stay doubles.
+        stream: the stream; doubles stay doubles.
         folder: an existing folder.
 
     Returns:
         The file.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     import pyarrow as pa
 
@@ -36,17 +36,17 @@ def write_stream(stream: Stream, folder: Path) -> Path:
 
 
 def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
-    """Write what happened as `<folder>/events.parquet`, columns `time_s` and `text`.
+    """Write events as `<folder>/events.parquet`, columns `time_s` and `text`.
 
     Args:
-        events: in the order of time.
+        events: the events in order of time.
         folder: an existing folder.
 
     Returns:
         The file.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     import pyarrow as pa
 
@@ -60,7 +60,7 @@ def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
 
 
 def write_table(table: Any, path: Path) -> Path:
-    """Write a table as a Parquet file, beside its place first and then renamed into it.
+    """Write a table as a Parquet file, through a temporary file.
 
     Args:
         table: a `pyarrow.Table`; doubles stay doubles.
@@ -70,13 +70,13 @@ def write_table(table: Any, path: Path) -> Path:
         The file.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     beside = path.with_name(path.name + ".part")
-    # Doubles of a simulation hardly repeat: a dictionary costs time and saves nothing. With their bytes split into
+    # Doubles of a simulation rarely repeat: a dictionary costs time and saves nothing. With their bytes split into
     # eight planes, the planes of signs and exponents compress well.
     numbers = [f.name for f in table.schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
     pq.write_table(

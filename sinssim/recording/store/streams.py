@@ -1,4 +1,4 @@
-"""The streams of a run: what is recorded, exactly, in SI units, under the same column names everywhere."""
+"""The streams of a run: recorded exactly, in SI units, with the same column names everywhere."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Vector:
-    """Some columns of a stream that belong together.
+    """A group of related columns of a stream.
 
     Attributes:
         name: short name.
@@ -34,7 +34,7 @@ class Vector:
 
 @dataclass(frozen=True)
 class Stream:
-    """A table over time: one Parquet file, and in the recording one entity per vector.
+    """A table over time: one Parquet file, and one entity per vector in the recording.
 
     Attributes:
         name: name of the file and of the entities' parent.
@@ -76,10 +76,10 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
     Args:
         kind: "ideal", "measured" or "compensated".
         imu: the increments.
-        with_angles: whether there are gyros, or what takes their place, so that there are increments of angle.
+        with_angles: whether there are increments of angle, from gyros or from six accelerometers.
 
     Returns:
-        N rows; with a column of flags for each sensor if the sensors report any.
+        N rows; with a column of flags for each sensor if the sensors report flags.
     """
     vectors = [Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)]
     if with_angles:
@@ -91,14 +91,14 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
 
 
 def set_streams(kind: str, readings: Readings) -> list[Stream]:
-    """Return what a set of sensors reads beside the increments of a block with gyros.
+    """Return the streams of a sensor set other than increments.
 
     Args:
         kind: "ideal" or "measured".
-        readings: of the set.
+        readings: readings of the set.
 
     Returns:
-        `accelerometers_<kind>`, N rows, of six accelerometers, `attitude_<kind>`, N+1 rows, of an attitude sensor.
+        `accelerometers_<kind>`, N rows, for six accelerometers; `attitude_<kind>`, N+1 rows, for an attitude sensor.
     """
     found, time = [], readings.imu.time
     if readings.accelerometers is not None:
@@ -125,7 +125,7 @@ def nav_stream(name: str, solution: NavSolution) -> Stream:
 
 
 def error_stream(name: str, error: NavError, solution: NavSolution) -> Stream:
-    """Return the stream `error_<algorithm>`: the errors, and what the algorithm's attitude variables lost.
+    """Return the stream `error_<algorithm>`: the errors, and the defect of the algorithm's attitude variables.
 
     Args:
         name: the algorithm.
@@ -148,13 +148,13 @@ def error_stream(name: str, error: NavError, solution: NavSolution) -> Stream:
 
 
 def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
-    """Return what was logged along the flight: channels over the same times share a stream.
+    """Return the streams logged along the flight; channels over the same times share a stream.
 
     Args:
-        channels: by name, with units.
+        channels: channels by name, with units.
 
     Returns:
-        `flight`, and `flight_2`… if there are channels over other times.
+        `flight`, and `flight_2`, … for channels over other times.
     """
     groups: list[tuple[Array, list[Vector]]] = []
     for name, channel in channels.items():
@@ -171,4 +171,4 @@ def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
 
 
 _UNIT_NAMES = {"m/s": "mps", "m/s²": "mps2", "rad/s": "radps", "deg/s": "degps", "°": "deg", "%": "percent"}
-"""Units as they are written in a column's name."""
+"""Units as written in the name of a column."""

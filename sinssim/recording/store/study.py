@@ -16,13 +16,13 @@ from sinssim.studies.results import Comparison, Row
 
 
 def results(comparison: Comparison) -> dict[str, Any]:
-    """Return everything that a study found out, as plain numbers and words.
+    """Return all results of a study as plain numbers and words.
 
     Args:
         comparison: the study.
 
     Returns:
-        What `results.json` holds; numbers that are not known are None.
+        The contents of `results.json`; unknown numbers are None.
     """
     study = comparison.study
     found = {
@@ -45,10 +45,10 @@ def results(comparison: Comparison) -> dict[str, Any]:
 
 
 def write_study(comparison: Comparison, folder: Path) -> None:
-    """Write everything.
+    """Write all results of a study.
 
     Args:
-        comparison: what the study found out.
+        comparison: results of the study.
         folder: an existing, empty folder.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A run in numbers: each algorithm's errors, as `summary.json` has them and as a table for people."""
+"""Summary of a run: each algorithm's errors for `summary.json` and as a table."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from sinssim.strapdown.nav_error import NavError
 
 _QUANTITIES = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
 NO_NUMBERS: dict[str, float] = {f"{kind}_{q}": math.nan for q in _QUANTITIES for kind in ("final", "rms", "max")}
-"""The errors of an algorithm that has no solution, as `error_numbers` would return them."""
+"""The errors of an algorithm without a solution, in the form of `error_numbers`."""
 
 
 def error_numbers(error: NavError) -> dict[str, float]:
-    """Return one algorithm's errors in numbers.
+    """Return the error statistics of one algorithm.
 
     Args:
         error: its errors.
 
     Returns:
         `final_`, `rms_` and `max_` of `horizontal_error_m`, `height_error_m`, `velocity_error_mps` and
-        `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others
-        are magnitudes.
+        `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others are
+        magnitudes.
     """
     numbers = {}
     found = (error.horizontal, error.height, error.speed, error.angle / units.ARCSEC)
@@ -47,13 +47,13 @@ def _rms(values: Array) -> float:
 
 
 def flagged(imu: ImuData) -> dict[str, int]:
-    """Return how many samples the sensors flagged, for `summary.json`.
+    """Return the number of flagged samples, for `summary.json`.
 
     Args:
         imu: measured increments.
 
     Returns:
-        Samples by kind of flag, set by any sensor; nothing of sensors that set none.
+        Number of samples by kind of flag, set by any sensor; empty if the sensors set no flags.
     """
     if imu.flags is None:
         return {}
@@ -62,14 +62,14 @@ def flagged(imu: ImuData) -> dict[str, int]:
 
 
 def flagged_words(flags: Mapping[str, int], samples: int) -> str:
-    """Say how many samples the sensors flagged.
+    """Report the number of flagged samples.
 
     Args:
-        flags: what `flagged` returned.
-        samples: how many there are.
+        flags: result of `flagged`.
+        samples: number of all samples.
 
     Returns:
-        A sentence; nothing if there are no such samples.
+        A sentence; empty if there are no flagged samples.
     """
     found = [f"{count:,} {name}" for name, count in flags.items() if count]
     return f"Flagged by the sensors, of {samples:,} samples: {', '.join(found)}." if found else ""
@@ -82,7 +82,7 @@ def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[s
         solutions: by algorithm.
 
     Returns:
-        For each algorithm that had any: start, end, damage and text of each.
+        For each algorithm with passages: start, end, damage and text of each.
     """
     return {
         name: [
@@ -100,13 +100,13 @@ def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[s
 
 
 def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
-    """Find the algorithms whose errors are no finite numbers.
+    """Find the algorithms whose errors are not finite.
 
     Args:
         errors: by algorithm.
 
     Returns:
-        For each of them what there is to say, and the instant from which on it is so.
+        For each of them an error with the message and the instant from which this holds.
     """
     found = {}
     for name, error in errors.items():
@@ -115,7 +115,7 @@ def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
         with np.errstate(over="ignore", invalid="ignore"):
             finite = np.isfinite(error.horizontal**2 + error.height**2 + error.speed**2 + error.angle**2)
         time = float(error.time[int(np.argmin(finite))])
-        found[name] = RunError(f"its errors are no finite numbers from t = {time:.2f} s on: it diverged.", time=time)
+        found[name] = RunError(f"its errors are not finite from t = {time:.2f} s on: it diverged.", time=time)
     return found
 
 
@@ -123,22 +123,22 @@ def failures(failed: Mapping[str, RunError]) -> dict[str, dict[str, Any]]:
     """Return which algorithms have no result, and why, for `summary.json`.
 
     Args:
-        failed: by algorithm.
+        failed: errors by algorithm.
 
     Returns:
-        For each the instant, None if it is not known, and the text.
+        For each algorithm the instant, None if unknown, and the text.
     """
     return {name: {"time_s": error.time, "text": str(error)} for name, error in failed.items()}
 
 
 def plain(value: Any) -> Any:
-    """Return what JSON can hold: null in place of what is no finite number, at any depth.
+    """Return a value that JSON can hold: null in place of non-finite numbers, at any depth.
 
     Args:
         value: dictionaries, lists and tuples of numbers, texts and the like.
 
     Returns:
-        The same, with None where a float is NaN or infinite.
+        The same value, with None where a float is NaN or infinite.
     """
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}
@@ -148,10 +148,10 @@ def plain(value: Any) -> Any:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what made the numbers.
+    """Return the versions of the software that computed the numbers.
 
     Returns:
-        By name.
+        Versions by name.
     """
     names = ("jsbsim", "numpy", "scipy", "numba", "filterpy", "rerun-sdk", "pyarrow")
     return {"sinssim": sinssim.__version__, **{name: version(name) for name in names}}
@@ -161,7 +161,7 @@ def processor() -> str:
     """Return the name of the machine's processor.
 
     Returns:
-        As the machine says it.
+        The name as reported by the system.
     """
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
@@ -175,7 +175,7 @@ def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:
     """Return the errors as a table.
 
     Args:
-        numbers: what `error_numbers` returned, by algorithm.
+        numbers: results of `error_numbers` by algorithm.
 
     Returns:
         Markdown: a row for each quantity, a column for each algorithm.

@@ -23,7 +23,7 @@ def show(report: AlignmentReport, console: Console) -> None:
 
     Args:
         report: the alignment.
-        console: where.
+        console: the console to print on.
     """
     d = report.determination
     how = "eq. (1) on a quiet base" if report.method == "quiet" else "gravity's cone in inertial space"
@@ -33,7 +33,7 @@ def show(report: AlignmentReport, console: Console) -> None:
     table.add_column("determined, °", justify="right")
     if report.budget is not None:
         table.add_column("σ, ′", justify="right")
-        table.add_column("bias takes\nover at, s", justify="right")
+        table.add_column("bias dominates\nfrom, s", justify="right")
     if report.truth is not None:
         table.add_column("true, °", justify="right")
         table.add_column("error, ′", justify="right")
@@ -53,7 +53,9 @@ def show(report: AlignmentReport, console: Console) -> None:
     console.print(table)
     console.print(f"Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s².")
     if report.residual is not None:
-        console.print(f"Velocity that the cone does not explain (heave, sway, noise): {report.residual:.3g} m/s rms.")
+        console.print(
+            f"Residual velocity after the fit of the cone (heave, sway, noise): {report.residual:.3g} m/s rms."
+        )
     for warning in d.warnings:
         console.print(warning[0].upper() + warning[1:], markup=False)
     if report.budget is None:

@@ -1,4 +1,4 @@
-"""The tables of a grade of sensors: its error terms, and the position error that each causes."""
+"""The tables of a sensor grade: its error terms, and the position error that each causes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 CIRCULAR = 0.8326
-"""Radius that holds half of all errors over their root mean square, √(ln 2), for north and east normal and alike."""
+"""Ratio of the radius that holds half of all errors to their rms, √(ln 2), for equal normal north and east errors."""
 _LINEAR = 5e5
-"""Position errors beyond this are out of the linear theory's reach, m."""
+"""Position error beyond which the linear theory does not hold, m."""
 
 
 def to_json(expectation: Expectation) -> dict[str, Any]:
-    """Return plain numbers with their units in the names.
+    """Return the expectation as plain numbers with units in the names.
 
     Args:
-        expectation: what a sensor block's errors mean.
+        expectation: expected position errors of a sensor block.
 
     Returns:
         What JSON can hold.
@@ -46,11 +46,11 @@ def to_json(expectation: Expectation) -> dict[str, Any]:
 
 
 def show(expectation: Expectation, console: Console) -> None:
-    """Print the terms, and what each does to the position.
+    """Print the error terms and the position error that each causes.
 
     Args:
-        expectation: what a sensor block's errors mean.
-        console: where.
+        expectation: expected position errors of a sensor block.
+        console: the console to print on.
     """
     from rich import box
     from rich.table import Table
@@ -60,9 +60,9 @@ def show(expectation: Expectation, console: Console) -> None:
     console.print(f"{e.section.grade}: {grade.description}", markup=False)
     console.print(f"Source: {grade.source}\n", markup=False)
     if not e.terms:
-        console.print("There is no error of which to tell.")
+        console.print("The sensors have no errors.")
         return
-    terms = Table(title="What it says (1σ)", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    terms = Table(title="Value (1σ)", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, justify in (("term", "left"), ("value", "right"), ("", "left"), ("SI", "right"), ("", "left")):
         terms.add_column(heading, justify=justify, no_wrap=True)  # type: ignore[arg-type]
     terms.add_column("is")
@@ -73,7 +73,7 @@ def show(expectation: Expectation, console: Console) -> None:
     console.print(terms)
     hours = e.duration / 3600.0
     sums = Table(
-        title=f"Horizontal position error that each alone makes in {hours:g} h unaided, latitude {e.latitude / DEG:g}°",
+        title=f"Horizontal position error that each alone causes in {hours:g} h, latitude {e.latitude / DEG:g}°",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -89,26 +89,26 @@ def show(expectation: Expectation, console: Console) -> None:
     console.print(sums)
     assumed = dict.fromkeys(c.assumes for c in e.contributions)
     console.print("Vehicle: " + "; ".join(f"{name}, {ASSUMPTIONS[name]}" for name in assumed) + ".")
-    console.print("All together: the root of the sum of squares.")
+    console.print("All together: root of the sum of squares.")
     if e.total > _LINEAR:
-        console.print(f"Beyond {_LINEAR / 1e3:g} km the linear theory has no say: the position is lost.")
+        console.print(f"The linear theory does not hold beyond {_LINEAR / 1e3:g} km: the position is lost.")
     elif e.total and e.drawn:
         console.print(
-            f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi an hour: what is called "
-            "the class of a unit."
+            f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi per hour, which is "
+            "called the class of a unit."
         )
     for sentence in keys_without_effect(e.section, e.duration):
         console.print(sentence)
     if e.height:
         away = f"{_digits(e.height)} m" if e.height < _LINEAR else f"more than {_LINEAR / 1e3:g} km"
         console.print(
-            f"Height is not in it: unaided it runs away, by {away} in {hours:g} h for the bias of the down "
+            f"Height is not included: unaided, its error grows to {away} in {hours:g} h for the bias of the down "
             "accelerometer alone."
         )
 
 
 def _number(value: float) -> str:
-    """Write four digits, without a power of ten where people write none."""
+    """Write four digits, without a power of ten where it is not customary."""
     return f"{value:.0f}" if 1e4 <= value < 1e7 else f"{value:.4g}"
 
 
@@ -120,7 +120,7 @@ def _position(error: float) -> tuple[str, str]:
 
 
 def _digits(value: float) -> str:
-    """Write a number with three or four digits, and none that mean nothing."""
+    """Write a number with three or four significant digits and no more."""
     rounded = float(f"{value:.4g}")
     decimals = sum(rounded < limit for limit in (100.0, 10.0, 1.0))
     return f"{rounded:,.{decimals}f}"

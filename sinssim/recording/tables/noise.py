@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 def show(report: NoiseReport, console: Console) -> None:
-    """Print the report: one table a channel.
+    """Print the report: one table per channel.
 
     Args:
-        report: what was found.
-        console: where.
+        report: the identified noise.
+        console: the console to print on.
     """
     from rich.table import Table
 
@@ -60,12 +60,12 @@ def _row(channel: ChannelNoise, symbol: str) -> tuple[str, ...]:
 
 
 def _also(channel: ChannelNoise, symbol: str, value: float) -> str:
-    """Return the same in other words that data sheets use."""
+    """Return the value in another form that data sheets use."""
     unit, size = channel.units.terms[symbol]
     triad = channel.channel.triad
     match symbol:
         case "Q" if triad is not None:
-            return f"a pulse of {number(math.sqrt(12.0) * value / size)} {unit}"
+            return f"pulse of {number(math.sqrt(12.0) * value / size)} {unit}"
         case "N" if triad == "gyro":
             return f"{number(value / DEG_H)} deg/h/√Hz"
         case "N" if triad is None:
@@ -73,7 +73,7 @@ def _also(channel: ChannelNoise, symbol: str, value: float) -> str:
         case "N":
             return f"{number(value / MPS_SQRT_H)} m/s/√h"
         case "B":
-            return f"an Allan deviation of {number(math.sqrt(2.0 * math.log(2.0) / math.pi) * value / size)} {unit}"
+            return f"Allan deviation of {number(math.sqrt(2.0 * math.log(2.0) / math.pi) * value / size)} {unit}"
         case "sigma_b":
             return _tau_b(channel)
     return ""

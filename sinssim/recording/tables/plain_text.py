@@ -14,7 +14,7 @@ def plain_text(show: Callable[[Console], None]) -> str:
     """Return the text that a table prints.
 
     Args:
-        show: prints on the console that it is given.
+        show: function that prints on a given console.
 
     Returns:
         Lines of at most 120 characters.

@@ -35,9 +35,9 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     """Print each algorithm's errors, remarks on the run, and the time of each stage.
 
     Args:
-        scenario: what was run.
-        summary: what `summary.json` holds.
-        console: where.
+        scenario: the scenario.
+        summary: contents of `summary.json`.
+        console: the console to print on.
     """
     failures, of_filter = summary["failures"], summary.get("filter", {})
     aided = {name: of_filter[name] for name in ("aided", "smoothed") if of_filter.get(name)}
@@ -71,7 +71,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
 
 
 def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
-    """Return the cells of one algorithm; one that failed has numbers only up to its failure."""
+    """Return the cells of one algorithm; if it failed, its numbers end at the failure."""
     farthest, angle = errors["max_horizontal_error_m"], errors["max_attitude_error_arcsec"]
     return (
         number(errors["final_horizontal_error_m"]),
@@ -85,10 +85,10 @@ def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
 
 
 def number(value: float | None) -> str:
-    """Write a number with four significant digits, without an exponent where a person can do without.
+    """Write a number with four significant digits, without an exponent where possible.
 
     Args:
-        value: the number; None for what is not known.
+        value: the number; None if unknown.
 
     Returns:
         For example "0.01235", "123457", "1.2e-07", or "–" for None.

@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 _CELL = 10
-"""Width of a number in a console table, with the space beside it."""
+"""Width of a number in a console table, including padding."""
 
 
 def show(comparison: Comparison, console: Console) -> None:
     """Print a table for each motion of each part, and the verdicts.
 
     Args:
-        comparison: what the study found out.
-        console: where.
+        comparison: results of the study.
+        console: the console to print on.
     """
     for part in comparison.study.parts:
         rows = comparison.of_part(part.title)
@@ -37,7 +37,9 @@ def show(comparison: Comparison, console: Console) -> None:
                 _show_cases(f"{part.title}: {motion}, greatest errors", here, labeller(rows, pace=True), console)
     failed = sum(row.status == "failed" for row in comparison.rows)
     if failed:
-        console.print(f"{failed} of {len(comparison.rows)} could not be navigated; the report says why.", markup=False)
+        console.print(
+            f"{failed} of {len(comparison.rows)} navigations failed; the report gives the reasons.", markup=False
+        )
     for pick in comparison.picks:
         console.print(f"PICK, {pick.part}, sensors {sensors_of(pick)}: {pick.reason}", markup=False)
     for part in comparison.study.parts:
@@ -52,7 +54,7 @@ def show(comparison: Comparison, console: Console) -> None:
 def _show_rates(title: str, rows: list[Row], label: Label, console: Console) -> None:
     names = list(dict.fromkeys(label(row) for row in rows))
     rates = sorted({row.rate_hz for row in rows})
-    # As many rates as there is room for, the lowest and the highest among them; no number is cut off.
+    # As many rates as fit, the lowest and the highest among them; no number is truncated.
     room = max(2, (console.width - max(map(len, names)) - 2) // _CELL)
     if len(rates) > room:
         rates = [rates[round(i * (len(rates) - 1) / (room - 1))] for i in range(room)]

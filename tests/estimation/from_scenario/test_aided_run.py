@@ -277,10 +277,10 @@ def test_alignment_in_motion_from_a_heading_that_is_all_wrong():
     assert told["begin"]["heading_sigma_arcmin"] == pytest.approx(found.sigma[0, 8] / ARCMIN)
     sentence = next(line for line in sentences(numbers) if line.startswith("Aligned"))
     assert sentence.startswith(
-        "Aligned in motion, by the first 60 s: the filter began at 0.5 s with the heading off by"
+        "Aligned in motion, by the first 60 s: the filter started at 0.5 s with the heading in error by"
     )
     size = {"deg": 60.0, "arcmin": 1.0, "arcsec": 1.0 / 60.0}
-    written = re.findall(r"off by (\S+) (\w+) \(1σ (\S+) (\w+)\)", sentence)
+    written = re.findall(r"in error by (\S+) (\w+) \(1σ (\S+) (\w+)\)", sentence)
     for at, (error, unit, sigma, same) in zip((told["begin"], told["end"]), written, strict=True):
         assert unit == same
         assert 1.0 <= float(sigma) < 60.0
@@ -350,7 +350,7 @@ def test_without_a_single_fix_the_result_is_inertial():
         )
     assert "gnss-position: there was no reading, so that it corrects nothing." in result.estimate.remarks
     said = list(sentences(filter_numbers(result, s)))
-    assert said[0] == "The filter took no reading; nothing in its errors speaks against it."
+    assert said[0] == "The filter used no reading; its errors agree with its covariance."
     assert "No reading was used at all: the result is the inertial solution." in said
 
 

@@ -148,7 +148,7 @@ def test_errors_too_large_for_a_linear_filter() -> None:
 def test_the_verdict_begins_with_its_reason() -> None:
     parts = {"divergence": None, "faults": [], "sensors": {}, "nees": {}, "noise": {}, "remarks": []}
     told = list(sentences({**parts, "consistent": False, "hints": ["The errors are too large."]}))
-    assert told == ["The errors are too large.", "With that the filter is not consistent."]
+    assert told == ["The errors are too large.", "Therefore the filter is not consistent."]
     assert list(sentences({**parts, "consistent": False, "hints": []})) == ["The filter is not consistent."]
 
 

@@ -76,7 +76,7 @@ def broken_viewer(tmp_path, monkeypatch):
         ("thread main panicked at Failed to get render context", "apt-get install mesa-vulkan-drivers"),
         ("No graphics adapter was found", "apt-get install mesa-vulkan-drivers"),
         ("Error: winit EventLoopError: neither WAYLAND_DISPLAY nor DISPLAY is set", "--web"),
-        ("something else", "ended with code 101. It said last: something else"),
+        ("something else", "ended with code 101. Its last output: something else"),
     ],
 )
 def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, expected):
@@ -124,7 +124,7 @@ def test_a_recording_that_describes_no_run_opens_as_it_was_recorded(foreign, tmp
         viewer.screenshot(foreign, tmp_path / "picture.png", "navigation")
     broken_viewer("started")  # so it is opened, in a window and for a picture
     for look in (lambda: viewer.open_viewer(foreign), lambda: viewer.screenshot(foreign, tmp_path / "picture.png")):
-        with pytest.raises(RunError, match="It said last: started"):
+        with pytest.raises(RunError, match="Its last output: started"):
             look()
 
 

@@ -222,5 +222,5 @@ def test_paths_that_are_no_recording_are_refused(tmp_path):
         find_recording(tmp_path)
     (tmp_path / "recording.rrd").write_bytes(b"RRF2 not really")
     assert find_recording(tmp_path) == tmp_path / "recording.rrd"
-    with pytest.raises(InputError, match="not a recording that sinssim wrote"):
+    with pytest.raises(InputError, match="was not written by sinssim"):
         read_run_info(tmp_path / "recording.rrd")

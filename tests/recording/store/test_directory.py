@@ -272,7 +272,7 @@ def contents(folder: Path) -> dict[str, str]:
 def test_a_run_that_is_there_is_replaced_only_when_asked(tmp_path, short):
     directory = tmp_path / "run"
     run(fake_run.scenario(), directory)
-    with pytest.raises(InputError, match=r"holds a run already.*--overwrite"):
+    with pytest.raises(InputError, match=r"already holds a run.*--overwrite"):
         run(fake_run.scenario(), directory)
     assert list(json.loads((directory / "summary.json").read_text())["algorithms"]) == list(fake_run.ALGORITHMS)
     run(fake_run.scenario(("euler",)), directory, overwrite=True)
@@ -301,7 +301,7 @@ def test_files_of_ones_own_beside_a_run_survive(tmp_path, short):
 @pytest.mark.parametrize(
     ("files", "said"),
     [
-        ({"photo.jpg": "x"}, r"not empty and holds no run: it has no \.sinssim\.json"),
+        ({"photo.jpg": "x"}, r"not empty and holds no run: it lacks the file \.sinssim\.json"),
         ({"summary.json": '{"scenario": "climate"}', "thesis.tex": "years"}, "holds no run"),  # another program's
         (
             {"summary.json": "{}", "recording.rrd": "x", "streams/truth.parquet": "x"},
@@ -364,7 +364,7 @@ def test_links(tmp_path, short):
     (tmp_path / "disk" / "run" / "streams").rename(tmp_path / "elsewhere")
     (tmp_path / "disk" / "run" / "streams").symlink_to(tmp_path / "elsewhere")
     before = sorted(path.name for path in (tmp_path / "elsewhere").iterdir())
-    with pytest.raises(InputError, match="streams is a link where sinssim wrote"):
+    with pytest.raises(InputError, match="streams is a link, but sinssim wrote"):
         run(fake_run.scenario(), tmp_path / "link", overwrite=True)
     assert sorted(path.name for path in (tmp_path / "elsewhere").iterdir()) == before
 
