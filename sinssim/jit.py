@@ -1,8 +1,9 @@
-"""Compiles scalar kernels and caches them on disk under a digest of the package's sources.
+"""Compiles scalar kernels and caches them on disk under a digest of what each is compiled from.
 
-numba's own cache looks only at the file that holds a kernel, not at the files of the functions it calls, so an
-edited formula in another file would go unnoticed. Here the cache folder carries a digest of every source file
-that a kernel could come from: any edit means a new folder, and the second process finds everything compiled.
+numba's own cache looks only at the file that holds a kernel, not at the functions that it calls, so an edited formula
+in another file would go unnoticed. Here the key of a kernel is a digest of its byte code, its options, the values of
+its globals, and the keys of the kernels among them. An edit compiles anew the kernels that it reaches and no other, and
+checkouts that share a kernel share its compiled form.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import contextlib
 import hashlib
 import logging
 import os
+import time
 import types
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -18,22 +20,21 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 from numba.core import event
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IPythonCacheLocator, UserProvidedCacheLocator
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, UserProvidedCacheLocator
+from numba.core.dispatcher import Dispatcher
 
-from sinssim.system.locks import hold, remove_unused
+from sinssim.system.locks import remove_unused
 from sinssim.system.signals import aside
 
 logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-NO_KERNELS = (
-    "_content", "cli", "estimation", "recording", "scenario", "simulation", "studies",
-)  # fmt: skip
-"""Parts of the package that hold no kernel and nothing that a kernel uses: an edit there compiles nothing anew."""
-_VERSIONS = 6
-"""How many versions of the kernels are kept, those in use aside."""
+_MOST = 2**28
+"""Size of the kernels that are kept, bytes: ten times that of all the kernels of one version."""
+_DAY = 86_400.0
 
 
 def cache_root() -> Path:
@@ -46,24 +47,28 @@ def cache_root() -> Path:
 
 
 @cache
-def _kernel_folder() -> str:
-    """Return the folder of this version's kernels, marked as in use until the process ends."""
-    package = Path(__file__).parent
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(package.rglob("*.py")):
-        name = source.relative_to(package)
-        if name.parts[0] not in NO_KERNELS:
-            digest.update(name.as_posix().encode())
-            digest.update(source.read_bytes())
-    root = cache_root() / "kernels"
-    folder = root / digest.hexdigest()[:16]
-    with contextlib.suppress(OSError):  # read-only: what is there is used, and nobody can remove it
-        hold(folder, shared=True)
-        os.utime(folder)
-        # Keep a few older versions (several checkouts may be in use), drop the rest.
-        for old in sorted(root.iterdir(), key=lambda path: path.stat().st_mtime)[:-_VERSIONS]:
-            remove_unused(old)
-    return str(folder)
+def _kernel_folder() -> Path:
+    return cache_root() / "kernels"
+
+
+@cache
+def _make_room() -> None:
+    """Remove the kernels that were not used for longest, if all together are too large; once in a process."""
+    kept: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
+    for path in _kernel_folder().iterdir():
+        with contextlib.suppress(OSError):  # another process removes it
+            if path.is_dir():  # a whole version, as kept formerly
+                remove_unused(path)
+            else:
+                kept.setdefault(path.name.split(".")[0], []).append((path, path.stat()))
+    total = sum(stat.st_size for files in kept.values() for _, stat in files)
+    for files in sorted(kept.values(), key=lambda files: max(stat.st_mtime for _, stat in files)):
+        if total <= _MOST:
+            break
+        for path, stat in files:
+            total -= stat.st_size
+            with contextlib.suppress(OSError):
+                path.unlink()
 
 
 @cache
@@ -71,28 +76,89 @@ def _warn_once() -> None:
     logger.warning(
         "the compiled kernels cannot be kept in %s: every start compiles them anew, which takes many seconds. Set "
         "SINSSIM_CACHE to a folder that can be written.",
-        cache_root() / "kernels",
+        _kernel_folder(),
     )
 
 
-class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
-    """Where the kernels of a source file are kept: always in our folder, and it may be read-only.
+def _digest(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
 
-    numba takes a folder only if it can write there. Else it turns to places of its own, where it looks only at the file
-    that holds a kernel, and serves it stale.
+
+def _key(value: Any, above: tuple[int, ...] = ()) -> str:
+    """Return a digest of a value that a kernel refers to: of everything in it that the compiler reads.
+
+    Args:
+        value: a kernel, function, class, array, tuple, number…
+        above: the plain functions that the value is reached through.
+
+    Returns:
+        The digest. A value whose text differs from process to process makes a key that is never found again.
+    """
+    if isinstance(value, Dispatcher):
+        kept = getattr(value, "_cache", None)
+        return kept.key if isinstance(kept, _KernelCache) else _key(value.py_func, above)
+    if isinstance(value, types.FunctionType):
+        if id(value) in above:
+            return "recursive"
+        above = (*above, id(value))
+        code, names = _code(value.__code__), _names(value.__code__)
+        found = [(name, value.__globals__[name]) for name in names if name in value.__globals__]
+        inside = [cell.cell_contents for cell in value.__closure__ or ()]
+        parts = [f"{n} {_of_module(v, names, above) if isinstance(v, types.ModuleType) else _key(v, above)}"
+                 for n, v in found]  # fmt: skip
+        return _digest("function", code, _key(value.__defaults__, above), *(_key(v, above) for v in inside), *parts)
+    if isinstance(value, np.ndarray):
+        return _digest("array", str(value.dtype), str(value.shape), str(value.strides), value.tobytes().hex())
+    if isinstance(value, (tuple, list)):
+        return _digest(type(value).__qualname__, *(_key(item, above) for item in value))
+    if isinstance(value, type):
+        return _digest(
+            "class", value.__qualname__, *(repr(getattr(value, n, "")) for n in ("_fields", "_field_defaults"))
+        )
+    return _digest("value", type(value).__qualname__, repr(value))
+
+
+def _of_module(module: types.ModuleType, names: list[str], above: tuple[int, ...]) -> str:
+    """Return the key of what a function may use of a module; numba's version stands for that of numpy's and others'."""
+    if module.__name__.split(".")[0] != __name__.split(".")[0]:
+        return module.__name__
+    return _digest(module.__name__, *(f"{n} {_key(getattr(module, n), above)}" for n in names if hasattr(module, n)))
+
+
+def _code(code: types.CodeType) -> str:
+    constants = [_code(c) if isinstance(c, types.CodeType) else f"{type(c).__qualname__} {c!r}" for c in code.co_consts]
+    names = code.co_names, code.co_varnames, code.co_freevars, code.co_argcount
+    return _digest(code.co_code.hex(), repr(names), *constants)
+
+
+def _names(code: types.CodeType) -> list[str]:
+    inside = (_names(c) for c in code.co_consts if isinstance(c, types.CodeType))
+    return sorted({*code.co_names}.union(*inside))
+
+
+class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
+    """Where the kernels are kept: always in our folder, which may be read-only, and under names of our own.
+
+    numba takes a folder only if it can write there. Else it turns to places of its own.
     """
 
     def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
-        super().__init__(py_func, py_file)
-        self._cache_path = os.path.join(_kernel_folder(), self.get_suitable_cache_subpath(py_file))
+        self._py_file = py_file
+        self._cache_path = str(_kernel_folder())
+
+    def get_source_stamp(self) -> str:
+        return ""  # the key says it all
+
+    def get_disambiguator(self) -> str:
+        return ""
 
     @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator | None:
-        return cls(py_func, py_file) if os.path.exists(py_file) else None
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator:
+        return cls(py_func, py_file)
 
 
 class _Located(CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = (_Locator, IPythonCacheLocator)
+    _locator_classes = (_Locator,)
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]
@@ -100,24 +166,49 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
 
     _impl_class = _Located
 
+    def __init__(self, compiled: Dispatcher) -> None:
+        super().__init__(compiled.py_func)
+        self._options = _key(sorted((name, repr(option)) for name, option in compiled.targetoptions.items()))
+        self._own_key = ""
+
+    @property
+    def key(self) -> str:
+        """Digest of what the kernel is compiled from, taken when it is first asked for: all globals are set by then."""
+        if not self._own_key:
+            self._own_key = "recursive"  # for a kernel that calls itself
+            self._own_key = _digest(numba.__version__, self._options, _key(self._py_func))
+        return self._own_key
+
+    def _look_up(self) -> None:
+        name = "".join(c for c in self._py_func.__name__ if c not in "<>.")
+        self._cache_file = IndexDataCacheFile(self._cache_path, f"{name}-{self.key}", "")
+
     def load_overload(self, *arguments: Any) -> Any:
+        self._look_up()
         try:
-            return super().load_overload(*arguments)
+            result = super().load_overload(*arguments)
+            index = self._cache_file._index_path
+            if result is not None and time.time() - os.path.getmtime(index) > _DAY:
+                with contextlib.suppress(OSError):  # read-only
+                    os.utime(index)
+            return result
         except Exception:  # whatever unpickling makes of damaged bytes
             with contextlib.suppress(OSError):
                 self.flush()
             return None
 
     def save_overload(self, *arguments: Any) -> None:
+        self._look_up()
         try:
             super().save_overload(*arguments)
+            _make_room()
         except OSError:
             _warn_once()
 
 
 def _jit(function: F, **options: Any) -> F:
     compiled = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    compiled._cache = _KernelCache(function)
+    compiled._cache = _KernelCache(compiled)
     compile_now = compiled.compile
     compiled.compile = lambda signature: aside(lambda: compile_now(signature))
     return compiled  # type: ignore[no-any-return]

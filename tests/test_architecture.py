@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 import sinssim
-from sinssim.jit import NO_KERNELS
 
 PACKAGE = Path(sinssim.__file__).parent
 
@@ -122,20 +121,6 @@ def test_no_circle_of_files() -> None:
     needs = {name: set() if is_face(file) else {other for _, other in used(file)} for name, file in MODULES.items()}
     order = graphlib.TopologicalSorter(needs)
     order.prepare()  # raises CycleError, which names the files of a circle
-
-
-def test_no_kernel_uses_a_part_that_is_said_to_hold_none() -> None:
-    """Kernels are kept under a digest that leaves these parts out; what a kernel's file imports may be in it."""
-    found = {name for name, file in MODULES.items() if "sinssim.jit" in {i for _, i in imports(file)}}
-    # they hold no kernels: one asks where the cache is, the other shows that a kernel is being compiled
-    found -= {"sinssim.truth.flight.cache", "sinssim.cli.terminal"}
-    assert len(found) > 15
-    reached: set[str] = set()
-    while found - reached:
-        name = (found - reached).pop()
-        reached.add(name)
-        found |= {i for _, i in imports(MODULES[name]) if i in MODULES}
-    assert not [name for name in reached if {name.split(".")[1], f"{name.split('.')[1]}.py"} & set(NO_KERNELS)]
 
 
 def test_what_a_run_loads_before_its_flight_begins() -> None:

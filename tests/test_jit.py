@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.system.locks import MARK, remove_unused
+import sinssim
 
 USE = """
 from sinssim.jit import inline, kernel
@@ -29,9 +29,9 @@ print(seven(3.0))
 """
 
 
-def used(folder: Path, cache: Path, **options: Any) -> subprocess.CompletedProcess[str]:
+def used(folder: Path, cache: Path, code: str = USE, **options: Any) -> subprocess.CompletedProcess[str]:
     """Compile and call a kernel that lies in a file of the folder, in a process of its own."""
-    (folder / "use.py").write_text(USE)
+    (folder / "use.py").write_text(code)
     done = subprocess.run(
         [sys.executable, str(folder / "use.py")],
         env={**os.environ, "SINSSIM_CACHE": str(cache), "NUMBA_DEBUG_CACHE": "1", "PYTHONDONTWRITEBYTECODE": "1"},
@@ -71,13 +71,14 @@ def test_a_full_disk_is_a_warning(tmp_path: Path) -> None:
     (tmp_path / "use.py").write_text(USE)
     done = subprocess.run(
         [sys.executable, str(tmp_path / "use.py")],
-        env={**os.environ, "SINSSIM_CACHE": str(cache), "PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"},
+        env={**os.environ, "SINSSIM_CACHE": str(cache), "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path]),
+             "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (0, "7.0\n"), done.stderr
     assert done.stderr.count("\n") == 1
     assert "cannot be kept" in done.stderr
-    assert not [file for file in cache.rglob("*") if file.is_file() and file.name != MARK]
+    assert not [file for file in cache.rglob("*") if file.is_file()]
 
 
 def as_anybody() -> None:
@@ -87,13 +88,10 @@ def as_anybody() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="whether the superuser may write is settled by other means here")
-@pytest.mark.parametrize("marked", [True, False])
-def test_a_read_only_folder_is_read(tmp_path: Path, marked: bool) -> None:
+def test_a_read_only_folder_is_read(tmp_path: Path) -> None:
     """As in a container's image: the kernels that it holds are loaded, one that it lacks is compiled with a warning."""
     cache = tmp_path / "cache"
     used(tmp_path, cache)
-    if not marked:
-        next(cache.rglob(MARK)).unlink()
     before = sorted(cache.rglob("*"))
     for place in (cache, *before):
         place.chmod(0o555 if place.is_dir() else 0o444)
@@ -101,8 +99,7 @@ def test_a_read_only_folder_is_read(tmp_path: Path, marked: bool) -> None:
         done = used(tmp_path, cache, preexec_fn=as_anybody)
         assert "data loaded" in done.stdout
         assert done.stderr == ""
-        (tmp_path / "other").mkdir()
-        done = used(tmp_path / "other", cache, preexec_fn=as_anybody)
+        done = used(tmp_path, cache, USE.replace("2.0 * x", "x + 3.0"), preexec_fn=as_anybody)
         assert "data saved" not in done.stdout
         assert done.stderr.count("cannot be kept") == 1
         assert sorted(cache.rglob("*")) == before
@@ -111,60 +108,123 @@ def test_a_read_only_folder_is_read(tmp_path: Path, marked: bool) -> None:
             place.chmod(0o755)
 
 
-def test_old_versions_go_but_not_from_under_a_process(tmp_path: Path) -> None:
-    """The one that is used is older than all others, and the next but one process would have removed it."""
-    cache = tmp_path / "cache"
-    used(tmp_path, cache)
-    kernels = cache / "kernels"
-    (ours,) = kernels.iterdir()
-    in_use, unused = kernels / "in-use", kernels / "unused"
-    shutil.copytree(ours, in_use)
-    shutil.copytree(ours, unused)
-    others = [kernels / str(number) for number in range(6)]
-    for age, folder in enumerate((in_use, unused, *others)):
-        folder.mkdir(exist_ok=True)
-        os.utime(folder, (age, age))
-    code = f"""
-import sys
-from pathlib import Path
-from sinssim.system.locks import hold
-hold(Path({str(in_use)!r}), shared=True)
-print("held", flush=True)
-sys.stdin.read()
+def test_the_least_used_kernels_go_when_there_are_too_many(tmp_path: Path) -> None:
+    """Of kernels that fill the cache to its limit the one goes that was not used for longest, and a former version."""
+    kernels = tmp_path / "cache" / "kernels"
+    (kernels / "0123456789abcdef").mkdir(parents=True)
+    for age, name in enumerate(("newest", "middle", "oldest")):
+        for suffix in ("nbi", "1.nbc"):
+            with (kernels / f"{name}-0.{suffix}").open("wb") as file:
+                file.truncate(2**26 if name != "middle" else 2**24)  # takes no room on the disk
+            os.utime(kernels / f"{name}-0.{suffix}", (1e9 - age, 1e9 - age))
+    used(tmp_path, tmp_path / "cache")
+    names = {path.name.split("-")[0] for path in kernels.iterdir()}
+    assert names == {"newest", "middle", "double_k", "seven"}
+
+
+def test_use_keeps_a_kernel_young(tmp_path: Path) -> None:
+    used(tmp_path, tmp_path / "cache")
+    files = list((tmp_path / "cache" / "kernels").glob("seven-*.nbi"))
+    os.utime(files[0], (1e9, 1e9))
+    used(tmp_path, tmp_path / "cache")
+    assert len(files) == 1
+    assert files[0].stat().st_mtime > 1.7e9
+
+
+PARTS = """
+from math import cos
+from typing import NamedTuple
+import numpy as np
+import sinssim.other as other
+from sinssim.jit import inline, kernel, strict_kernel
+from sinssim.other import FACTOR, thrice_k
+
+TABLE = np.array([1.0, 2.0])
+PAIR = (1, 2.0)
+
+class Point(NamedTuple):
+    x: float
+    y: float = 2.0
+
+@inline
+def inner_k(x: float) -> float:
+    return thrice_k(x) + TABLE[1] + PAIR[1] + other.OFFSET + 1.0
+
+@kernel
+def whole(x: float) -> float:
+    p = Point(inner_k(x), FACTOR)
+    return p.x + 10.0 * p.y + cos(0.0)
+
+print(whole(3.0))
 """
-    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
-        assert other.stdin is not None
-        assert other.stdout is not None
-        assert other.stdout.readline() == b"held\n"
-        os.utime(in_use, (0, 0))
-        os.utime(unused, (1, 1))
-        used(tmp_path, cache)
-        other.stdin.close()
-    assert in_use.is_dir()
-    assert list(in_use.rglob("*.nbc"))
-    assert not unused.exists()
-    assert {folder.name for folder in kernels.iterdir()} == {"in-use", ours.name, *"12345"}
+OTHER = """
+from sinssim.jit import inline
+
+FACTOR, OFFSET, UNUSED = 5.0, 7.0, 1.0
+
+@inline
+def thrice_k(x: float) -> float:
+    return 3.0 * x
+"""
 
 
-def test_the_folder_of_this_process_is_marked(tmp_path: Path) -> None:
-    """While it runs another process cannot remove it; afterwards it can."""
-    text = "import sys\nprint('ready', flush=True)\nsys.stdin.read()\n"
-    (tmp_path / "use.py").write_text(USE + text)
-    with subprocess.Popen(
-        [sys.executable, str(tmp_path / "use.py")],
-        env={**os.environ, "SINSSIM_CACHE": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"},
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-    ) as user:  # fmt: skip
-        assert user.stdin is not None
-        assert user.stdout is not None
-        while b"ready" not in user.stdout.readline():
-            assert user.poll() is None
-        (folder,) = (tmp_path / "cache" / "kernels").iterdir()
-        assert not remove_unused(folder)
-        assert folder.is_dir()
-        user.stdin.close()
-    assert remove_unused(folder)
-    assert not folder.exists()
+class Copy:
+    """A package of two modules with `sinssim.jit`, and the kernels that it compiled."""
+
+    def __init__(self, folder: Path) -> None:
+        self.cache, self.package = folder / "cache", folder / "package" / "sinssim"
+        own = Path(sinssim.__file__).parent
+        shutil.copytree(own / "system", self.package / "system")
+        shutil.copy(own / "jit.py", self.package)
+        (self.package / "__init__.py").touch()
+
+    def run(self, whole: str, other: str) -> tuple[float, set[str]]:
+        """Return what the package prints, and the kernels that were compiled for it."""
+        (self.package / "whole.py").write_text(whole)
+        (self.package / "other.py").write_text(other)
+        done = subprocess.run(
+            [sys.executable, "-m", "sinssim.whole"],
+            env={**os.environ, "PYTHONPATH": str(self.package.parent), "SINSSIM_CACHE": str(self.cache),
+                 "NUMBA_DEBUG_CACHE": "1", "PYTHONDONTWRITEBYTECODE": "1"},
+            cwd=self.package.parent, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        saved = [line for line in done.stdout.splitlines() if "data saved" in line]
+        names = {name for name in ("thrice_k", "inner_k", "whole") if any(f"/{name}-" in line for line in saved)}
+        return float(done.stdout.splitlines()[-1]), names
+
+
+@pytest.fixture(scope="module")
+def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("compiled")
+    assert Copy(folder).run(PARTS, OTHER) == (72.0, {"thrice_k", "inner_k", "whole"})
+    return folder / "cache"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "value", "compiled"),
+    [
+        ("UNUSED = 5.0, 7.0, 1.0", "UNUSED = 5.0, 7.0, 2.0", 72.0, set()),
+        ("FACTOR, OFFSET, UNUSED = 5.0", "FACTOR, OFFSET, UNUSED = 6.0", 82.0, {"whole"}),
+        ("5.0, 7.0", "5.0, 8.0", 73.0, {"inner_k", "whole"}),
+        ("return 3.0 * x", "return 4.0 * x", 75.0, {"thrice_k", "inner_k", "whole"}),
+        ("[1.0, 2.0]", "[1.0, 3.0]", 73.0, {"inner_k", "whole"}),
+        ("(1, 2.0)", "(1, 3.0)", 73.0, {"inner_k", "whole"}),
+        ("import cos", "import sin as cos", 71.0, {"whole"}),
+        ("import cos", "import cos as cos", 72.0, set()),
+        ("x: float\n    y: float = 2.0", "y: float\n    x: float = 2.0", 216.0, {"whole"}),
+        ("@kernel", "@strict_kernel", 72.0, {"whole"}),
+        ("def inner_k", "\n# moved by a line\ndef inner_k", 72.0, set()),
+    ],
+)
+def test_an_edit_compiles_what_it_reaches_and_nothing_else(
+    tmp_path: Path, compiled_once: Path, before: str, after: str, value: float, compiled: set[str]
+) -> None:
+    """Each kind of thing that a kernel is compiled from, changed after another process has compiled it."""
+    shutil.copytree(compiled_once, tmp_path / "cache")
+    edited = [text.replace(before, after, 1) for text in (PARTS, OTHER)]
+    assert edited != [PARTS, OTHER]
+    assert Copy(tmp_path).run(*edited) == (value, compiled)
 
 
 COMPILES = """

@@ -14,13 +14,11 @@ MARK = ".sinssim-in-use"
 """Name of the locked file in a folder."""
 
 
-def hold(folder: Path, *, shared: bool = False) -> int:
+def hold(folder: Path) -> int:
     """Mark a folder as in use until the returned descriptor is closed, at the latest when the process ends.
 
     Args:
-        folder: the folder; it is made if it does not exist. One that cannot be written is marked only if another
-            process has put the file there.
-        shared: whether several processes may use it at once.
+        folder: the folder; it is made if it does not exist.
 
     Returns:
         Descriptor of the locked file; not inherited by child processes.
@@ -30,14 +28,11 @@ def hold(folder: Path, *, shared: bool = False) -> int:
     """
     while True:
         folder.mkdir(parents=True, exist_ok=True)
-        try:
-            file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError:  # read-only
-            file = os.open(folder / MARK, os.O_RDONLY)
+        file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
         if sys.platform == "win32":
             return file
         try:
-            fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+            fcntl.flock(file, fcntl.LOCK_EX)
         except OSError:  # a file system without locks; `remove_unused` finds none there either, and removes nothing
             return file
         if os.fstat(file).st_nlink:

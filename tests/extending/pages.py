@@ -163,8 +163,7 @@ class Copy:
         return self._execute("-m", "sinssim", *arguments)
 
     def _execute(self, *arguments: str) -> str:
-        # kernels of the copy in a cache of its own: it holds few versions, and those of the user's checkouts stay
-        own = {"PYTHONPATH": str(self.root), "SINSSIM_CACHE": str(self.root / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+        own = {"PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
         ended = subprocess.run(
             [sys.executable, "-W", "error", *arguments],
             env={**os.environ, **own},
