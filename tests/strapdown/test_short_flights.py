@@ -11,25 +11,34 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from sinssim import ALGORITHMS, FRAMES, ImuData, NavSolution, NavState, navigate
-from tests.oracles.s_turn import Flight, STurn
+from tests.oracles.gravity import WGS84
+from tests.oracles.integrator import geodetic_to_ecef, matrix, ned_axes
+from tests.oracles.s_turn import OMEGA_IE, Flight, STurn
+
+Array = NDArray[np.float64]
+
+MOUNT = Rotation.from_euler("ZYX", [0.5, 0.4, 0.3])
+"""Of the block in the vehicle: askew, so that rates and forces vary along all its axes."""
 
 
 def askew(flight: Flight) -> Flight:
-    """Return the flight as a block sees it that is mounted askew, so that rates and forces vary along all its axes."""
-    mount = Rotation.from_euler("ZYX", [0.5, 0.4, 0.3])
-    block = Rotation.from_quat(flight.q_nb, scalar_first=True) * mount
+    """Return the flight as a block sees it that is mounted askew."""
+    block = Rotation.from_quat(flight.q_nb, scalar_first=True) * MOUNT
     return replace(
         flight,
-        dtheta=mount.apply(flight.dtheta, inverse=True),
-        dvel=mount.apply(flight.dvel, inverse=True),
+        dtheta=MOUNT.apply(flight.dtheta, inverse=True),
+        dvel=MOUNT.apply(flight.dvel, inverse=True),
         q_nb=block.as_quat(scalar_first=True),
     )
 
 
-FLIGHT = askew(STurn(duration=4.0, period=10.0, heading=1.0).fly(48))
+TURN = STurn(duration=4.0, period=10.0, heading=1.0)
+FLIGHT = askew(TURN.fly(48))
 """192 intervals of a turn, a whole number of updates of two, three and four samples; 45° of bank at 200 m/s."""
 
 # Bounds of the largest errors of position, m, attitude, rad, and velocity, m/s, half as much again as measured; but of
@@ -60,10 +69,11 @@ BOUNDS = {
 }
 
 
-def navigated(**options: Any) -> NavSolution:
-    """Navigate along the flight."""
+def navigated(extra: Array | float = 0.0, **options: Any) -> NavSolution:
+    """Navigate along the flight, or along another with its rates and forces and an extra velocity at the start."""
     imu = ImuData(FLIGHT.time, FLIGHT.dtheta, FLIGHT.dvel)
-    first = NavState(FLIGHT.latitude[0], FLIGHT.longitude[0], FLIGHT.height[0], FLIGHT.velocity_ned[0], FLIGHT.q_nb[0])
+    velocity = FLIGHT.velocity_ned[0] + extra
+    first = NavState(FLIGHT.latitude[0], FLIGHT.longitude[0], FLIGHT.height[0], velocity, FLIGHT.q_nb[0])
     height = None if options.get("vertical", "free") == "free" else FLIGHT.height
     return navigate(imu, first, **{"gravity": "somigliana", "height": height, **options})
 
@@ -123,3 +133,67 @@ def test_every_frame_follows_a_wrong_height_alike(frame: str, vertical: str) -> 
     np.testing.assert_allclose(found.longitude, level.longitude, rtol=0, atol=2e-14)
     np.testing.assert_allclose(found.velocity_ned, level.velocity_ned, rtol=0, atol=1e-9)
     np.testing.assert_allclose(found.q_nb, level.q_nb, rtol=0, atol=1e-13)
+
+
+CLIMB = np.array([0.0, 0.0, -60.0])
+
+
+@pytest.fixture(scope="module")
+def climb() -> tuple[Array, Array, Array]:
+    """Return position, velocity and C_eb, Earth-fixed, at the end of the flight begun in a climb of 60 m/s.
+
+    The block feels the rates and forces of the turn, so that it flies another path: r̈ = C f + g − 2Ω × v in
+    Earth-fixed axes, by an integrator of the eighth order, in the normal field, whose gravity has a part to the north.
+    """
+    spin = np.array([0.0, 0.0, OMEGA_IE])
+
+    def slope(t: float, y: Array) -> Array:
+        r, v, q = y[:3], y[3:6], y[6:]
+        rate, force = (MOUNT.apply(value, inverse=True) for value in TURN.rates(np.array(t)))
+        rho = np.hypot(r[0], r[1])
+        outward, along = (
+            float(g[0]) for g in WGS84.gravity(np.array([rho], np.longdouble), r[2:].astype(np.longdouble))
+        )
+        c = matrix(q) / (q @ q)
+        gravity = np.array([outward * r[0] / rho, outward * r[1] / rho, along])
+        turn = rate - c.T @ spin
+        q_dot = 0.5 * np.array([-q[1:] @ turn, *(q[0] * turn + np.cross(q[1:], turn))])
+        return np.concatenate([v, c @ force + gravity - 2.0 * np.cross(spin, v), q_dot])
+
+    place = FLIGHT.latitude[0], FLIGHT.longitude[0]
+    c_en = ned_axes(*place).T
+    q_eb = Rotation.from_matrix(c_en) * Rotation.from_quat(FLIGHT.q_nb[0], scalar_first=True)
+    start = np.concatenate(
+        [
+            geodetic_to_ecef(*place, FLIGHT.height[0]),
+            c_en @ (FLIGHT.velocity_ned[0] + CLIMB),
+            q_eb.as_quat(scalar_first=True),
+        ]
+    )
+    end = solve_ivp(slope, (0.0, FLIGHT.time[-1]), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+    return end[:3], end[3:6], matrix(end[6:]) / (end[6:] @ end[6:])
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_every_frame_climbs(frame: str, climb: tuple[Array, Array, Array]) -> None:
+    """Height, and with it the Earth's curvature and gravity, changes by metres in every interval."""
+    end = navigated(frame=frame, gravity="normal", extra=CLIMB).state(-1)
+    c_en = ned_axes(end.latitude, end.longitude).T
+    position, velocity, c_eb = climb
+    np.testing.assert_allclose(geodetic_to_ecef(end.latitude, end.longitude, end.height), position, rtol=0, atol=1.2e-7)
+    np.testing.assert_allclose(c_en @ end.velocity_ned, velocity, rtol=0, atol=1.2e-10)
+    np.testing.assert_allclose(c_en @ matrix(end.q_nb), c_eb, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("frame", ["level", "wander", "inertial"])
+def test_the_defect_at_every_edge(frame: str) -> None:
+    """First-order steps of a matrix stretch it, C ← C (I + [Δθ×]); the frame's own turn is 4e-4 rad in all."""
+    c = Rotation.from_quat(FLIGHT.q_nb[0], scalar_first=True).as_matrix()
+    if frame == "inertial":
+        c = ned_axes(FLIGHT.latitude[0], FLIGHT.longitude[0]).T @ c
+    expected = [0.0]
+    for step in FLIGHT.dtheta:
+        c = c @ (np.eye(3) + np.cross(step, np.eye(3)).T)
+        expected.append(np.abs(c @ c.T - np.eye(3)).max())
+    found = navigated(frame=frame, algorithm="poisson-1", vertical="truth").defect
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 if frame == "inertial" else 4e-4 * expected[-1])

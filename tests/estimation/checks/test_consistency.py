@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
 
 from sinssim.data import Array, Measurements
 from sinssim.estimation import Block, ErrorModel, Innovations, error_model
@@ -56,6 +58,100 @@ def test_verdicts_on_made_innovations() -> None:
     assert sensor_consistency(innovations(tied)).autocorrelation[0] == pytest.approx(-0.3 / 1.09, abs=0.03)
     assert sensor_consistency(innovations(tied)).verdict in ("coloured", "pessimistic")
     assert sensor_consistency(innovations(white[:5])).verdict == "unknown"
+
+
+def test_tests_by_their_definitions() -> None:
+    e = np.random.default_rng(7).standard_normal((130, 2))
+    found = sensor_consistency(innovations(e))
+    rho = [sum(e[i] @ e[i + lag] for i in range(130 - lag)) / 260.0 for lag in range(1, 21)]
+    np.testing.assert_allclose(found.autocorrelation, rho, rtol=1e-12)
+    # Ljung and Box: Q = N(N + 2) Σ ρ²/(N − l), here of two components
+    whiteness = 260.0 * 132.0 * sum(r * r / (130.0 - lag) for lag, r in enumerate(rho, 1))
+    slow = sum(float(np.sum(e[16 * i : 16 * (i + 1)].sum(axis=0) ** 2)) / 16.0 for i in range(8))
+    expected = {
+        "NIS": (float(np.sum(e * e)), 260),
+        "whiteness": (whiteness, 20),
+        "slow part, 16 readings": (slow, 16),
+    }
+    assert [test.name for test in found.tests] == list(expected)
+    for test, (statistic, freedom) in zip(found.tests, expected.values(), strict=True):
+        assert test.value == pytest.approx(statistic / freedom, rel=1e-12)
+        assert (test.lower, test.upper) == pytest.approx(tuple(chi2.ppf((0.025, 0.975), freedom) / freedom))
+        below = chi2.cdf(statistic, freedom)
+        assert test.probability == pytest.approx(2.0 * min(below, 1.0 - below))
+
+
+@pytest.mark.parametrize(
+    ("count", "tests", "lags"),
+    [(7, 0, 0), (8, 2, 2), (127, 2, 20), (128, 3, 20), (512, 4, 20), (2048, 5, 20)],
+)
+def test_eight_readings_or_windows_are_the_fewest(count: int, tests: int, lags: int) -> None:
+    found = sensor_consistency(innovations(np.random.default_rng(8).standard_normal((count, 1))))
+    assert (len(found.tests), len(found.autocorrelation)) == (tests, lags)
+    assert (found.verdict == "unknown") == (count < 8)
+
+
+@pytest.mark.parametrize("verdict", ["optimistic", "pessimistic"])
+def test_each_test_has_its_share_of_the_false_alarms(verdict: str) -> None:
+    """Four tests and the gate: NIS speaks at 0.01/5, on either side at half of that, and not a twentieth before."""
+    white = np.random.default_rng(9).standard_normal((1000, 1))
+    quantile = chi2.isf if verdict == "optimistic" else chi2.ppf
+    for share, expected in ((0.95, verdict), (1.05, "consistent")):
+        size = np.sqrt(quantile(share * 0.01 / 5.0 / 2.0, 1000) / np.sum(white**2))
+        found = sensor_consistency(innovations(size * white))
+        assert len(found.tests) == 4
+        assert found.verdict == expected
+
+
+def test_a_gate_may_reject_as_many_as_chance_does() -> None:
+    bound = float(chi2.isf(1e-3, 1))
+    white = np.random.default_rng(10).standard_normal((4000, 1))
+    white = white[white[:, 0] ** 2 < bound][:2000]
+    most = next(n for n in range(2000) if binom.sf(n, 2000, 1e-3) < 0.01 / 5.0)  # of more, the probability is less
+    for rejected, verdict in ((most, "consistent"), (most + 1, "optimistic")):
+        spoilt = white.copy()
+        spoilt[:rejected] = 4.0
+        found = sensor_consistency(innovations(spoilt, bound))
+        assert (found.count, found.rejected, len(found.tests)) == (2000, rejected, 4)
+        assert found.verdict == verdict
+    none = sensor_consistency(innovations(np.full((5, 1), 4.0), bound))
+    assert (none.verdict, none.tests, none.rejected) == ("optimistic", (), 5)
+
+
+def test_slow_parts_and_colour() -> None:
+    white = np.random.default_rng(11).standard_normal((4097, 1))
+    quiet = (white[1:] - 0.7 * white[:-1]) / np.sqrt(1.49)
+    assert sensor_consistency(innovations(quiet)).verdict == "pessimistic"
+    # too quiet over 16 readings, too much over 256: the longest window that fails says what is wrong
+    drift = np.repeat(np.tile([0.15, -0.15], 8), 256)[:, None]
+    found = sensor_consistency(innovations(np.sqrt(1.0 - 0.15**2) * quiet + drift))
+    assert found.tests[2].value < 0.6
+    assert found.tests[4].value > 3.0
+    assert found.verdict == "optimistic"
+    # an echo and its opposite: nothing is left of them in sums
+    echo = white.copy()
+    echo[5:] += 0.2 * white[:-5]
+    echo[6:] -= 0.2 * white[:-6]
+    assert sensor_consistency(innovations(echo / np.sqrt(1.08))).verdict == "coloured"
+
+
+def test_a_reading_whose_covariance_has_broken_down_is_left_out() -> None:
+    sound = innovations(np.random.default_rng(12).standard_normal((50, 2)))
+    covariance = sound.covariance.copy()
+    covariance[20] = np.diag([1.0, -1e-9])
+    kept = np.arange(50) != 20
+    without = replace(sound, accepted=kept)
+    found = sensor_consistency(replace(sound, covariance=covariance))
+    assert found.tests == sensor_consistency(without).tests
+
+
+def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
+    white = np.random.default_rng(13).standard_normal((500, 1))
+    refused = innovations(np.full((5, 1), 4.0), float(chi2.isf(1e-3, 1)))
+    of_run: Any = SimpleNamespace(innovations=(innovations(white), replace(refused, sensor="baro")), divergence=None)
+    (sentence,) = consistency(of_run).sentences
+    assert sentence.startswith("baro: optimistic")
+    assert "no reading accepted; 5 of 5 readings rejected where 0.005 are expected" in sentence
 
 
 @pytest.mark.parametrize(("probability", "size"), [(0.02, 3), (0.1, 1), (0.3, 3)])
