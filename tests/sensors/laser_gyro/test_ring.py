@@ -16,6 +16,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import WarmUp
+from sinssim.sensors.laser_gyro import lock_in
 from sinssim.sensors.laser_gyro.gas_flow import detuning, null_shift, path_change
 from sinssim.sensors.laser_gyro.lock_in import angle_error, turnarounds
 from sinssim.sensors.laser_gyro.ring import LaserGyro
@@ -274,6 +275,20 @@ def test_other_mistakes() -> None:
         path_change(gyro(), 1.0, 1e-8, 2.0)
     with pytest.raises(InputError, match="thermal speed"):
         detuning(gyro(), 0.0, 0.0)
+
+
+def test_steps_are_as_long_as_asked_and_as_many_as_bearable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three swings of a quarter of a pulse's angle, of unlike size: K times the fastest rate they reach, by hand."""
+    g = gyro()
+    at = np.array([0.0, 2e-6, -1e-6, 1e-6])
+    swing = 1.0 / 800.0
+    fastest = np.pi / 2.0 * 3e-6 / swing + 2e-3 + g.lock_in
+    monkeypatch.setattr(lock_in, "_MOST_STEPS", 300.0)
+    step = 3.0 * g.scale * fastest * swing / 300.0  # 100 a swing
+    angle_error(g, -2e-3, at, step=1.000001 * step)
+    with pytest.raises(InputError, match="takes more than 300 steps over 3 swings") as found:
+        angle_error(g, -2e-3, at, step=0.999999 * step)
+    assert f"a beat of up to {g.scale * fastest:.3g} rad/s" in str(found.value)
 
 
 def test_physics_in_a_scenario() -> None:
