@@ -113,9 +113,13 @@ class Session:
 
 
 def equivalents() -> list[dict[str, str]]:
-    """Return the entries of equivalent.toml: file, before, after, reason."""
-    entries: list[dict[str, str]] = tomllib.loads((HERE / "equivalent.toml").read_text(encoding="utf-8"))["mutant"]
-    return entries
+    """Return the mutants of equivalent.toml: file, before, after and reason of each."""
+    entries = tomllib.loads((HERE / "equivalent.toml").read_text(encoding="utf-8"))["mutant"]
+    return [
+        {**entry, "after": after}
+        for entry in entries
+        for after in ([entry["after"]] if isinstance(entry["after"], str) else entry["after"])
+    ]
 
 
 def _verdict(mutant: Mutant, result: WorkResult, listed: set[tuple[str, str, str]]) -> Verdict:

@@ -69,7 +69,7 @@ def covariance(lag: Array) -> Array:
     """
     weights, kept = np.array(WEIGHTS), 1.0 - np.array(RATES)
     shares = weights * (STATIONARY @ STATIONARY.T @ weights)
-    return np.asarray(np.power.outer(kept, np.asarray(lag, dtype=np.float64)).T @ shares)
+    return np.asarray(np.moveaxis(np.power.outer(kept, np.asarray(lag, dtype=np.float64)), 0, -1) @ shares)
 
 
 def variance_of_mean(count: ArrayLike) -> Array:

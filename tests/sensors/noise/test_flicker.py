@@ -1,0 +1,35 @@
+"""Covariances of flicker noise against the recursion's own matrices, term by term."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS, covariance, variance_of_mean
+
+LOST, SHARE = np.array(RATES), np.array(WEIGHTS)
+KEPT = 1.0 - LOST
+STATE = 1.0 / (np.add.outer(LOST, LOST) - np.outer(LOST, LOST))
+"""P = D P D + 1 1ᵀ of x ← D x + 1 ν: each element over 1 − d_m d_n."""
+
+
+def test_the_start_has_the_stationary_covariance() -> None:
+    np.testing.assert_allclose(STATIONARY @ STATIONARY.T, STATE, rtol=1e-12)
+    assert np.array_equal(STATIONARY, np.tril(STATIONARY))
+
+
+def test_covariance_at_a_distance() -> None:
+    lags = np.array([[0.0, 1.0, 2.5], [30.0, 1e4, 1e7]])
+    expected = [[SHARE @ (KEPT**lag * (STATE @ SHARE)) for lag in row] for row in lags]
+    np.testing.assert_allclose(covariance(lags), expected, rtol=1e-12)
+
+
+def test_variance_of_a_mean_is_the_sum_over_all_pairs() -> None:
+    reached = STATE @ SHARE + DIRECT
+    lagged = np.array([SHARE @ (KEPT**lag * reached) for lag in range(500)])
+    lagged[0] = SHARE @ STATE @ SHARE + 2.0 * DIRECT * SHARE.sum() + DIRECT**2
+    counts = np.array([[1, 2, 3], [10, 77, 500]])
+    expected = [
+        [lagged[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))].sum() / n**2 for n in row] for row in counts
+    ]
+    np.testing.assert_allclose(variance_of_mean(counts), expected, rtol=1e-9)
+    assert np.isclose(variance_of_mean(77), expected[1][1], rtol=1e-9)
