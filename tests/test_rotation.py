@@ -118,6 +118,7 @@ def test_rotation_vector_series_meets_the_closed_form():
     np.testing.assert_allclose(got[:, :2], np.float64(wanted[:, :2]), rtol=4 * ULP)
     # (1 − sin x/x)/x² loses up to 6/x² ulps just above the switch: 1e2 ulps of 1/6
     np.testing.assert_allclose(got[:, 2], np.float64(wanted[:, 2]), atol=25 * ULP, rtol=0)
+    np.testing.assert_allclose(got[:50, 2], np.float64(wanted[:50, 2]), rtol=2 * ULP)
     got = np.array([rotation.half_angle_series_k(value) for value in x2])
     np.testing.assert_allclose(got, np.float64(half), atol=2 * ULP, rtol=0)
 
@@ -172,6 +173,12 @@ def test_signs_of_single_angles():
     np.testing.assert_allclose(up, [np.cos(angle), 0, -np.sin(angle)], atol=ULP, rtol=0)
     east = rotation.rotate(rotation.quaternion_from_euler(0, 0, angle), [1, 0, 0])
     np.testing.assert_allclose(east, [np.cos(angle), np.sin(angle), 0], atol=ULP, rtol=0)
+
+
+def test_a_small_pitch_keeps_its_relative_precision():
+    for pitch in (1e-9, -3e-5, 1e-3):
+        got = rotation.euler_from_quaternion(rotation.quaternion_from_euler(0.0, pitch, 0.0))[1]
+        assert got == pytest.approx(pitch, rel=4 * ULP, abs=0.0)
 
 
 def test_euler_ranges():

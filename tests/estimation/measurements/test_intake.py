@@ -32,6 +32,33 @@ def test_epochs_are_those_of_the_rate_and_of_the_readings() -> None:
     assert readings[0].epoch.tolist() == [10, 20, 34, 101]
 
 
+def test_readings_within_a_microsecond_of_an_edge_or_of_each_other_share_its_epoch() -> None:
+    """At the ends of the data too, which here begin at 100 s."""
+    time = 100.0 + IMU_TIME
+    first = heights(100.0 + np.array([-4e-7, 1.9999996, 3.337, 10.0000004]))
+    second = replace(heights(100.0 + np.array([0.0, 2.0000004, 3.3370005, 9.9999996])), name="second")
+    (one, two), epochs = take_in([first, second], MODEL, time, 10.0)
+    assert len(epochs.time) == 102
+    assert one.epoch.tolist() == two.epoch.tolist() == [0, 20, 34, 101]
+    assert one.between(0, 19).tolist() == [0]
+    assert one.between(1, 34).tolist() == [1, 2]
+    np.testing.assert_allclose(epochs.time[epochs.second], time[::100])
+
+
+@pytest.mark.parametrize(("rate_hz", "stride"), [(0.5, 200), (1000.0, 1)])
+def test_slow_and_fast_predictions(rate_hz: float, stride: int) -> None:
+    """Slower than a second, every epoch is on its grid; faster than the data, there is one at every edge."""
+    _, epochs = take_in([], MODEL, IMU_TIME, rate_hz)
+    assert epochs.edge.tolist() == list(range(0, 1001, stride))
+    assert epochs.edge[epochs.second].tolist() == list(range(0, 1001, max(stride, 100)))
+
+
+def test_one_interval_has_two_epochs() -> None:
+    (readings,), epochs = take_in([heights([0.01])], MODEL, IMU_TIME[:2], 10.0)
+    assert epochs.time.tolist() == [0.0, 0.01]
+    assert readings.epoch.tolist() == [1]
+
+
 def test_a_rate_that_does_not_divide_the_datas_is_rounded_to_whole_samples() -> None:
     _, epochs = take_in([], MODEL, np.arange(0.0, 1.0001, 1.0 / 128.0), 10.0)
     np.testing.assert_allclose(np.diff(epochs.time)[:-1], 13.0 / 128.0)
@@ -79,6 +106,42 @@ def test_a_zero_rate_reading_is_a_mean_since_the_one_before_or_as_long_as_that()
     assert 5.5 in epochs.time
 
 
+@pytest.mark.parametrize(
+    ("time", "interval"),
+    [
+        ([0.4, 0.9, 1.4], [0.4, 0.5, 0.5]),  # the first since the data begin
+        ([0.5, 1.0, 2.0, 2.5], [0.5] * 4),  # a pause of one reading
+        ([0.5, 1.0, 1.7, 2.2], [0.5, 0.5, 0.7, 0.5]),  # one that is late
+        ([0.5, 1.0, 1.0, 1.5], [0.5, 0.5, 0.0, 0.5]),  # one that comes twice
+    ],
+)
+def test_intervals_of_zero_rate_readings(time: list[float], interval: list[float]) -> None:
+    at = np.array(time)
+    m = Measurements("zero-rate", at, at, np.zeros((len(at), 3)), np.ones((len(at), 3)))
+    (readings,), _ = take_in([m], MODEL, IMU_TIME, 1.0)
+    np.testing.assert_allclose(readings.interval, interval, atol=1e-12)
+
+
+def test_a_mean_rate_needs_an_interval_before_it() -> None:
+    at = np.array([0.0, 0.5])
+    m = Measurements("zero-rate", at, at, np.zeros((2, 3)), np.ones((2, 3)))
+    (readings,), _ = take_in([m], MODEL, IMU_TIME, 1.0)
+    assert readings.usable.tolist() == [1]
+
+
+def test_variance_is_that_of_the_reading_and_of_a_pulse() -> None:
+    """A pulse rounds evenly over its weight Q: Q²/12."""
+    at = np.array([1.0, 2.0])
+    m = Measurements("zero-velocity", at, at, np.zeros((2, 3)), np.array([[0.3, 0.4, 0.5], [0.6, 0.7, 0.8]]))
+    (readings,), _ = take_in([m], replace(MODEL, accel_quantum=0.6), IMU_TIME, 1.0)
+    np.testing.assert_allclose(readings.variance, m.sigma**2 + 0.03, rtol=1e-14)
+
+
+def test_a_second_reading_within_a_microsecond_is_left_out() -> None:
+    (readings,), _ = take_in([heights([1.0, 1.0000009, 1.0000021])], MODEL, IMU_TIME, 10.0)
+    assert readings.usable.tolist() == [0, 2]
+
+
 GOOD = heights([1.0, 2.0])
 PLACE = Measurements("gnss-position", GOOD.time, GOOD.time, np.zeros((2, 3)), np.ones((2, 3)))
 
@@ -91,12 +154,13 @@ PLACE = Measurements("gnss-position", GOOD.time, GOOD.time, np.zeros((2, 3)), np
         ([replace(GOOD, sigma=np.array([[1.0], [0.0]]))], r"sigma\[1\] = \[0.\] at t = 2 s.*positive definite"),
         ([replace(GOOD, sigma=np.array([[1.0], [-1.0]]))], "positive definite"),
         ([replace(GOOD, sigma=np.array([[np.nan], [1.0]]))], "positive definite"),
-        ([replace(GOOD, arrival=np.array([1.0, 1.9]))], "reading 1 is valid at t = 2.0.*future"),
+        ([replace(GOOD, arrival=np.array([1.0, 1.9]))], "reading 1 is valid at t = 2.0.*must not arrive before"),
         ([replace(GOOD, time=np.array([1.0, np.nan]))], r"time\[1\] = nan"),
         ([replace(GOOD, lever_arm=np.array([np.inf, 0.0, 0.0]))], "lever_arm"),
         ([replace(GOOD, value=np.full((2, 1), "high"))], "no array of numbers"),
         (GOOD, "a sequence with one entry per sensor"),
         ([GOOD, GOOD], "two sensors are called 'baro-height'"),
+        ([replace(GOOD, name="first"), GOOD, GOOD], "two sensors are called 'baro-height'"),
     ],
 )
 def test_refused(measurements: list[Measurements], message: str) -> None:
