@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sinssim.alignment import InstrumentErrors, determine, ideal_readings, paper_axes
-from sinssim.alignment.determination import solve
+from sinssim.alignment.axes import Angles
+from sinssim.alignment.determination import doubt, solve
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.units import DEG_H, PPM, UG
@@ -201,6 +202,30 @@ def test_unusable_readings_are_refused_with_what_was_found(gyro, accel, text):
         determine(gyro, accel)
     assert text in str(info.value)
     assert "\n" not in str(info.value)
+
+
+def test_what_a_parked_vehicle_may_read() -> None:
+    """9.3 to 10.3 m/s² and 1000 deg/h, the bounds included; the first reading beyond is named."""
+    down = np.array([0.0, 0.0, -1.0])
+    for fits, beyond in ((9.3, 9.29), (10.3, 10.31)):
+        assert determine(GYRO, fits * down).gravity == fits
+        with pytest.raises(InputError, match=rf"is {beyond} m/s² \(element \[1\]\)"):
+            determine(GYRO, np.stack([fits * down, beyond * down]))
+    assert determine(1000.0 * DEG_H * down, ACCEL).earth_rate == 1000.0 * DEG_H
+    with pytest.raises(InputError, match=r"is 1000.5 deg/h .*\(element \[1\]\)"):
+        determine(np.stack([1000.0 * DEG_H * down, 1000.5 * DEG_H * down]), ACCEL)
+
+
+@pytest.mark.parametrize(("part", "found"), [(0.749, False), (0.751, True), (1.249, True), (1.251, False)])
+def test_the_earths_rate_is_found_within_a_quarter(part, found):
+    assert np.isfinite(determine(part * GYRO, ACCEL).heading) == found
+
+
+def test_thirty_degrees_are_the_largest_standard_deviation() -> None:
+    determined = determine(GYRO, ACCEL)
+    known = doubt(determined, Angles(*np.radians([29.9, 30.1, 29.9, 30.1])))
+    assert [bool(flag) for flag in known.undetermined] == [False, True, False, True]
+    assert [text[:8] for text in known.warnings] == ["the roll", "the lati"]
 
 
 @pytest.mark.parametrize(

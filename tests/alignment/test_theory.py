@@ -16,6 +16,7 @@ from sinssim.alignment import (
     paper_axes,
 )
 from sinssim.alignment.determination import solve
+from sinssim.alignment.theory import RANDOM_WALK_FACTOR
 from sinssim.earth.models import OMEGA_IE as U
 from sinssim.errors import InputError
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM, UG
@@ -418,3 +419,12 @@ def test_negative_standard_deviation_is_refused():
 def test_an_error_that_is_not_named_is_none():
     for name, value in vars(InstrumentErrors()).items():
         np.testing.assert_array_equal(value, np.zeros(3), err_msg=name)
+
+
+def test_random_walk_of_a_quadratic_fit_to_velocity():
+    """A turn at x = s tilts the block, and gravity gathers velocity from there on; the fit to that ramp has 2b."""
+    x = (np.arange(500) + 0.5) / 500.0
+    ramps = np.maximum(x[:, None] - x, 0.0)
+    weight = 2.0 * np.linalg.lstsq(np.stack([np.ones_like(x), x, x * x], axis=1), ramps, rcond=None)[0][2]
+    np.testing.assert_allclose(weight, 30.0 * x**2 * (1.0 - x) ** 2, rtol=0, atol=1e-4)
+    assert np.mean(weight**2) == pytest.approx(RANDOM_WALK_FACTOR, rel=1e-4)

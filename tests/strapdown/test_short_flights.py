@@ -135,6 +135,17 @@ def test_every_frame_follows_a_wrong_height_alike(frame: str, vertical: str) -> 
     np.testing.assert_allclose(found.q_nb, level.q_nb, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize(("heading", "side"), [(1.0, 1.0), (4.0, -1.0)])
+def test_across_the_antimeridian(heading: float, side: float) -> None:
+    """Eastwards and westwards; longitudes stay in (−π, π]."""
+    flight = askew(STurn(duration=2.0, period=10.0, heading=heading, longitude=side * (np.pi - 1e-5)).fly(48))
+    first = NavState(flight.latitude[0], flight.longitude[0], flight.height[0], flight.velocity_ned[0], flight.q_nb[0])
+    found = navigate(ImuData(flight.time, flight.dtheta, flight.dvel), first, gravity="somigliana").longitude
+    assert np.all(np.abs(found) <= np.pi)
+    assert found[0] * found[-1] < 0.0
+    np.testing.assert_allclose(found, np.mod(flight.longitude + np.pi, 2.0 * np.pi) - np.pi, rtol=0, atol=2e-14)
+
+
 CLIMB = np.array([0.0, 0.0, -60.0])
 
 

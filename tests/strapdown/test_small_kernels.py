@@ -9,8 +9,8 @@ from scipy.linalg import logm
 from scipy.spatial.transform import Rotation
 
 from sinssim.rotation import cross_k
-from sinssim.strapdown.attitude.euler import _seen_after_k
-from sinssim.strapdown.frames.azimuth import turned_k
+from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
+from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, transport_k, turned_k
 from sinssim.strapdown.increments.coning_sculling import logarithm_k
 
 
@@ -22,6 +22,22 @@ def test_a_vector_seen_from_axes_that_turn(kernel, order) -> None:
         expected = Rotation.from_rotvec(r).apply(x, inverse=True)
         left_out = np.linalg.norm(r) ** order / np.prod(np.arange(1, order + 1)) * np.linalg.norm(x)
         assert np.linalg.norm(np.array(kernel(*r, *x) if order == 4 else kernel(*x, *r)) - expected) < 1.01 * left_out
+
+
+def test_the_transverse_frame_turns_with_the_pole_of_its_route() -> None:
+    """ṗ = −ω × p of a point fixed to the Earth: its y component stays zero, so that x stays towards it."""
+    for v, k, p in np.random.default_rng(3).uniform(-1.0, 1.0, (20, 3, 3)):
+        rate = transport_k(TRANSVERSE, 7.3e-5, *k, p[0], p[2], 1.6e-7, 1e-9, v[0], v[1])
+        assert abs(np.cross(rate, [p[0], 0.0, p[2]])[1]) < 1e-15 * np.linalg.norm(rate)
+        assert rate[:2] == transport_k(WANDER, 7.3e-5, *k, p[0], p[2], 1.6e-7, 1e-9, v[0], v[1])[:2]
+
+
+@pytest.mark.parametrize("change", [0.0, 1e-9, -0.02, 0.0599, -0.0601, 0.3, -2.0, 7.0])
+def test_sine_and_cosine_after_a_change(change: float) -> None:
+    """By series below 0.06 rad, afresh above."""
+    for angle in (-3.0, 0.1, 1.5):
+        found = _turned_k(angle, change, np.sin(angle), np.cos(angle))
+        np.testing.assert_allclose(found, [np.sin(angle + change), np.cos(angle + change)], rtol=0, atol=4e-16)
 
 
 def twist_matrix(twist):

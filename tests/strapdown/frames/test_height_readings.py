@@ -8,7 +8,7 @@ import pytest
 from sinssim import ImuData, NavSolution, navigate
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.strapdown.frames.vertical import HeightReadings
+from sinssim.strapdown.frames.vertical import NOTHING_NEW, OVERDUE, HeightReadings
 from sinssim.truth.motions.great_circle import GreatCircle
 
 TAU, RATE, SPAN = 8.0, 20.0, 40.0
@@ -114,3 +114,13 @@ def test_readings_are_for_the_loop() -> None:
     silent = solve(HeightReadings(np.empty(0), np.empty(0), 1.0))
     free = navigate(samples(), FLIGHT.state(0.0))
     np.testing.assert_allclose(silent.height, free.height, rtol=0, atol=1e-9)
+
+
+def test_what_a_loop_finds_at_every_row() -> None:
+    """A reading where it has come since the row before, to a nanosecond; overdue 1.5 intervals after the last."""
+    arrival = np.array([1.0, 2.0 + 5e-10, 3.0 + 2e-9, 6.0])
+    time = np.arange(17) / 2.0
+    late, held = [OVERDUE], [NOTHING_NEW]
+    expected = 2 * late + [10.0] + held + [20.0] + 2 * held + [30.0] + 2 * held + 2 * late + [60.0] + 3 * held + late
+    found = HeightReadings(arrival, np.array([10.0, 20.0, 30.0, 60.0]), 1.0).at(time)
+    assert found.tolist() == expected
