@@ -199,7 +199,8 @@ class _Loop:
         self.branches = Branches(covariance, zero_rate)
         self.filter = self.branches.main.filter
         self.gates = [InnovationGate(readings, gate) for readings in around.readings]
-        self.record = Record(around.model, around.epochs, around.ellipsoid)
+        rows = self._expected_rows(row_s)
+        self.record = Record(around.model, around.epochs, around.ellipsoid, rows, history=history)
         self.done = 0  # epochs that are
         self._taken = ""  # the last reading that was processed
         self._compensated = np.zeros(around.model.size)
@@ -207,6 +208,17 @@ class _Loop:
         self._begin_row(around.model.size)
         self._restart = {s: self._begins(s) for s in zero_rate}
         self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
+
+    def _expected_rows(self, row_s: float) -> int:
+        """Return about how many rows will be stored."""
+        epochs = self.around.epochs
+        due = epochs.second.copy()
+        for readings in self.around.readings:
+            due[readings.epoch[readings.usable]] = True
+        rows = int(np.count_nonzero(due))
+        if row_s:
+            rows = min(rows, int(float(epochs.time[-1] - epochs.time[0]) / row_s) + 1)
+        return rows + 1
 
     def _begin_row(self, n: int) -> None:
         """Reset the sums over the interval from this row to the next."""
@@ -348,8 +360,8 @@ class _Loop:
     def _update(self, one: Observed, epoch: int) -> None:
         readings = self.around.readings[one.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
-        variance, interval = readings.variance[one.row], float(readings.interval[one.row])
-        r, gate, main = np.diag(variance), self.gates[one.sensor], self.branches.main
+        interval, gate, main = one.interval, self.gates[one.sensor], self.branches.main
+        r = np.diag(one.variance)
         innovation = main.innovation(one, r, interval)
         name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
         if not np.isfinite(innovation.nis):
@@ -366,7 +378,7 @@ class _Loop:
         self._taken = name
         if self._history:
             seen = one.h @ self._transition
-            self._information += seen.T @ (seen / variance[:, None])
+            self._information += seen.T @ (seen / one.variance[:, None])
             self._decay = self._decay - self.filter.gain @ (one.h @ self._decay)
         check_covariance(self.filter.covariance, self._varying, now, name)
 
@@ -374,7 +386,7 @@ class _Loop:
         row = None
         if self._history:
             row = Row(
-                epoch, self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
+                self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
                 self._decay, self._fed,
             )  # fmt: skip
             self._begin_row(self.around.model.size)

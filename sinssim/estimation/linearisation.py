@@ -26,12 +26,16 @@ class Observed:
         row: number of the reading among the sensor's.
         residual: (k,).
         h: H, (k, n).
+        variance: diagonal of R, (k,).
+        interval: averaging interval of a zero-rate reading, s.
     """
 
     sensor: int
     row: int
     residual: Array
     h: Array
+    variance: Array
+    interval: float
 
 
 @dataclass(frozen=True)
@@ -157,5 +161,7 @@ def _observe(
     some = Measurements(data.kind, time, time, data.value[rows], data.sigma[rows], data.lever_arm, data.name)
     now = Prediction(rows_of(here, epoch - first), rate, around.ellipsoid)
     residual, h = observe(some, now, around.model, parameters)
+    variance, interval = readings.variance(rows, around.model), readings.interval[rows].tolist()
     for k, row in enumerate(rows.tolist()):
-        observed.setdefault(int(epoch[k]), []).append(Observed(sensor, row, residual[k], h[k]))
+        one = Observed(sensor, row, residual[k], h[k], variance[k], interval[k])
+        observed.setdefault(int(epoch[k]), []).append(one)

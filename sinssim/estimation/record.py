@@ -16,7 +16,7 @@ from sinssim.estimation.kalman import Innovation
 from sinssim.estimation.measurements.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.estimation.nominal import rows_of, solution_of
-from sinssim.estimation.result import History, Innovations, corrected
+from sinssim.estimation.result import History, Innovations, Reasons, corrected
 
 
 class InnovationGate:
@@ -30,7 +30,7 @@ class InnovationGate:
     def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
         count, k = readings.data.sigma.shape
         self._data = readings.data
-        self._reason = list(readings.reason)
+        self._told = dict(readings.reason.told)
         self._accepted = np.zeros(count, dtype=bool)
         self._value = np.full((count, k), np.nan)
         self._covariance = np.full((count, k, k), np.nan)
@@ -43,7 +43,7 @@ class InnovationGate:
         passed = self.admits(innovation)
         self._accepted[row] = passed
         if not passed:
-            self._reason[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
+            self._told[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
         return passed
 
     def admits(self, innovation: Innovation) -> bool:
@@ -54,7 +54,7 @@ class InnovationGate:
         """Return the record."""
         return Innovations(
             self._data.label, self._data.kind, self._data.time, self._value, self._covariance, self._nis,
-            self._accepted, tuple(self._reason), self._bound,
+            self._accepted, Reasons(len(self._nis), self._told), self._bound,
         )  # fmt: skip
 
 
@@ -62,7 +62,6 @@ class InnovationGate:
 class Row:
     """The filter at one epoch after all of its readings, late ones included; see `History`."""
 
-    epoch: int
     covariance: Array
     state: Array
     transition: Array
@@ -72,6 +71,30 @@ class Row:
     fed_back: Array
 
 
+class _Rows:
+    """Arrays of one shape, gathered one by one in one block of memory.
+
+    Args:
+        shape: shape of one array.
+        expected: expected number of arrays.
+    """
+
+    def __init__(self, shape: tuple[int, ...], expected: int) -> None:
+        self._all, self.count = np.empty((expected, *shape)), 0
+
+    def append(self, row: Array) -> None:
+        """Add one array."""
+        if self.count == len(self._all):
+            more = np.empty((1 + self.count // 8, *self._all.shape[1:]))
+            self._all = np.concatenate([self._all, more])
+        self._all[self.count] = row
+        self.count += 1
+
+    def first(self, count: int) -> Array:
+        """Return the first `count` arrays, (count, …)."""
+        return self._all[:count]
+
+
 class Record:
     """The record of the estimate at all epochs, and of the covariance at some.
 
@@ -79,20 +102,26 @@ class Record:
         model: the error model.
         epochs: epochs of the filter.
         ellipsoid: reference ellipsoid.
+        expected: expected number of stored rows.
+        history: whether the rows have a history.
     """
 
-    def __init__(self, model: ErrorModel, epochs: Epochs, ellipsoid: Ellipsoid) -> None:
+    def __init__(
+        self, model: ErrorModel, epochs: Epochs, ellipsoid: Ellipsoid, expected: int, *, history: bool
+    ) -> None:
         count, n = len(epochs.time), model.size
         self._model, self._epochs, self._ellipsoid = model, epochs, ellipsoid
         self._sensors, self._variance = np.zeros((count, n - CORE)), np.zeros((count, n))
         self._stretch: list[Array] = []  # errors of navigation at the epochs of the current segment
         self._solution = NavState(*(np.empty((count, *shape)) for shape in ((), (), (), (3,), (4,))))
         self._rows: list[int] = []
-        self._covariance: list[Array] = []
-        self._history: list[Row] = []
-        self._fed_back: list[Array] = []
+        self._expected = expected if history else 0
+        self._covariance = _Rows((n, n), expected)
+        self._complete = self._covariance  # with all readings; it differs only where a late one is pending
+        vectors, matrices = ("state", "fed_back", "compensated"), ("transition", "noise", "information", "decay")
+        self._history = {name: _Rows((n,), self._expected) for name in vectors}
+        self._history |= {name: _Rows((n, n), self._expected) for name in matrices}
         self._navigation: list[NavState] = []
-        self._compensated: list[Array] = []
 
     def note(self, epoch: int, x: Array, covariance: Array) -> None:
         """Record the estimate at an epoch."""
@@ -101,10 +130,17 @@ class Record:
 
     def keep(self, epoch: int, covariance: Array, row: Row | None) -> None:
         """Keep the covariance at an epoch, and the row of the history."""
-        self._rows.append(epoch)
-        self._covariance.append(covariance.copy())
         if row is not None:
-            self._history.append(row)
+            if self._complete is self._covariance and row.covariance is not covariance:
+                self._complete = _Rows(covariance.shape, self._expected)
+                for earlier in self._covariance.first(len(self._rows)):
+                    self._complete.append(earlier)
+            if self._complete is not self._covariance:
+                self._complete.append(row.covariance)
+            for name in ("transition", "noise", "information", "decay", "state", "fed_back"):
+                self._history[name].append(getattr(row, name))
+        self._rows.append(epoch)
+        self._covariance.append(covariance)
 
     def end_stretch(
         self, first: int, navigation: NavState, compensated: Array, fed_back: Array, corrected_end: NavState
@@ -124,17 +160,17 @@ class Record:
         for name, value in vars(corrected(navigation, errors, self._ellipsoid)).items():
             getattr(self._solution, name)[part] = value
         self._sensors[part] += compensated[CORE:]
-        for row in self._history[len(self._navigation) :]:
-            k = row.epoch - first
+        history = self._history
+        for row in range(len(self._navigation), history["state"].count):
+            k = self._rows[row] - first
             if k < count - 1:
                 self._navigation.append(rows_of(navigation, slice(k, k + 1)))
-                self._compensated.append(compensated)
-                self._fed_back.append(row.fed_back)
+                history["compensated"].append(compensated)
             else:
                 self._navigation.append(corrected_end)
-                self._compensated.append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
-                self._fed_back.append(row.fed_back + fed_back)
-                row.state = row.state - fed_back
+                history["compensated"].append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
+                history["fed_back"].first(row + 1)[row] += fed_back
+                history["state"].first(row + 1)[row] -= fed_back
 
     def solution(self, count: int, algorithm: str) -> NavSolution:
         """Return the solution at the first `count` epochs."""
@@ -152,33 +188,16 @@ class Record:
 
     def rows(self, count: int) -> tuple[NDArray[np.intp], Array]:
         """Return which of the first `count` epochs have a stored covariance, and the covariances."""
-        kept = [(row, p) for row, p in zip(self._rows, self._covariance, strict=True) if row < count]
-        n = self._model.size
-        return np.array([row for row, _ in kept], dtype=np.intp), np.array([p for _, p in kept]).reshape(-1, n, n)
+        kept = np.array([row for row in self._rows if row < count], dtype=np.intp)
+        return kept, self._covariance.first(len(kept))
 
     def history(self) -> History:
-        """Return the history of the stored rows and free them; call it once."""
-        rows = self._history[: len(self._navigation)]
-        self._history = []
-        n = self._model.size
-
-        def stacked_of(name: str, *shape: int) -> Array:
-            found = np.empty((len(rows), *shape))
-            for k, row in enumerate(rows):
-                found[k] = getattr(row, name)
-                setattr(row, name, None)  # freed one by one, so that memory never holds all of it twice
-            return found
-
-        stacked = (np.concatenate([getattr(n, name) for n in self._navigation]) for name in vars(self._navigation[0]))
+        """Return the history of the stored rows."""
+        count = len(self._navigation)
+        names = vars(self._navigation[0])
         return History(
-            time=self._epochs.time[[row.epoch for row in rows]],
-            transition=stacked_of("transition", n, n),
-            noise=stacked_of("noise", n, n),
-            covariance=stacked_of("covariance", n, n),
-            state=stacked_of("state", n),
-            fed_back=np.array(self._fed_back),
-            information=stacked_of("information", n, n),
-            decay=stacked_of("decay", n, n),
-            navigation=NavState(*stacked),
-            compensated=np.array(self._compensated),
+            time=self._epochs.time[self._rows[:count]],
+            covariance=self._complete.first(count),
+            navigation=NavState(*(np.concatenate([getattr(n, name) for n in self._navigation]) for name in names)),
+            **{name: rows.first(count) for name, rows in self._history.items()},
         )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,35 @@ from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.strapdown.nav_error import navigation_error
 
 Mask = NDArray[np.bool_]
+
+
+class Reasons(Sequence[str]):
+    """Why readings were not used: one sentence per reading, "" for a reading that was used.
+
+    Only the sentences that are not empty take memory.
+
+    Args:
+        count: number of readings.
+        told: the sentences that are not empty, by the number of the reading.
+    """
+
+    def __init__(self, count: int, told: Mapping[int, str]) -> None:
+        self._count, self.told = count, told
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, row: int) -> str: ...
+    @overload
+    def __getitem__(self, row: slice) -> list[str]: ...
+    def __getitem__(self, row: int | slice) -> str | list[str]:
+        if isinstance(row, slice):
+            return [self.told.get(k, "") for k in range(self._count)[row]]
+        return self.told.get(range(self._count)[row], "")
+
+    def __iter__(self) -> Iterator[str]:
+        return (self.told.get(k, "") for k in range(self._count))
 
 
 @dataclass(frozen=True)
@@ -42,7 +72,7 @@ class Innovations:
     covariance: Array
     nis: Array
     accepted: Mask
-    reason: tuple[str, ...]
+    reason: Sequence[str]
     bound: float
 
 

@@ -16,7 +16,6 @@ from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.recording.report.run_report import run_report
-from sinssim.recording.sensor_comparison import compare_sensors
 from sinssim.recording.store.directory import RunDirectory, write_text
 from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
 from sinssim.recording.store.summary import (
@@ -37,7 +36,7 @@ from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.simulation.initial_error import initial_state
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Progress, Stages
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.strapdown.nav_error import NavError
 from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def run(
         RunError: the navigation failed by every algorithm.
     """
     stages = Stages(progress or (lambda stage, fraction: None))
-    result = Run(scenario)
+    result = Run(scenario, recorded=directory is not None)
     if directory is None:
         return _compute(result, None, stages)
     folder = RunDirectory(Path(directory), overwrite=overwrite)
@@ -115,7 +114,6 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             _sense(run)
             if writer is not None:
                 compensated = None if run.compensated is run.measured else run.compensated
-                run.sensed = tuple(compare_sensors(run.readings, run.perfect, run.ideal, compensated))
                 writer.sensed(run.readings, run.perfect, compensated, run.sensed)
         with stages("navigate"):
             _navigate(run, _height_reference(run))
@@ -129,6 +127,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                 writer.navigated(run.solutions, run.errors, run.failures)
         of_filter = None
         if run.scenario.filter is not None:
+            run.forget()  # the filter needs none of it, and takes the most memory itself
             with stages("filter"):
                 run.aided = _aid(run)
                 of_filter = plain(filter_numbers(run.aided, run.scenario))
@@ -174,7 +173,7 @@ def _follow(run: Run, trajectory: Trajectory) -> None:
     """Fill in the true motion and its ideal increments."""
     ideal = trajectory.increments(run.scenario.imu.rate_hz)
     truth = trajectory.state(ideal.time)
-    run.trajectory, run.ideal, run.truth = trajectory, ideal, truth
+    run.trajectory, run.time, run.ideal, run.truth = trajectory, ideal.time, ideal, truth
 
 
 def _sense(run: Run) -> None:
@@ -268,9 +267,7 @@ def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
             )
         except RunError as error:
             return error
-        # an algorithm that takes several samples at once has fewer rows
-        truth = run.truth if len(solution.time) == len(time) else trajectory.state(solution.time)
-        return solution, navigation_error(truth, solution, trajectory.ellipsoid)
+        return solution, run.error_of(solution)
 
     with thread_pool(os.cpu_count()) as pool:
         results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,24 +20,26 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 
+_MADE_OF = {"truth": "time", "ideal": "time", "perfect": "readings", "sensed": "readings", "errors": "solutions"}
+"""What the properties are computed from."""
+
+
 @dataclass(eq=False, repr=False)
 class Run:
     """Everything that one run computes, filled stage by stage.
 
-    What no stage has computed yet is not there: `has` tells. A finished run has everything.
+    What no stage has computed yet is not there: `has` tells. A finished run has everything. `forget` frees what the
+    properties can compute again from the rest.
 
     Attributes:
         scenario: what is run; the states of its filter are written out.
+        recorded: whether the run is written to a run directory.
         about_filter: which states the filter has by default, and why; lines.
         trajectory: the true motion.
-        truth: true states at the IMU's interval edges, `time`.
-        ideal: ideal increments.
+        time: edges of the IMU's intervals, (N+1,) s.
         readings: everything that the sensors read.
-        perfect: what they would have read without errors.
         compensated: measured increments freed of what the calibration knows, the measured ones without a calibration.
-        sensed: what the sensors read by kinds of sensors, as report and view draw it, of a run that is recorded.
         solutions: navigation solutions by algorithm; of those that have one.
-        errors: their errors by algorithm.
         failures: why algorithms have no solution, or none without an end.
         aided: the aided solution and all about it, of a scenario with a filter.
         summary: what `summary.json` holds.
@@ -45,20 +47,70 @@ class Run:
     """
 
     scenario: Scenario
+    recorded: bool = False
     about_filter: Sequence[str] = field(init=False, default=())
     trajectory: Trajectory = field(init=False)
-    truth: NavState = field(init=False)
-    ideal: ImuData = field(init=False)
+    time: Array = field(init=False)
     readings: Readings = field(init=False)
-    perfect: Readings = field(init=False)
     compensated: ImuData = field(init=False)
-    sensed: Sequence[SensorComparison] = field(init=False, default=())
     solutions: dict[str, NavSolution] = field(init=False, default_factory=dict)
-    errors: dict[str, NavError] = field(init=False, default_factory=dict)
     failures: dict[str, RunError] = field(init=False, default_factory=dict)
     aided: Aided | None = field(init=False, default=None)
     summary: dict[str, Any] = field(init=False, default_factory=dict)
     directory: Path | None = field(init=False, default=None)
+
+    @cached_property
+    def truth(self) -> NavState:
+        """True states at `time`."""
+        return self.trajectory.state(self.time)
+
+    @cached_property
+    def ideal(self) -> ImuData:
+        """Ideal increments."""
+        return replace(self.trajectory.increments(self.scenario.imu.rate_hz), time=self.time)
+
+    @cached_property
+    def perfect(self) -> Readings:
+        """What the sensors would have read without errors."""
+        from sinssim.sensors.sets.reading import Readings, read
+
+        if self.readings.accelerometers is None and self.readings.attitude is None:
+            return Readings(self.ideal)
+        return read(self.trajectory, self.ideal, self.scenario.imu, self.scenario.seed, self.true_errors)[0]
+
+    @cached_property
+    def sensed(self) -> Sequence[SensorComparison]:
+        """What the sensors read by kinds of sensors, as report and view draw it, of a run that is recorded."""
+        from sinssim.recording.sensor_comparison import compare_sensors
+
+        if not (self.recorded and self.has("compensated")):
+            return ()
+        compensated = None if self.compensated is self.measured else self.compensated
+        return tuple(compare_sensors(self.readings, self.perfect, self.ideal, compensated))
+
+    @cached_property
+    def errors(self) -> dict[str, NavError]:
+        """Errors of the solutions by algorithm."""
+        return {name: self.error_of(solution) for name, solution in self.solutions.items()}
+
+    def error_of(self, solution: NavSolution) -> NavError:
+        """Return the errors of a navigation solution of this run.
+
+        Args:
+            solution: the solution; that of an algorithm that takes several samples at once has fewer rows.
+
+        Returns:
+            The errors, as many rows.
+        """
+        from sinssim.strapdown.nav_error import navigation_error
+
+        truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
+        return navigation_error(truth, solution, self.trajectory.ellipsoid)
+
+    def forget(self) -> None:
+        """Free what can be computed again; the next access computes it, with the same bits."""
+        for name in ("truth", "ideal", "perfect", "sensed", "errors"):
+            vars(self).pop(name, None)
 
     @cached_property
     def true_errors(self) -> TrueErrors:
@@ -76,11 +128,6 @@ class Run:
         """
         return self.readings.imu
 
-    @property
-    def time(self) -> Array:
-        """Edges of the IMU's intervals, (N+1,) s."""
-        return self.ideal.time
-
     def has(self, *names: str) -> bool:
         """Return whether stages have computed something.
 
@@ -90,7 +137,7 @@ class Run:
         Returns:
             Whether all of them are there.
         """
-        return all(name in vars(self) for name in names)
+        return all(_MADE_OF.get(name, name) in vars(self) for name in names)
 
 
 RunResult = Run

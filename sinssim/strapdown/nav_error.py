@@ -34,6 +34,10 @@ class NavError:
     velocity_ned: Array
     attitude: Array
 
+    def at(self, rows: slice) -> NavError:
+        """Return the errors in some rows, views of the arrays."""
+        return NavError(self.time[rows], self.position_ned[rows], self.velocity_ned[rows], self.attitude[rows])
+
     @cached_property
     def horizontal(self) -> Array:
         """Horizontal distance between solution and truth, (N,) m."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.arguments import POSITIVE, number, numbers
-from sinssim.data import Array
+from sinssim.data import Array, NavState
 from sinssim.errors import InputError
 from sinssim.system.memory import machine_memory
 from sinssim.system.threads import thread_pool
@@ -21,6 +21,8 @@ _SLACK = 1e-9
 _BYTES = 56  # of a sample of increments: an edge and six integrals
 
 _BLOCK = 4096  # below so many items per thread, starting the thread costs more than it saves
+
+_PART = 65536  # instants evaluated together, so that no temporary is as long as a run
 
 
 def sample_edges(start: float, end: float, rate_hz: float) -> Array:
@@ -111,6 +113,26 @@ def check_instants(t: ArrayLike, start: float, end: float) -> Array:
             f"which runs from {start!s} s to {end!s} s."
         )
     return instants
+
+
+def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavState:
+    """Return the states of a motion, evaluated part by part to save memory.
+
+    Args:
+        state: returns the states at instants, of whose number none depends.
+        instants: () or (N,) s.
+
+    Returns:
+        The states at all of them, in arrays of the same leading shape.
+    """
+    if instants.size <= _PART:
+        return state(instants)
+    found = NavState(*(np.empty((len(instants), *columns)) for columns in ((), (), (), (3,), (4,))))
+    for start in range(0, len(instants), _PART):
+        part = slice(start, start + _PART)
+        for name, values in vars(state(instants[part])).items():
+            getattr(found, name)[part] = values
+    return found
 
 
 def in_blocks(count: int, work: Callable[[int, int], None]) -> None:

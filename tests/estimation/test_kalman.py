@@ -13,6 +13,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.kalman import ErrorFilter
 from sinssim.estimation.measurements.intake import CheckedMeasurements
 from sinssim.estimation.record import InnovationGate
+from sinssim.estimation.result import Reasons
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.worlds import biases_only, not_turning, one_run, positions, standing, velocities, weaving
@@ -31,7 +32,7 @@ def readings_of(kind: str, components: int, errors: int, count: int) -> CheckedM
     """Return readings of a sensor for a gate, which looks at their number and at that of their errors."""
     time = np.arange(1.0, count + 1.0)
     data = Measurements(kind, time, time, np.zeros((count, components)), np.ones((count, errors)))
-    return CheckedMeasurements(data, [""] * count, np.arange(count), np.ones(count), np.ones((count, errors)))
+    return CheckedMeasurements(data, Reasons(count, {}), np.arange(count), np.ones(count))
 
 
 @pytest.mark.parametrize("probability", [0.2, 0.01])

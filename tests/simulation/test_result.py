@@ -1,8 +1,9 @@
-"""One run fills one `Run`; its errors are drawn once."""
+"""One run fills one `Run`; its errors are drawn once; what is forgotten comes back with the same bits."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu import emulate as emulation
@@ -60,3 +61,30 @@ def test_a_run_has_what_its_stages_have_computed():
     assert finished.time is finished.ideal.time
     assert finished.compensated is not finished.measured
     assert finished.failures == {}
+
+
+@pytest.mark.parametrize(
+    ("sensors", "algorithm"),
+    [
+        ({}, "quaternion"),
+        ({}, "rotation-vector-4"),
+        ({"sensor_set": {"type": "accelerometers", "arm_m": 0.5}}, "euler"),
+    ],
+)
+def test_what_is_forgotten_comes_back_with_the_same_bits(tmp_path, sensors, algorithm):
+    plan = {**SCENARIO, "imu": {"grade": "tactical", **sensors}, "navigation": {"algorithms": [algorithm]}}
+    for absent in ("aiding", "filter", "compensation"):
+        plan.pop(absent)
+    result = run(Scenario.model_validate(plan), tmp_path / "run")
+    kept = {name: getattr(result, name) for name in ("truth", "ideal", "perfect", "sensed", "errors")}
+    result.forget()
+    assert not set(kept) & set(vars(result))
+    assert result.has(*kept)
+    for name in ("truth", "ideal"):
+        for part, values in vars(kept[name]).items():
+            np.testing.assert_array_equal(getattr(getattr(result, name), part), values)
+    np.testing.assert_array_equal(result.perfect.imu.dvel, kept["perfect"].imu.dvel)
+    for now, before in zip(result.sensed, kept["sensed"], strict=True):
+        np.testing.assert_array_equal(now.error, before.error)
+    for part, values in vars(kept["errors"][algorithm]).items():
+        np.testing.assert_array_equal(getattr(result.errors[algorithm], part), values)

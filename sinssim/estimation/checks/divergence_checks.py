@@ -108,7 +108,7 @@ def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str
                 "instant, lacks them, and only the smoothed solution uses them."
             )
         rejected = int(np.count_nonzero(~i.accepted & ~np.isnan(i.nis)))
-        unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if np.isnan(nis) and reason)
+        unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if reason and np.isnan(nis))
         if not count:
             stood = " (the vehicle never stood still)" if i.kind in ("zero-velocity", "zero-rate") else ""
             found.append(f"{i.sensor}: there was no reading{stood}, so that it corrects nothing.")

@@ -130,10 +130,12 @@ def _aligned(
 
 def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:
     """Return readings with the assumed noise: the true noise times a factor."""
-    return replace(measurements, sigma=factor * measurements.sigma)
+    return measurements if factor == 1.0 else replace(measurements, sigma=factor * measurements.sigma)
 
 
 def _after(measurements: Measurements, start: float) -> Measurements:
     """Return the readings after the filter's start."""
     m, later = measurements, measurements.time > start + 1e-9
+    if later.all():
+        return m
     return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later], sigma=m.sigma[later])

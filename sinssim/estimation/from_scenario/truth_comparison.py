@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, NavSolution
+from sinssim.data import Array
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
+from sinssim.estimation.model import NAVIGATION
 from sinssim.estimation.nominal import rows_of, solution_of
 from sinssim.sensors.aiding.base.sensor import AidingReadings
 from sinssim.strapdown.nav_error import NavError, navigation_error
@@ -18,7 +20,7 @@ from sinssim.strapdown.nav_error import NavError, navigation_error
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
-_BLOCK = 65536
+BLOCK = 65536
 """Number of rows that are compared with the truth at once."""
 
 Rows = slice | NDArray[np.intp]
@@ -32,7 +34,7 @@ class Aided:
         sensed: readings of the aiding sensors.
         estimate: result of the filter.
         parameters: true values of the sensors' parameters by block, (size,) or (K, size) each.
-        error: of the aided solution, K rows.
+        trajectory: the true motion.
         smoothed_error: of the smoothed solution, if there is one.
         smoothed_state_errors: its actual errors in the filter's own states, if there is one.
         nominal_errors: actual errors of the nominal motion that the filter's model is linearised about,
@@ -43,11 +45,46 @@ class Aided:
     sensed: tuple[AidingReadings, ...]
     estimate: Estimate
     parameters: dict[str, Array]
-    error: NavError
+    trajectory: Trajectory
     smoothed_error: NavError | None
     smoothed_state_errors: Array | None
     nominal_errors: Array
     end: float
+
+    @property
+    def error(self) -> NavError:
+        """Errors of the aided solution, K rows; computed anew at each access, as they are large."""
+        return self.error_at(slice(None))
+
+    def error_at(self, rows: Rows) -> NavError:
+        """Return the errors of the aided solution at some of the filter's epochs.
+
+        The truth is computed block by block, always the same blocks, so that the same row has the same bits.
+
+        Args:
+            rows: R of the filter's epochs.
+
+        Returns:
+            The errors, R rows.
+        """
+        solution = self.estimate.solution
+        number = np.arange(len(solution.time))[rows]
+        found = NavError(solution.time[rows], *(np.empty((len(number), 3)) for _ in range(3)))
+        for start in range(0, len(solution.time), BLOCK):
+            inside = np.flatnonzero((number >= start) & (number < start + BLOCK))
+            if not len(inside):
+                continue
+            block = slice(start, start + BLOCK)
+            own = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
+            error = navigation_error(self.trajectory.state(own.time), own, self.trajectory.ellipsoid)
+            for name in ("position_ned", "velocity_ned", "attitude"):
+                getattr(found, name)[inside] = getattr(error, name)[number[inside] - start]
+        return found
+
+    def error_blocks(self) -> Iterator[NavError]:
+        """Yield the errors of the aided solution, one block of rows after the other."""
+        for start in range(0, len(self.estimate.time), BLOCK):
+            yield self.error_at(slice(start, start + BLOCK))
 
     def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
         """Return the actual errors in the states of one block; a parameter without a true value counts as zero.
@@ -61,13 +98,16 @@ class Aided:
         """
         navigation = {"position": "position_ned", "velocity": "velocity_ned", "attitude": "attitude"}
         if block in navigation:
-            return np.asarray(getattr(self.error, navigation[block])[rows])
+            return np.asarray(getattr(self.error_at(rows), navigation[block]))
         true = self.parameters.get(block, np.zeros(1))
         return np.asarray((true[rows] if true.ndim > 1 else true) - self.estimate.parameters[block][rows])
 
     def state_errors_at(self, rows: Rows) -> Array:
         """Return the actual errors in the filter's own states at R of its epochs, (R, n)."""
-        return np.hstack([self.block_error(block.name, rows) for block in self.estimate.model.blocks])
+        error = self.error_at(rows)
+        blocks = self.estimate.model.blocks[len(NAVIGATION) :]
+        own = (self.block_error(block.name, rows) for block in blocks)
+        return np.hstack([error.position_ned, error.velocity_ned, error.attitude, *own])
 
     @property
     def state_errors(self) -> Array:
@@ -94,12 +134,14 @@ def compare_with_truth(
     Returns:
         The aided solution with its errors.
     """
-    parameters = _true_parameters(inertial, sensed, estimated.time, estimated.model)
-    error = _error_of(trajectory, estimated.solution)
+    smoothed = estimated.smoothed
+    times = (estimated.time,) if smoothed is None else (estimated.time, smoothed.time)
+    true = inertial.at(*times)
+    parameters = _true_parameters(true[0], sensed, estimated.time, estimated.model)
     smoothed_error = smoothed_errors = None
-    if (smoothed := estimated.smoothed) is not None:
+    if smoothed is not None:
         there = trajectory.state(smoothed.time)
-        own = _true_parameters(inertial, sensed, smoothed.time, estimated.model)
+        own = _true_parameters(true[1], sensed, smoothed.time, estimated.model)
         smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid)
         smoothed_errors = state_errors(estimated.model, smoothed, there, own, trajectory.ellipsoid)
     nominal = np.zeros((0, estimated.model.size))
@@ -108,28 +150,19 @@ def compare_with_truth(
         kept = {name: value[rows] if value.ndim > 1 else value for name, value in parameters.items()}
         there = trajectory.state(history.time)
         nominal = nominal_errors(estimated.model, history, there, kept, trajectory.ellipsoid)
-    return Aided(sensed, estimated, parameters, error, smoothed_error, smoothed_errors, nominal, float(edges[-1]))
-
-
-def _error_of(trajectory: Trajectory, solution: NavSolution) -> NavError:
-    """Return the errors of a solution; the truth is computed part by part to save memory."""
-    parts = []
-    for start in range(0, max(len(solution.time), 1), _BLOCK):
-        s = slice(start, start + _BLOCK)
-        own = solution_of(solution.time[s], rows_of(solution, s), solution.algorithm)
-        parts.append(navigation_error(trajectory.state(own.time), own, trajectory.ellipsoid))
-    names = ("position_ned", "velocity_ned", "attitude")
-    return NavError(solution.time, *(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return Aided(sensed, estimated, parameters, trajectory, smoothed_error, smoothed_errors, nominal, float(edges[-1]))
 
 
 def _true_parameters(
-    inertial: InertialParameters, sensed: tuple[AidingReadings, ...], time: Array, model: ErrorModel
+    inertial: dict[str, Array], sensed: tuple[AidingReadings, ...], time: Array, model: ErrorModel
 ) -> dict[str, Array]:
-    """Return the true values of the parameters of all sensors at some instants, by block."""
-    true = inertial.at(time)
+    """Return the true values of the parameters of all sensors at some instants, by block of the filter."""
+    true = {name: value for name, value in inertial.items() if name in model.slices}
     for sensor in sensed:
         for name, value in sensor.parameters.items():
+            if name not in model.slices:
+                continue
             if value.ndim > 1:
                 value = np.column_stack([np.interp(time, sensor.time, column) for column in value.T])
             true[name] = value
-    return {name: value for name, value in true.items() if name in model.slices}
+    return true

@@ -20,6 +20,7 @@ from sinssim.data import Array, Measurements
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import BLOCKS, OF_SENSORS, ErrorModel
+from sinssim.estimation.result import Reasons
 
 _SAME = 1e-6
 """Instants closer together than this are one epoch, s; a jet moves by less than a millimetre in that time."""
@@ -33,21 +34,20 @@ class CheckedMeasurements:
         data: all of them.
         reason: why a reading cannot be used, "" if it can, M sentences.
         epoch: number of each usable reading's epoch, (M,); −1 for the others.
-        interval: averaging interval of a zero-rate reading, (M,) s.
-        variance: diagonal of R, (M, k): the variance of the reading, and that of the inertial noise in the prediction
-            that no state describes.
+        interval: averaging interval of a zero-rate reading, (M,) s; zero for other kinds.
     """
 
     data: Measurements
-    reason: list[str]
+    reason: Reasons
     epoch: NDArray[np.intp]
     interval: Array
-    variance: Array
 
     @cached_property
-    def usable(self) -> NDArray[np.intp]:
-        """Numbers of the usable readings, (U,)."""
-        return np.flatnonzero([not reason for reason in self.reason])
+    def usable(self) -> NDArray[np.intp] | slice:
+        """The usable readings: their numbers, (U,), or a slice if all are."""
+        if not self.reason.told:
+            return slice(None)
+        return np.delete(np.arange(len(self.reason)), list(self.reason.told))
 
     @cached_property
     def _epoch_of_usable(self) -> NDArray[np.intp]:
@@ -56,7 +56,21 @@ class CheckedMeasurements:
     def between(self, first: int, last: int) -> NDArray[np.intp]:
         """Return the numbers of the usable readings at the epochs first … last."""
         begin, end = np.searchsorted(self._epoch_of_usable, (first, last + 1))
-        return self.usable[begin:end]
+        return np.arange(begin, end) if isinstance(self.usable, slice) else self.usable[begin:end]
+
+    def variance(self, rows: NDArray[np.intp], model: ErrorModel) -> Array:
+        """Return the diagonal of R for some readings.
+
+        Args:
+            rows: numbers of the readings, (R,).
+            model: the error model.
+
+        Returns:
+            The variance of each reading, and that of the inertial noise in the prediction that no state describes,
+            (R, k).
+        """
+        noise = measurement_kind(self.data.kind).noise(model, np.maximum(self.interval[rows], _SAME))
+        return np.asarray(self.data.sigma[rows] ** 2 + noise[:, None])
 
 
 @dataclass(frozen=True)
@@ -108,7 +122,7 @@ def take_in(
     count = len(time) - 1
     stride = max(round(count / float(time[-1] - time[0]) / rate_hz), 1)
     grid = np.unique(np.append(np.arange(0, count, stride), count))
-    readings = [_checked(m, model, time) for m in measurements]
+    readings = [_checked(m, time) for m in measurements]
     wanted = [r.data.time[r.usable] for r in readings]
     wanted += [(r.data.time - r.interval)[r.usable] for r in readings if measurement_kind(r.data.kind).mean_rate]
     instants = np.unique(np.concatenate([time[:1], *wanted]))
@@ -164,12 +178,14 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
             )
 
 
-def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> CheckedMeasurements:
+def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
     kind, label = measurement_kind(m.kind), m.label
-    time, arrival, value, sigma, arm = (
+    time, arrival, value, arm = (
         doubles(f"measurements of {label!r}: {name}", getattr(m, name))
-        for name in ("time", "arrival", "value", "sigma", "lever_arm")
+        for name in ("time", "arrival", "value", "lever_arm")
     )
+    # one row that stands for all readings stays one row in memory
+    sigma = m.sigma if _is_one_row(m.sigma) else doubles(f"measurements of {label!r}: sigma", m.sigma)
     count = len(time)
     shapes = ((count,), (count,), (count, kind.components), (count, kind.errors), (3,))
     found = (time.shape, arrival.shape, value.shape, sigma.shape, arm.shape)
@@ -195,25 +211,31 @@ def _checked(m: Measurements, model: ErrorModel, imu_time: Array) -> CheckedMeas
             f"measurements of {label!r}: reading {row} is valid at t = {time[row]:.6f} s and arrives at "
             f"{arrival[row]:.6f} s, which is earlier; a reading must not arrive before it is valid."
         )
-    order = np.argsort(time, kind="stable")
-    data = replace(m, time=time[order], arrival=arrival[order], value=value[order], sigma=sigma[order], lever_arm=arm)
-    reason = _reasons(data, imu_time)
-    interval = np.diff(data.time, prepend=imu_time[0])
+    if np.any(time[1:] < time[:-1]):
+        order = np.argsort(time, kind="stable")
+        time, arrival, value, sigma = time[order], arrival[order], value[order], sigma[order]
+    data = replace(m, time=time, arrival=arrival, value=value, sigma=sigma, lever_arm=arm)
+    interval = np.broadcast_to(0.0, count)
     if kind.mean_rate and count:
+        interval = np.diff(time, prepend=imu_time[0])
         usual = float(np.min(interval[interval > _SAME], initial=np.inf))
         interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, the usual interval
-    variance = data.sigma**2 + kind.noise(model, np.maximum(interval, _SAME))[:, None]
-    return CheckedMeasurements(data, reason, np.full(count, -1, dtype=np.intp), interval, variance)
+    return CheckedMeasurements(data, _reasons(data, imu_time), np.full(count, -1, dtype=np.intp), interval)
 
 
-def _reasons(data: Measurements, imu_time: Array) -> list[str]:
+def _is_one_row(sigma: Array) -> bool:
+    """Return whether an array of doubles repeats one row that it holds in memory once."""
+    return type(sigma) is np.ndarray and sigma.dtype == np.float64 and sigma.ndim == 2 and sigma.strides[0] == 0
+
+
+def _reasons(data: Measurements, imu_time: Array) -> Reasons:
     """Return why each reading cannot be used, "" for one that can."""
     finite = np.asarray(np.isfinite(data.value).all(axis=1))
     begin = float(imu_time[0]) - _SAME
     kind = measurement_kind(data.kind)
     if kind.mean_rate:
         begin = float(imu_time[0]) + _SAME  # there is no earlier interval to compare it with
-    reasons: list[str] = []
+    reasons: dict[int, str] = {}
     last = -np.inf
     for k, t in enumerate(data.time.tolist()):
         if not finite[k]:
@@ -227,5 +249,6 @@ def _reasons(data: Measurements, imu_time: Array) -> list[str]:
         else:
             reason = kind.fault(data.value[k])
             last = last if reason else t
-        reasons.append(reason)
-    return reasons
+        if reason:
+            reasons[k] = reason
+    return Reasons(len(data), reasons)

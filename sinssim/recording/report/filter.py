@@ -168,30 +168,27 @@ def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> It
     """Draw every error of navigation with its expected band."""
     found = aided.estimate
     for name, scale, components, sign in NAVIGATION:
-        at = found.model.slices[name]
+        at, own = found.model.slices[name], aided.block_error(name)
         for i, component in enumerate(components):
             side, column = (sign if i == 2 else 1.0), at.start + i
-            kinds: list[tuple[str, Array, Array, Array]] = [
-                ("aided", found.time, aided.block_error(name)[:, i], found.sigma[:, column])
-            ]
+            kinds: list[tuple[str, Array, Array, Array]] = [("aided", found.time, own[:, i], found.sigma[:, column])]
             if found.smoothed is not None and aided.smoothed_state_errors is not None:
                 s = found.smoothed
                 kinds.append(("smoothed", s.time, aided.smoothed_state_errors[:, column], s.sigma[:, column]))
-            settled = [t >= span[0] + SETTLED * (span[1] - span[0]) for _, t, _, _ in kinds]
-            unit, size = suiting(scale, *[3.0 * k[3][late] for k, late in zip(kinds, settled, strict=True)])
+            settled = [int(np.searchsorted(t, span[0] + SETTLED * (span[1] - span[0]))) for _, t, _, _ in kinds]
+            unit, size = suiting(scale, *[3.0 * k[3][late:] for k, late in zip(kinds, settled, strict=True)])
             lines = []
-            for kind, time, error, sigma in kinds:
+            for (kind, time, error, sigma), late in zip(kinds, settled, strict=True):
                 color = style.css(style.COLORS[kind])
                 pale = style.css(style.COLORS["bound"] if kind == "aided" else style.tint(style.COLORS[kind]))
-                late = time >= span[0] + SETTLED * (span[1] - span[0])
                 for label, values, paint, width in (
                     ("±3σ", 3.0 * sigma, pale, 1.0),
                     ("", -3.0 * sigma, pale, 1.0),
                     (kind, side * error, color, 1.4),
                 ):
                     # the axis fits the errors after the filter has settled
-                    lines.append(Line("", time[~late], values[~late], paint, width, "", size, reference=True))
-                    lines.append(Line(label, time[late], values[late], paint, width, "", size))
+                    lines.append(Line("", time[:late], values[:late], paint, width, "", size, reference=True))
+                    lines.append(Line(label, time[late:], values[late:], paint, width, "", size))
             yield plot.plot(_TITLES[component], unit, lines, span, marks=marks, width=_WIDTH, height=_HEIGHT)
 
 

@@ -60,13 +60,15 @@ def run_report(run: Run, summary: Mapping[str, Any]) -> str:
     if summary["status"] != "finished":
         body.append(f'<p class="broken"><strong>The run {_ended(summary)}</strong> {words(summary["message"])}</p>')
     body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
+    period = 0.0
     if run.has("truth"):
+        period = schuler_period(run.truth, run.trajectory.ellipsoid)
         body += ["<h2>Flight</h2>", *flight_section(run, run.trajectory, run.truth)]
     body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario, run.true_errors, run.sensed)]
     if "algorithms" in summary and run.has("truth"):
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
-        body += error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid))
+        body += error_plots(run, period)
         body += ["<h2>Singular attitudes</h2>", singularities(summary["singularities"])]
     if run.aided is not None and "filter" in summary:
         span = (float(run.time[0]), float(run.time[-1]))

@@ -46,7 +46,8 @@ def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
     found = aided.estimate
     k = thinned(len(found.time))
     time, labels = found.time[k], {"filter": "yes"}
-    bands = [("aided", time, aided.state_errors_at(k), found.sigma[k])]
+    errors = aided.state_errors_at(k)
+    bands = [("aided", time, errors, found.sigma[k])]
     if found.smoothed is not None and aided.smoothed_state_errors is not None:
         j = thinned(len(found.smoothed.time))
         bands.append(("smoothed", found.smoothed.time[j], aided.smoothed_state_errors[j], found.smoothed.sigma[j]))

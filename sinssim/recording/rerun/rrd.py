@@ -23,6 +23,8 @@ TIMELINE = "sim_time"
 STREAMS = "streams"
 """Parent of the exact streams' entities, `streams/<stream>/<vector>`."""
 CHUNK_ROWS = 65536
+_MOST_WAITING = 1 << 25
+"""Bytes that may wait in memory to be written."""
 _PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writes the file itself
 
 
@@ -146,6 +148,7 @@ class Recording:
         """
         self.ranges: dict[str, tuple[float, float]] = {}
         """Smallest and largest value of every entity recorded by `series`, for the axes of plots."""
+        self._waiting = 0  # bytes sent since the last flush
         self._stream = rr.RecordingStream(application)
         self._file = _File(path)
         try:
@@ -178,6 +181,7 @@ class Recording:
             self._stream.flush()
         except RuntimeError as error:
             raise OSError(errno.EIO, f"Rerun could not write the recording ({error})") from error
+        self._waiting = 0
         self._file.check()
 
     def blueprint(self, blueprint: Any) -> None:
@@ -198,9 +202,12 @@ class Recording:
             OSError: the file could not be written.
         """
         for vector in stream.vectors:
-            entity = f"{STREAMS}/{stream.name}/{vector.name}"
-            self.static(entity, rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax"))
-            self._scalars(entity, stream.time, vector.values)
+            lines = rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax")
+            self.static(f"{STREAMS}/{stream.name}/{vector.name}", lines)
+        for rows in stream.blocks():
+            for vector in stream.vectors:
+                entity = f"{STREAMS}/{stream.name}/{vector.name}"
+                self._scalars(entity, stream.time[rows], vector.values[rows])
         self._flush()  # at most one stream waits in memory
 
     def series(
@@ -270,6 +277,9 @@ class Recording:
         for first in range(0, len(rows), CHUNK_ROWS):
             part = slice(first, first + CHUNK_ROWS)
             self._stream.send_columns(entity, [_Times(times[part])], [_Scalars(rows[part])], strict=True)
+            self._waiting += rows[part].nbytes
+            if self._waiting > _MOST_WAITING:
+                self._flush()
 
     def columns(self, entity: str, time: Array, columns: Any) -> None:
         """Record any other archetype over time.

@@ -155,6 +155,12 @@ def _some_rows(count: int) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, count - 1, min(count, 4096)).round().astype(np.intp))
 
 
+def some_rows(track: NavState) -> NavState:
+    """Return a few thousand rows of a track, enough for its zoom level."""
+    rows = _some_rows(len(track.latitude))
+    return NavState(*(np.asarray(values)[rows] for values in vars(track).values()))
+
+
 def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
     """Return the zoom level of a web map (Mercator, 256 points around the equator at level 0) that shows tracks.
 

@@ -15,7 +15,7 @@ from sinssim.recording import style
 from sinssim.recording.rerun import log_run as pictures
 from sinssim.recording.rerun.log_filter import draw_filter
 from sinssim.recording.rerun.rrd import Recording
-from sinssim.recording.rerun.scene import Scene, map_zoom
+from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.sensor_comparison import SensorComparison
@@ -63,7 +63,7 @@ class RunWriter:
         self._streams = folder / "streams"
         self._streams.mkdir()
         self._events = list(trajectory.events)
-        self._truth = truth
+        self._track = some_rows(truth)
         self._scene = Scene.around(truth, trajectory.ellipsoid)
         self._run = RunInfo(
             scenario.name,
@@ -149,7 +149,7 @@ class RunWriter:
         self._submit(self._to_rerun, self._draw_navigation, solutions, errors)
         for name, solution in solutions.items():
             self._stream(nav_stream(name, solution))
-            self._stream(error_stream(name, errors[name], solution))
+            self._stream(error_stream(name, errors[name].at, solution))
 
     def filtered(self, aided: Aided, about: str) -> None:
         """Write the estimate of a filter and its readings.
@@ -196,7 +196,7 @@ class RunWriter:
 
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
-        self._run = replace(self._run, map_zoom=map_zoom([self._truth, *solutions.values()]))
+        self._run = replace(self._run, map_zoom=map_zoom([self._track, *solutions.values()]))
         self._learn(labels)
 
     def _draw_filter(self, aided: Aided) -> None:

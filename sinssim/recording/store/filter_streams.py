@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.estimation.measurements.kind import measurement_kind
-from sinssim.recording.store.streams import Stream, Vector, error_stream, nav_stream
+from sinssim.recording.store.streams import Computed, Stream, Vector, error_stream, nav_stream
 
 if TYPE_CHECKING:
     from sinssim.data import Measurements
@@ -31,10 +32,11 @@ def filter_streams(aided: Aided) -> list[Stream]:
         on it.
     """
     found = aided.estimate
-    streams = [nav_stream("aided", found.solution), error_stream("aided", aided.error, found.solution), _states(aided)]
+    solution = found.solution
+    streams = [nav_stream("aided", solution), error_stream("aided", aided.error_at, solution), _states(aided)]
     if found.smoothed is not None and aided.smoothed_error is not None:
         solution = found.smoothed.solution
-        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error, solution)]
+        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution)]
     innovations = {i.sensor: i for i in found.innovations}
     streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
     return streams
@@ -77,7 +79,7 @@ def _states(aided: Aided) -> Stream:
         if block.name in found.parameters:
             vectors.append(Vector(name, columns, found.parameters[block.name]))
             errors = tuple(f"error_{column}" for column in columns)
-            vectors.append(Vector(f"error_{name}", errors, aided.block_error(block.name)))
+            vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
         vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), found.sigma[:, rows]))
     return Stream("filter", found.time, tuple(vectors))
 
@@ -97,8 +99,8 @@ def _readings(measurements: Measurements, innovations: Innovations | None) -> St
     ]
     if innovations is not None and len(innovations.time) == len(m.time):
         i = innovations
-        spread = np.sqrt(np.einsum("kii->ki", i.covariance))
-        gate = np.column_stack((i.nis, i.accepted.astype(np.float64)))
+        spread = Computed(lambda rows: np.sqrt(np.einsum("kii->ki", i.covariance[rows])))
+        gate = Computed(lambda rows: np.column_stack((i.nis[rows], i.accepted[rows].astype(np.float64))))
         vectors += [
             Vector("innovation", named("innovation"), i.value),
             Vector("innovation_sigma", named("innovation_sigma"), spread),

@@ -13,7 +13,7 @@ from sinssim import units
 from sinssim.estimation.from_scenario.filter_states import hints
 from sinssim.formatting import number, signed
 from sinssim.recording.store.filter_streams import state_columns
-from sinssim.recording.store.summary import error_numbers
+from sinssim.recording.store.summary import error_numbers, error_numbers_of
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import GnssSection, Jump, Ramp
 
@@ -77,7 +77,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "consistent": not findings,
         "findings": findings,
         "hints": list(hints(scenario)) if findings else [],
-        "aided": error_numbers(aided.error) if len(aided.error.time) else None,
+        "aided": error_numbers_of(aided.error_blocks()) if len(found.time) else None,
         **({} if aided.smoothed_error is None else {"smoothed": error_numbers(aided.smoothed_error)}),
         **_alignment(aided, scenario),
         "sensors": {
@@ -119,7 +119,7 @@ def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     heading = found.model.slices["attitude"].stop - 1
 
     def row(k: int) -> dict[str, float]:
-        sigma, error = float(found.sigma[k, heading]), float(aided.error.attitude[k, 2])
+        sigma, error = float(found.sigma[k, heading]), float(aided.block_error("attitude", slice(k, k + 1))[0, 2])
         return {
             "time_s": float(found.time[k]),
             "heading_sigma_arcmin": sigma / units.ARCMIN,
@@ -161,13 +161,14 @@ def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | N
 def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
     """Yield the filter's response to every jump and ramp of the satellite receiver."""
     gnss = None if scenario.aiding is None else scenario.aiding.sensor(GnssSection)
-    if gnss is None or not len(aided.error.time):
+    time = aided.estimate.time
+    if gnss is None or not len(time):
         return
     faults: list[Jump | Ramp] = [*gnss.jumps, *gnss.ramps]
     for fault in faults:
         if fault.from_s >= aided.end:
             continue  # reported in the remarks
-        end = aided.error.time[-1] if fault.to_s is None else min(fault.to_s, aided.error.time[-1])
+        end = time[-1] if fault.to_s is None else min(fault.to_s, time[-1])
         affected = ("gnss-position", "gnss-velocity") if isinstance(fault, Ramp) else ("gnss-position",)
         readings = refused = 0
         first = again = None
@@ -181,7 +182,8 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
             first = at if first is None or (at is not None and at < first) else first
             back = _believed_again(i.time[during], i.accepted[during])
             again = back if again is None or (back is not None and back < again) else again
-        at = (aided.error.time >= fault.from_s) & (aided.error.time <= end)
+        during_it = slice(np.searchsorted(time, fault.from_s), np.searchsorted(time, end, side="right"))
+        horizontal = aided.error_at(during_it).horizontal
         yield {
             "kind": type(fault).__name__.lower(),
             "from_s": fault.from_s,
@@ -192,7 +194,7 @@ def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
             "believed_again_s": again,
             "forged_then_m": None if again is None else _forged(fault, again),
             "caught": refused > 0.5 * readings,
-            "max_horizontal_error_m": float(aided.error.horizontal[at].max()) if at.any() else None,
+            "max_horizontal_error_m": float(horizontal.max()) if len(horizontal) else None,
         }
 
 

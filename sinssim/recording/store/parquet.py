@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from sinssim.recording.store.streams import Stream
 from sinssim.truth.trajectory import FlightEvent
@@ -28,11 +26,14 @@ def write_stream(stream: Stream, folder: Path) -> Path:
     """
     import pyarrow as pa
 
-    columns = {"time_s": pa.array(stream.time)}
-    for vector in stream.vectors:
-        for i, name in enumerate(vector.columns):
-            columns[name] = pa.array(np.ascontiguousarray(vector.values[:, i]))
-    return write_table(pa.table(columns), folder / f"{stream.name}.parquet")
+    def table(rows: slice) -> Any:
+        columns = {"time_s": pa.array(stream.time[rows])}
+        for vector in stream.vectors:
+            values = vector.values[rows]
+            columns |= {name: pa.array(values[:, i].copy()) for i, name in enumerate(vector.columns)}
+        return pa.table(columns)
+
+    return _write(map(table, stream.blocks()), folder / f"{stream.name}.parquet")
 
 
 def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
@@ -72,21 +73,30 @@ def write_table(table: Any, path: Path) -> Path:
     Raises:
         OSError: the file cannot be written.
     """
+    return _write([table], path)
+
+
+def _write(tables: Iterable[Any], path: Path) -> Path:
+    """Write the blocks of a table, at least one, as row groups of a Parquet file."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     beside = path.with_name(path.name + ".part")
+    first, others = next(blocks := iter(tables)), blocks
     # Doubles of a simulation rarely repeat: a dictionary costs time and saves nothing. With their bytes split into
     # eight planes, the planes of signs and exponents compress well.
-    numbers = [f.name for f in table.schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
-    pq.write_table(
-        table,
+    numbers = [f.name for f in first.schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
+    with pq.ParquetWriter(
         beside,
+        first.schema,
         compression="zstd",
         compression_level=1,
         use_dictionary=False,
         write_statistics=False,
         column_encoding=dict.fromkeys(numbers, "BYTE_STREAM_SPLIT"),
-    )
+    ) as writer:
+        writer.write_table(first)
+        for table in others:
+            writer.write_table(table)
     os.replace(beside, path)
     return path

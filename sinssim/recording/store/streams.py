@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -15,6 +16,30 @@ from sinssim.truth.trajectory import Channel
 
 if TYPE_CHECKING:
     from sinssim.sensors.sets.reading import Readings
+
+
+BLOCK = 65536
+"""Rows that are written together, so that no copy is as long as a run."""
+
+
+class Rows(Protocol):
+    """Rows of a vector: an array, or an object that computes any block of them."""
+
+    def __getitem__(self, rows: slice, /) -> Array: ...
+
+
+class Computed:
+    """Rows of a vector that are computed when they are written.
+
+    Args:
+        rows: returns a block of them, (R, k).
+    """
+
+    def __init__(self, rows: Callable[[slice], Array]) -> None:
+        self._rows = rows
+
+    def __getitem__(self, rows: slice, /) -> Array:
+        return self._rows(rows)
 
 
 @dataclass(frozen=True)
@@ -29,7 +54,7 @@ class Vector:
 
     name: str
     columns: tuple[str, ...]
-    values: Array
+    values: Rows
 
 
 @dataclass(frozen=True)
@@ -46,9 +71,14 @@ class Stream:
     time: Array
     vectors: tuple[Vector, ...]
 
+    def blocks(self) -> Iterator[slice]:
+        """Yield the rows in blocks; of a stream without rows one empty block."""
+        for start in range(0, max(len(self.time), 1), BLOCK):
+            yield slice(start, min(start + BLOCK, len(self.time)))
+
 
 def _state(latitude: Array, longitude: Array, height: Array, velocity_ned: Array, q_nb: Array) -> tuple[Vector, ...]:
-    position = np.column_stack((latitude, longitude, height))
+    position = Computed(lambda rows: np.column_stack((latitude[rows], longitude[rows], height[rows])))
     return (
         Vector("position", ("latitude_rad", "longitude_rad", "height_m"), position),
         Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), velocity_ned),
@@ -84,9 +114,9 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
     vectors = [Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)]
     if with_angles:
         vectors.insert(0, Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta))
-    if imu.flags is not None:
+    if (flags := imu.flags) is not None:
         columns = tuple(f"flags_{channel}" for channel in CHANNELS)
-        vectors.append(Vector("flags", columns, imu.flags.astype(np.float64)))
+        vectors.append(Vector("flags", columns, Computed(lambda rows: flags[rows].astype(np.float64))))
     return Stream(f"imu_{kind}", imu.time[1:], tuple(vectors))
 
 
@@ -124,24 +154,30 @@ def nav_stream(name: str, solution: NavSolution) -> Stream:
     return Stream(f"nav_{name}", s.time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
 
 
-def error_stream(name: str, error: NavError, solution: NavSolution) -> Stream:
+def error_stream(name: str, error_at: Callable[[slice], NavError], solution: NavSolution) -> Stream:
     """Return the stream `error_<algorithm>`: the errors, and the defect of the algorithm's attitude variables.
 
     Args:
         name: the algorithm.
-        error: its errors.
+        error_at: returns its errors in some rows.
         solution: its solution, for the norm or orthogonality defect.
 
     Returns:
         N+1 rows.
     """
+    # the three vectors of a block, of which two threads write, are computed together
+    block = lru_cache(maxsize=2)(lambda start, stop: error_at(slice(start, stop)))
+
+    def part(field: str) -> Rows:
+        return Computed(lambda rows: np.asarray(getattr(block(rows.start, rows.stop), field)))
+
     return Stream(
         f"error_{name}",
-        error.time,
+        solution.time,
         (
-            Vector("position", ("position_n_m", "position_e_m", "position_d_m"), error.position_ned),
-            Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), error.velocity_ned),
-            Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), error.attitude),
+            Vector("position", ("position_n_m", "position_e_m", "position_d_m"), part("position_ned")),
+            Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), part("velocity_ned")),
+            Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), part("attitude")),
             Vector("defect", ("defect",), solution.defect[:, np.newaxis]),
         ),
     )

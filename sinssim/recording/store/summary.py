@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -32,9 +32,22 @@ def error_numbers(error: NavError) -> dict[str, float]:
         `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others are
         magnitudes.
     """
+    return error_numbers_of([error])
+
+
+def error_numbers_of(blocks: Iterable[NavError]) -> dict[str, float]:
+    """Return the error statistics of one solution, given block by block.
+
+    Args:
+        blocks: its errors, one block of rows after the other.
+
+    Returns:
+        As `error_numbers`.
+    """
     numbers = {}
-    found = (error.horizontal, error.height, error.speed, error.angle / units.ARCSEC)
-    for name, values in zip(_QUANTITIES, found, strict=True):
+    parts = zip(*((e.horizontal, e.height, e.speed, e.angle / units.ARCSEC) for e in blocks), strict=True)
+    for name, part in zip(_QUANTITIES, parts, strict=True):
+        values = part[0] if len(part) == 1 else np.concatenate(part)
         numbers[f"final_{name}"] = float(values[-1])
         numbers[f"rms_{name}"] = _rms(values)
         numbers[f"max_{name}"] = float(np.abs(values).max())

@@ -123,14 +123,14 @@ class GnssSection(AidingSensor):
                     antenna.height + error[:, 2],
                 )
             )
-            true = {"gnss-position bias": bias * _DOWN, **arm}
+            true = {"gnss-position bias": bias * _DOWN if bias.any() else np.zeros(3), **arm}
             readings.append(s.readings("gnss-position", "gnss-position", time, value, sigma, true, lever_arm=assumed))
         if s.velocity:
             sigma = (s.velocity_sigma_mps,) * 3
             bias = correlated(seed, "gnss velocity drift", s._velocity_drift, time, s.correlation_time_s)
             value = antenna.velocity_ned + drift * _DOWN + bias
             value += white(seed, "gnss velocity noise", sigma, len(time))
-            true = {"gnss-velocity bias": bias, **arm}
+            true = {"gnss-velocity bias": bias if bias.any() else np.zeros(3), **arm}
             readings.append(s.readings("gnss-velocity", "gnss-velocity", time, value, sigma, true, lever_arm=assumed))
         return readings
 

@@ -28,7 +28,7 @@ from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
 from sinssim.truth.block import block_state
 from sinssim.truth.motions.quadrature import integrate_samples
-from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
+from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, part_by_part, sample_edges
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 
@@ -150,7 +150,9 @@ class OnEarth:
 
     def state(self, t: ArrayLike) -> NavState:
         """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
-        instants = check_instants(t, self.start, self.end)
+        return part_by_part(self._state, check_instants(t, self.start, self.end))
+
+    def _state(self, instants: Array) -> NavState:
         time, shape = np.atleast_1d(instants), instants.shape
         position, velocity, _ = self.motion.place(time)
         return block_state(

@@ -25,7 +25,7 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.truth.block import block_state
-from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
+from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, part_by_part, sample_edges
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 # Harmonics of |dr/du| over half a turn: they fall by e²/4 each, and 16 points resolve seven of them.
@@ -200,7 +200,9 @@ class GreatCircle:
 
     def state(self, t: ArrayLike) -> NavState:
         """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
-        instants = check_instants(t, self.start, self.end)
+        return part_by_part(self._state, check_instants(t, self.start, self.end))
+
+    def _state(self, instants: Array) -> NavState:
         motion = self._motion(np.atleast_1d(instants))
         half = 0.5 * motion.angle
         zero = np.zeros_like(half)

@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from sinssim.errors import InputError, RunError
 from sinssim.estimation import state_errors
 from sinssim.estimation.checks.consistency import nees
+from sinssim.estimation.from_scenario import truth_comparison
 from sinssim.estimation.from_scenario.aided_run import aid_run
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma, states
@@ -144,7 +145,7 @@ def test_errors_of_aiding_sensors_become_states():
 # The truth beside it
 
 
-def test_true_parameters_are_this_runs_errors():
+def test_true_parameters_are_this_runs_errors(monkeypatch):
     s = scenario(
         seed=4,
         imu={"grade": "mems-industrial", "rate_hz": 50.0},
@@ -166,6 +167,11 @@ def test_true_parameters_are_this_runs_errors():
     np.testing.assert_allclose(result.state_errors[:, :9], expected[:, :9], rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(result.state_errors_at(np.array([3, 5])), result.state_errors[[3, 5]])
     np.testing.assert_array_equal(result.block_error("baro bias")[:, 0], result.state_errors[:, -1])
+    monkeypatch.setattr(truth_comparison, "BLOCK", 100)
+    whole = result.error
+    np.testing.assert_array_equal(np.concatenate([e.attitude for e in result.error_blocks()]), whole.attitude)
+    rows = np.array([-1, 3, 250, 99, 100])
+    np.testing.assert_array_equal(result.error_at(rows).position_ned, whole.position_ned[rows])
     assert found.model.blocks[-1].name == "baro bias"
     # the true instability is the emulator's: one more block with nothing but that drift differs by its integral
     quiet = s.model_copy(update={"imu": s.imu.model_copy(update={"gyro_instability_deg_h": 0.0})})

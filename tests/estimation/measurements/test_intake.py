@@ -70,7 +70,7 @@ def test_single_readings_that_cannot_be_used_say_why() -> None:
     m.value[3] = np.nan
     m.value[4] = np.inf
     (readings,), _ = take_in([m], MODEL, IMU_TIME, 10.0)
-    assert readings.reason == [
+    assert list(readings.reason) == [
         "valid before the inertial data begin",
         "",
         "a second reading at the same instant",
@@ -187,4 +187,4 @@ def test_a_sensors_block_needs_its_sensor_and_its_size() -> None:
 
 def test_a_place_that_is_none_is_left_out() -> None:
     (readings,), _ = take_in([replace(PLACE, value=np.full((2, 3), 50.0))], MODEL, IMU_TIME, 10.0)
-    assert readings.reason == ["a latitude beyond a pole (radians are expected)"] * 2
+    assert list(readings.reason) == ["a latitude beyond a pole (radians are expected)"] * 2

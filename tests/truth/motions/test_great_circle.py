@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import InputError
+from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.truth import sample_times
 from sinssim.truth.motions.great_circle import GreatCircle
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef
@@ -36,6 +38,19 @@ def test_constant_height_and_speed(flight: GreatCircle) -> None:
     assert np.abs(s.height - H).max() < 5e-9
     assert np.abs(np.linalg.norm(s.velocity_ned, axis=1) - V).max() < 1e-12
     assert np.abs(s.velocity_ned[:, 2]).max() < 1e-10
+
+
+def test_the_bits_of_a_state_do_not_depend_on_how_many_are_asked_for(
+    flight: GreatCircle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    t, arm = np.linspace(0.0, 1800.0, 1001), (1.0, 2.0, 3.0)
+    whole = flight.state(t), state_at(flight, t, arm)
+    monkeypatch.setattr(sample_times, "_PART", 100)
+    for before, now in zip(whole, (flight.state(t), state_at(flight, t, arm)), strict=True):
+        for name, values in vars(now).items():
+            np.testing.assert_array_equal(values, getattr(before, name))
+    single = flight.state(t[517])
+    assert (single.latitude, single.height) == (whole[0].latitude[517], whole[0].height[517])
 
 
 def test_starts_where_it_was_told(flight: GreatCircle, request: pytest.FixtureRequest) -> None:

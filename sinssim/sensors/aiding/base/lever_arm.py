@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.truth.block import block_state
+from sinssim.truth.sample_times import part_by_part
 from sinssim.truth.trajectory import Trajectory
 
 
@@ -46,10 +47,14 @@ def state_at(trajectory: Trajectory, time: Array, lever_arm: ArrayLike) -> NavSt
     Raises:
         InputError: an instant outside the trajectory.
     """
-    state = trajectory.state(time)
     arm = np.asarray(lever_arm, dtype=np.float64)
     if not arm.any():
-        return state
+        return trajectory.state(time)
+    return part_by_part(lambda part: _on_the_arm(trajectory, part, arm), time)
+
+
+def _on_the_arm(trajectory: Trajectory, time: Array, arm: Array) -> NavState:
+    state = trajectory.state(time)
     q_en = earth.q_en(state.latitude, state.longitude)
     q_eb = rotation.multiply(q_en, state.q_nb)
     position = earth.geodetic_to_ecef(state.latitude, state.longitude, state.height, trajectory.ellipsoid)

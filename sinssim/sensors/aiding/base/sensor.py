@@ -174,9 +174,14 @@ class AidingSensor(Section):
         kept = ~within(time, self.outages_s)
         if valid is not None:
             kept &= valid
-        sigmas = np.tile(np.asarray(sigma, dtype=np.float64), (int(np.count_nonzero(kept)), 1))
-        instant, arm = time[kept], np.asarray(lever_arm, dtype=np.float64)
-        given = Measurements(kind, instant - lag, instant + self.latency_s, value[kept], sigmas, arm, label)
+        instant = time
+        if not kept.all():
+            instant, value = time[kept], value[kept]
+        told = np.asarray(sigma, dtype=np.float64)
+        sigmas = np.broadcast_to(told, (len(instant), len(told)))  # one row for all readings
+        valid_at = instant - lag if lag else instant
+        arrival = instant + self.latency_s if self.latency_s else instant
+        given = Measurements(kind, valid_at, arrival, value, sigmas, np.asarray(lever_arm, dtype=np.float64), label)
         return AidingReadings(given, time, parameters)
 
 
