@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.rotation import cross_k
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
-from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, transport_k, turned_k
+from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, into_w_k, transport_k, turned_k
 from sinssim.strapdown.increments.coning_sculling import logarithm_k
 
 
@@ -22,6 +22,15 @@ def test_a_vector_seen_from_axes_that_turn(kernel, order) -> None:
         expected = Rotation.from_rotvec(r).apply(x, inverse=True)
         left_out = np.linalg.norm(r) ** order / np.prod(np.arange(1, order + 1)) * np.linalg.norm(x)
         assert np.linalg.norm(np.array(kernel(*r, *x) if order == 4 else kernel(*x, *r)) - expected) < 1.01 * left_out
+
+
+def test_an_earth_fixed_vector_in_the_frames_axes() -> None:
+    rng = np.random.default_rng(4)
+    for q, v in zip(
+        Rotation.random(20, random_state=4).as_quat(scalar_first=True), rng.normal(size=(20, 3)), strict=True
+    ):
+        expected = Rotation.from_quat(q, scalar_first=True).apply(v, inverse=True)
+        np.testing.assert_allclose(into_w_k(*q, *v), expected, rtol=0, atol=2e-15)
 
 
 def test_the_transverse_frame_turns_with_the_pole_of_its_route() -> None:
