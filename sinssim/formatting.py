@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 
-def number(value: float, digits: int = 3) -> str:
+def number_text(value: float, digits: int = 3) -> str:
     """Write a number with a few significant digits.
 
     Args:
@@ -35,7 +35,7 @@ def signed(value: float, digits: int = 3) -> str:
     Returns:
         "−0.0123".
     """
-    return ("−" if value < 0.0 else "") + number(abs(value), digits)
+    return ("−" if value < 0.0 else "") + number_text(abs(value), digits)
 
 
 def capital(sentence: str) -> str:

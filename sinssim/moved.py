@@ -1,11 +1,11 @@
-"""Former names of modules: importing one still works, with a warning that names the module to import instead."""
+"""Former names of modules and of names in them: they still work, with a warning that says what to use instead."""
 
 from __future__ import annotations
 
 import importlib
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
@@ -23,12 +23,12 @@ MOVED = {
     "estimation.consistency": "estimation.checks.consistency",
     "estimation.health": "estimation.checks.divergence_checks",
     "estimation.in_motion": "estimation.initial_alignment.in_motion",
-    "estimation.intake": "estimation.measurements.intake",
+    "estimation.measurements.intake": "estimation.intake",
     "estimation.observability": "estimation.checks.observability",
     "estimation.alignment_in_motion": "estimation.initial_alignment.in_motion",
     "estimation.filter_start": "estimation.initial_alignment.start",
     "estimation.filter_states": "estimation.from_scenario.filter_states",
-    "estimation.measurements_in": "estimation.measurements.intake",
+    "estimation.measurements_in": "estimation.intake",
     "estimation.memory": "estimation.from_scenario.memory",
     "estimation.scenario_filter": "estimation.from_scenario.aided_run estimation.from_scenario.truth_comparison "
     "estimation.from_scenario.filter_model",
@@ -194,6 +194,28 @@ class _Finder(MetaPathFinder):
         if homes is None:
             return None
         return ModuleSpec(fullname, _Moved([f"sinssim.{home}" for home in homes.split()]))
+
+
+def former_names(module: str, now: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return the `__getattr__` of a module in which names have changed: a former one still works, with a warning.
+
+    Args:
+        module: full name of the module.
+        now: new names by former name.
+
+    Returns:
+        The function.
+    """
+
+    def find(name: str) -> Any:
+        if name not in now:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        warnings.warn(
+            f"{module}.{name} is now {now[name]}; the former name will go away.", DeprecationWarning, stacklevel=2
+        )
+        return getattr(sys.modules[module], now[name])
+
+    return find
 
 
 def install() -> None:

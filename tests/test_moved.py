@@ -35,3 +35,13 @@ def test_a_divided_module_serves_names_of_every_part() -> None:
     assert "level" in former.FRAMES
     assert "quaternion" in former.ALGORITHMS
     del sys.modules["sinssim.names"]
+
+
+def test_a_former_name_in_a_module_warns_and_serves() -> None:
+    from sinssim import simulation
+
+    with pytest.warns(DeprecationWarning, match=r"initial_state is now initial_state_with_errors"):
+        former = simulation.initial_state
+    assert former is simulation.initial_state_with_errors
+    with pytest.raises(AttributeError, match=r"no attribute 'initial_stat'"):
+        _ = importlib.import_module("sinssim.simulation.initial_error").initial_stat

@@ -31,7 +31,7 @@ from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError, check_name
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.error_validation import check_sigmas
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift, stated, warm_up
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift_of, stated, warm_up
 from sinssim.sensors.imu.terms import TERMS, non_linearity, of_triad
 from sinssim.sensors.noise import flicker
 
@@ -123,7 +123,7 @@ def expected_errors(section: ImuSection) -> Expected:
     def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
         return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
 
-    return Expected(replace(block(mean), null_shift=null_shift(section)), block(sigma))
+    return Expected(replace(block(mean), null_shift=null_shift_of(section)), block(sigma))
 
 
 def reading_errors(

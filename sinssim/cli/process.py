@@ -11,7 +11,7 @@ import typer
 
 from sinssim.cli.app import app
 from sinssim.cli.options import traceback_wanted, want_traceback
-from sinssim.cli.terminal import notes
+from sinssim.cli.terminal import notes_of
 from sinssim.errors import SinssimError
 from sinssim.system.encoding import standard_streams
 from sinssim.system.signals import interruptible
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except SinssimError as error:
         if traceback_wanted():
             raise
-        _fail(f"{error} {notes(error)}".rstrip(), error.exit_code)
+        _fail(f"{error} {notes_of(error)}".rstrip(), error.exit_code)
     except MemoryError as error:
         if traceback_wanted():
             raise
@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _interrupted(interrupt: BaseException) -> NoReturn:
-    print(f"Interrupted. {notes(interrupt)}".rstrip(), file=sys.stderr)
+    print(f"Interrupted. {notes_of(interrupt)}".rstrip(), file=sys.stderr)
     sys.exit(130)
 
 

@@ -129,7 +129,7 @@ def program_name() -> str:
     return sys.argv[0] if Path(sys.argv[0]).name == "sinssim" else f"{Path(sys.executable).name} -m sinssim"
 
 
-def notes(error: BaseException) -> str:
+def notes_of(error: BaseException) -> str:
     """Return the notes that were added to an error on its way: what is left of the run, and where.
 
     Args:

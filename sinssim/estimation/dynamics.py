@@ -33,7 +33,7 @@ _LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of g
 
 
 @dataclass(frozen=True)
-class Motion:
+class NominalMotion:
     """The motion that F depends on, at K instants.
 
     Attributes:
@@ -157,7 +157,7 @@ def _reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
     return out
 
 
-def dynamics(model: ErrorModel, motion: Motion, gravity: str, ellipsoid: Ellipsoid) -> Array:
+def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: Ellipsoid) -> Array:
     """Return F of ẋ = F x + w.
 
     Args:

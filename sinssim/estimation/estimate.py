@@ -28,18 +28,18 @@ from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.branch import Branches
 from sinssim.estimation.checks.divergence_checks import Diverged, check_covariance, contradiction, remarks
 from sinssim.estimation.dynamics import CORE, PHI, driving_noise
+from sinssim.estimation.intake import CheckedMeasurements, take_in
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
-from sinssim.estimation.measurements.intake import CheckedMeasurements, take_in
 from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import NAVIGATION, ErrorModel
-from sinssim.estimation.nominal import Gyros, at, rows_of, solution_of
-from sinssim.estimation.record import InnovationGate, Record, Row
+from sinssim.estimation.nominal import MeanGyroRates, at, rows_of, solution_of
+from sinssim.estimation.record import HistoryRow, InnovationGate, Record
 from sinssim.estimation.result import Divergence, Estimate, corrected
 from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.strapdown import navigate
-from sinssim.strapdown.segments import Stretches
+from sinssim.strapdown.segments import Segments
 
 _SHORTEST, _OPEN = 1.0, 64.0
 """Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
@@ -104,7 +104,7 @@ def estimate(
         raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
     if not feedback_s > 0.0:
         raise InputError(f"feedback_s = {feedback_s} s must be positive.")
-    engine = Stretches(imu, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
+    engine = Segments(imu, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
     unaided = partial(navigate, imu, initial, algorithm=algorithm, gravity=gravity, ellipsoid=ellipsoid)
     failure = []
     try:
@@ -113,7 +113,7 @@ def estimate(
         failure = [f"The pure inertial solution failed: {error}"]
     readings, epochs = take_in(measurements, model, imu.time, rate_hz)
     around = Surroundings(
-        model, driving_noise(model), epochs, readings, Gyros(imu), gravity, ellipsoid_by_name(ellipsoid)
+        model, driving_noise(model), epochs, readings, MeanGyroRates(imu), gravity, ellipsoid_by_name(ellipsoid)
     )
     loops = _Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history, row_s)
     divergence = loops.run(initial, feedback_s if loop == "closed" else None)
@@ -188,7 +188,7 @@ class _Loop:
     def __init__(
         self,
         around: Surroundings,
-        engine: Stretches,
+        engine: Segments,
         covariance: Array,
         gate: float | None,
         history: bool,
@@ -385,7 +385,7 @@ class _Loop:
     def _keep(self, epoch: int, known: Array) -> None:
         row = None
         if self._history:
-            row = Row(
+            row = HistoryRow(
                 self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
                 self._decay, self._fed,
             )  # fmt: skip

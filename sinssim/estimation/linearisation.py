@@ -10,10 +10,10 @@ import numpy as np
 from sinssim.data import Array, Measurements, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import dynamics, transition
-from sinssim.estimation.measurements.intake import CheckedMeasurements, Epochs
+from sinssim.estimation.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.model import ErrorModel
-from sinssim.estimation.nominal import Gyros, at, motion, rows_of
+from sinssim.estimation.nominal import MeanGyroRates, at, motion, rows_of
 from sinssim.sensors.imu.errors import ImuErrors
 
 
@@ -79,7 +79,7 @@ class Surroundings:
     density: Array
     epochs: Epochs
     readings: list[CheckedMeasurements]
-    gyros: Gyros
+    gyros: MeanGyroRates
     gravity: str
     ellipsoid: Ellipsoid
 

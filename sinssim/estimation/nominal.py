@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import Motion, earth_rate, transport_rate
+from sinssim.estimation.dynamics import NominalMotion, earth_rate, transport_rate
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.errors import ImuErrors
 
@@ -74,7 +74,7 @@ def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid
     )
 
 
-class Gyros:
+class MeanGyroRates:
     """Mean rates of the body over any interval, from the measured increments.
 
     Args:
@@ -117,7 +117,7 @@ class Gyros:
 
 def motion(
     state: NavState, middle: NavState, interval: Array, rate_b: Array, gravity: str, ellipsoid: Ellipsoid
-) -> Motion:
+) -> NominalMotion:
     """Return the mean motion over the intervals between epochs.
 
     Args:
@@ -136,4 +136,4 @@ def motion(
     turning = 2.0 * earth_rate(lat, ellipsoid) + transport_rate(lat, h, v, ellipsoid)
     force = gained + np.cross(turning, v) - earth.gravity_ned(lat, h, gravity, ellipsoid)
     c_nb = rotation.dcm_from_quaternion(middle.q_nb)
-    return Motion(lat, h, v, c_nb, force, rate_b, np.einsum("kji,kj->ki", c_nb, force))
+    return NominalMotion(lat, h, v, c_nb, force, rate_b, np.einsum("kji,kj->ki", c_nb, force))

@@ -12,8 +12,8 @@ from scipy.stats import chi2
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import CORE
+from sinssim.estimation.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.kalman import Innovation
-from sinssim.estimation.measurements.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.estimation.nominal import rows_of, solution_of
 from sinssim.estimation.result import History, Innovations, Reasons, corrected
@@ -59,7 +59,7 @@ class InnovationGate:
 
 
 @dataclass
-class Row:
+class HistoryRow:
     """The filter at one epoch after all of its readings, late ones included; see `History`."""
 
     covariance: Array
@@ -128,7 +128,7 @@ class Record:
         self._stretch.append(x[:CORE].copy())
         self._sensors[epoch], self._variance[epoch] = x[CORE:], covariance.diagonal()
 
-    def keep(self, epoch: int, covariance: Array, row: Row | None) -> None:
+    def keep(self, epoch: int, covariance: Array, row: HistoryRow | None) -> None:
         """Keep the covariance at an epoch, and the row of the history."""
         if row is not None:
             if self._complete is self._covariance and row.covariance is not covariance:

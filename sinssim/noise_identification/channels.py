@@ -23,7 +23,7 @@ _STEADY = 0.01  # of an interval, by which times may be rounded
 
 
 @dataclass(frozen=True)
-class Channel:
+class LogChannel:
     """One channel of a log.
 
     Attributes:
@@ -44,8 +44,8 @@ class Channel:
         return self.name if self.triad is None else f"{self.name} ({_DIRECTIONS[self.axis]})"
 
 
-CHANNELS: tuple[Channel, ...] = tuple(
-    Channel(f"{triad}_{AXES[i]}", units, triad, i) for triad, units in UNITS.items() for i in range(3)
+CHANNELS: tuple[LogChannel, ...] = tuple(
+    LogChannel(f"{triad}_{AXES[i]}", units, triad, i) for triad, units in UNITS.items() for i in range(3)
 )
 """The channels of gyros and accelerometers, in the order in which they are shown."""
 
@@ -68,7 +68,7 @@ class Clock:
         return self.unevenness <= _STEADY
 
 
-def chosen_channels(names: Sequence[str]) -> list[Channel]:
+def chosen_channels(names: Sequence[str]) -> list[LogChannel]:
     """Return the channels of given names.
 
     Args:
@@ -85,7 +85,7 @@ def chosen_channels(names: Sequence[str]) -> list[Channel]:
     known = {channel.name: {channel.name} for channel in CHANNELS}
     known |= {triad: {channel.name for channel in CHANNELS if channel.triad == triad} for triad in UNITS}
     wanted: set[str] = set() if names else {channel.name for channel in CHANNELS}
-    others: dict[str, Channel] = {}
+    others: dict[str, LogChannel] = {}
     for name in names:
         if name in known:
             wanted |= known[name]
@@ -98,7 +98,7 @@ def chosen_channels(names: Sequence[str]) -> list[Channel]:
                 f"{unknown_name('channel', column, known)} Any other column is given with its unit, {column}=UNIT, for "
                 f"example {column}=hPa; 1 is the unit of a plain number."
             )
-        first = others.setdefault(column, Channel(column, units_of(unit))).units.rate[0]
+        first = others.setdefault(column, LogChannel(column, units_of(unit))).units.rate[0]
         if first != unit:
             raise InputError(f"the column {column!r} is named with two units, {first} and {unit}.")
     return [*(channel for channel in CHANNELS if channel.name in wanted), *others.values()]
@@ -165,7 +165,7 @@ def clock(samples: Samples, source: str) -> Clock:
     return Clock(interval, float(np.max(np.abs(steps - interval))) / interval)
 
 
-def even_increments(samples: Samples, channel: Channel, timing: Clock) -> Array:
+def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Array:
     """Return one channel's increments over equal intervals.
 
     A reading is taken to hold over the interval before its time. At uneven times the accumulated readings are taken at

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sinssim.noise_identification.likelihood import Likelihood
-from sinssim.noise_identification.terms import gauss_markov
+from sinssim.noise_identification.terms import gauss_markov_term
 
 PROBABILITY = 0.95
 """Of the confidence bands."""
@@ -36,7 +36,7 @@ def coefficient_bands(model: Likelihood, times: Sequence[float]) -> dict[str, tu
     limits: dict[str, tuple[float, float]] = {}
     inner = Likelihood(model.bands, model.terms[:-1], model.columns[:-1], model.weight) if len(times) > 1 else model
     for time in times or [0.0]:
-        other = inner.extended(gauss_markov(time)) if len(times) > 1 else model
+        other = inner.extended(gauss_markov_term(time)) if len(times) > 1 else model
         limit = LIMIT - 2.0 * (model.top - other.top)
         if limit <= 0.0:
             continue
@@ -143,7 +143,7 @@ def correlation_times(model: Likelihood, found: float) -> list[float]:
     inner = Likelihood(model.bands, model.terms[:-1], model.columns[:-1], model.weight)
 
     def outside(log_time: float) -> float:
-        return 2.0 * (model.top - inner.extended(gauss_markov(math.exp(log_time))).top) - LIMIT
+        return 2.0 * (model.top - inner.extended(gauss_markov_term(math.exp(log_time))).top) - LIMIT
 
     x = math.log(found)
     ends = []

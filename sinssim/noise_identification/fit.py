@@ -24,7 +24,14 @@ from sinssim.errors import InputError
 from sinssim.noise_identification.bands import Bands, rounding
 from sinssim.noise_identification.confidence import LIMIT, coefficient_bands, correlation_times, ramp_band
 from sinssim.noise_identification.likelihood import Likelihood
-from sinssim.noise_identification.terms import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, NoiseTerm, gauss_markov
+from sinssim.noise_identification.terms import (
+    FLICKER,
+    QUANTISATION,
+    RANDOM_WALK,
+    RATE_WALK,
+    NoiseTerm,
+    gauss_markov_term,
+)
 from sinssim.noise_identification.weights import Weighed, weigh
 
 FEWEST_SAMPLES = 256
@@ -39,7 +46,7 @@ _POSSIBLE = 5.0  # for which it is mentioned; without such a bias one record of 
 
 
 @dataclass(frozen=True)
-class Estimate:
+class TermEstimate:
     """One coefficient.
 
     Attributes:
@@ -71,7 +78,7 @@ class NoiseFit:
         possible: σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that the record hints at, but does not show.
     """
 
-    estimates: dict[str, Estimate]
+    estimates: dict[str, TermEstimate]
     likely: dict[str, float]
     correlation_time: float | None
     correlation_band: tuple[float, float] | None
@@ -88,7 +95,7 @@ class NoiseFit:
         """The noise terms with their most likely coefficients, the ramp left out."""
         terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
         if self.correlation_time is not None:
-            terms.append(gauss_markov(self.correlation_time))
+            terms.append(gauss_markov_term(self.correlation_time))
         return [(term, self.likely[term.symbol]) for term in terms]
 
     def allan_deviation(self, tau: Array, symbol: str | None = None) -> Array:
@@ -152,14 +159,14 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
     bands = Bands(increments - mean, interval, float(np.max(np.abs(increments))))
     terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
     if correlation_time is not None:
-        terms.append(gauss_markov(correlation_time))
+        terms.append(gauss_markov_term(correlation_time))
     fit = weigh(bands, terms)
     times = [] if correlation_time is None else [correlation_time]
     possible = None
     if correlation_time is None and not bands.rounded:
         time, sigma, gain = _search(fit.whole)
         if gain > _DETECTED:
-            other = weigh(bands, [*terms, gauss_markov(time)])
+            other = weigh(bands, [*terms, gauss_markov_term(time)])
             white = fit.model.index("N")
             # One that takes the white noise's place is no bias but the sensor's bandwidth.
             if white in _needed(other.model, ()) or white not in _needed(fit.model, ()):
@@ -186,7 +193,7 @@ def _search(model: Likelihood) -> tuple[float, float, float]:
     length = bands.count * bands.interval
 
     def gain(log_time: float) -> float:
-        return 2.0 * (model.extended(gauss_markov(math.exp(log_time))).top - model.top)
+        return 2.0 * (model.extended(gauss_markov_term(math.exp(log_time))).top - model.top)
 
     grid = np.linspace(math.log(_QUICKEST * bands.interval), math.log(0.5 * length), _TIMES)
     gains = [gain(x) for x in grid]
@@ -196,7 +203,7 @@ def _search(model: Likelihood) -> tuple[float, float, float]:
     around = (grid[i - 1], grid[min(i + 1, _TIMES - 1)])
     top = minimize_scalar(lambda x: -gain(x), bounds=around, method="bounded", options={"xatol": 1e-3})
     time = math.exp(top.x)
-    return time, math.sqrt(model.extended(gauss_markov(time)).best[-1]), -float(top.fun)
+    return time, math.sqrt(model.extended(gauss_markov_term(time)).best[-1]), -float(top.fun)
 
 
 def _needed(model: Likelihood, last: Sequence[str]) -> set[int]:
@@ -244,11 +251,11 @@ def _result(fit: Weighed, times: Sequence[float], mean: float, possible: tuple[f
         value = likely[term.symbol] if i in stay else None
         # The band is that of all terms, the value that of those which stay.
         estimates[term.symbol] = (
-            Estimate(None, low, high) if value is None else Estimate(value, min(low, value), max(high, value))
+            TermEstimate(None, low, high) if value is None else TermEstimate(value, min(low, value), max(high, value))
         )
     ramp, low, high = (bands.ramp + r for r in ramp_band(model))
     seen = low > 0.0 or high < 0.0
-    estimates["R"] = Estimate(ramp if seen else None, low, high)
+    estimates["R"] = TermEstimate(ramp if seen else None, low, high)
     likely["R"] = ramp if seen else 0.0
     return NoiseFit(
         estimates,

@@ -16,9 +16,9 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.noise_identification.allan import AllanDeviation, allan_deviation, confidence_band, degrees_of_freedom
-from sinssim.noise_identification.channels import Channel, chosen_channels, clock, even_increments, part
+from sinssim.noise_identification.channels import LogChannel, chosen_channels, clock, even_increments, part
 from sinssim.noise_identification.fit import NoiseFit, fit_noise, is_constant
-from sinssim.noise_identification.units import NAMES, SYMBOLS, Units, label, number
+from sinssim.noise_identification.units import NAMES, SYMBOLS, Units, four_digits, symbol_text
 from sinssim.sensors.log import SUFFIXES, Samples, read_samples, slow
 from sinssim.units import G0
 
@@ -42,7 +42,7 @@ class ChannelNoise:
             that is as far as noise goes.
     """
 
-    channel: Channel
+    channel: LogChannel
     deviation: AllanDeviation
     freedom: Array
     low: Array
@@ -79,14 +79,14 @@ class ChannelNoise:
         fit = self.fit
         if fit.exchangeable:
             yield (
-                f"{' and '.join(map(label, fit.exchangeable))} described the record best, but zero is in the band: "
-                "another term that is not seen could stand in."
+                f"{' and '.join(map(symbol_text, fit.exchangeable))} described the record best, but zero is in the "
+                "band: another term that is not seen could stand in."
             )
         if fit.possible is not None:
             sigma, time = fit.possible
             unit, size = self.units.rate
             yield (
-                f"A Gauss-Markov bias of σ_b = {number(sigma / size)} {unit} and τ_b = {time:.3g} s may be behind "
+                f"A Gauss-Markov bias of σ_b = {four_digits(sigma / size)} {unit} and τ_b = {time:.3g} s may be behind "
                 "this; the record does not decide. If it is known, give its --correlation-time."
             )
         pulse = math.sqrt(12.0) * fit.likely["Q"]

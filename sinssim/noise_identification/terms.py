@@ -9,7 +9,7 @@ Terms and coefficients are those of IEEE Std 952-2020, annex C (gyros; the accel
     | B       | bias instability, flicker    | (2 ln 2/π) B² = (0.664 B)²    | B²/(2πf)                                |
     | K       | rate random walk             | K²τ/3                         | K²/(2πf)²                               |
     | R       | rate ramp                    | R²τ²/2                        | – (not a noise)                         |
-    | sigma_b | first-order Gauss-Markov bias| see `gauss_markov`            | 2σ_b²τ_b/(1 + (2πfτ_b)²)                |
+    | sigma_b | first-order Gauss-Markov bias| see `gauss_markov_term`       | 2σ_b²τ_b/(1 + (2πfτ_b)²)                |
 
 A sensor's output is increments over intervals of length T. Their discrete cosine transform of type II parts them into
 coefficients that are as good as independent, at the frequencies f = k/(2nT), k = 1 … n-1: exactly so for N and for a
@@ -112,7 +112,7 @@ RATE_WALK = NoiseTerm(
 )
 
 
-def gauss_markov(correlation_time: float) -> NoiseTerm:
+def gauss_markov_term(correlation_time: float) -> NoiseTerm:
     """Return the term of a stationary first-order Gauss-Markov bias.
 
     Its Allan variance is σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4 exp(−τ/τ_b) + exp(−2τ/τ_b))] (IEEE Std 952, annex C,

@@ -106,7 +106,7 @@ def units_of(unit: str) -> Units:
     return Units((unit, 1.0), {symbol: (unit + power, 1.0) for symbol, power in terms.items()})
 
 
-def number(value: float) -> str:
+def four_digits(value: float) -> str:
     """Write a number with four significant digits, without an exponent for moderate sizes.
 
     Args:
@@ -122,7 +122,7 @@ def number(value: float) -> str:
     return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
 
 
-def label(symbol: str) -> str:
+def symbol_text(symbol: str) -> str:
     """Return a term's symbol as it is printed.
 
     Args:

@@ -81,7 +81,7 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
     return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1.0), step
 
 
-def label(value: float, step: float) -> str:
+def tick_label(value: float, step: float) -> str:
     """Write a tick's number with the digits that distinguish it from its neighbours.
 
     Args:

@@ -40,7 +40,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.error_propagation import Response, Schuler
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import null_shift, stated, warm_up
+from sinssim.sensors.imu.errors import null_shift_of, stated, warm_up
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.sensors.noise import flicker
 from sinssim.units import DEG, DEG_H, G0
@@ -120,7 +120,7 @@ class Expectation:
     def drawn(self) -> bool:
         """Whether every error is drawn or a noise, none fixed by the scenario."""
         fixed = (stated(self.section, term)[0] for term in TERMS if term.drawn)
-        return null_shift(self.section) is None and not any(np.any(value) for value in fixed)
+        return null_shift_of(self.section) is None and not any(np.any(value) for value in fixed)
 
     @property
     def height(self) -> float:
@@ -184,7 +184,7 @@ def _term(term: ErrorTerm, si: float) -> Term:
 
 def _null_shift(section: ImuSection, t: Array) -> Array:
     """Return the null shift of laser gyros at instants, (N,) rad/s."""
-    shift = null_shift(section)
+    shift = null_shift_of(section)
     return np.zeros_like(t) if shift is None else shift.bias(warm_up(section).temperature(t))
 
 

@@ -8,11 +8,11 @@ from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
     from sinssim.simulation.execute import run
-    from sinssim.simulation.initial_error import initial_state
+    from sinssim.simulation.initial_error import initial_state_with_errors
     from sinssim.simulation.result import Run, RunResult
     from sinssim.simulation.stages import STAGES
 
-__all__ = ["STAGES", "Run", "RunResult", "initial_state", "run"]
+__all__ = ["STAGES", "Run", "RunResult", "initial_state_with_errors", "run"]
 
 __getattr__, __dir__ = on_first_use(
     __name__,
@@ -20,7 +20,8 @@ __getattr__, __dir__ = on_first_use(
         "STAGES": "sinssim.simulation.stages",
         "Run": "sinssim.simulation.result",
         "RunResult": "sinssim.simulation.result",
-        "initial_state": "sinssim.simulation.initial_error",
+        "initial_state": "sinssim.simulation.initial_error",  # the former name
+        "initial_state_with_errors": "sinssim.simulation.initial_error",
         "run": "sinssim.simulation.execute",
     },
 )

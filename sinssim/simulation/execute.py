@@ -33,7 +33,7 @@ from sinssim.scenario.duration import check_times
 from sinssim.scenario.route import check_route, check_route_flown
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import Vehicle
-from sinssim.simulation.initial_error import initial_state
+from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Progress, Stages
 from sinssim.strapdown.nav_error import NavError
@@ -243,7 +243,9 @@ def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
     from sinssim.strapdown.measured_attitude import navigate_set
 
     section, trajectory, time = run.scenario.navigation, run.trajectory, run.compensated.time
-    initial = initial_state(trajectory.state(time[0]), section.initial_error, trajectory.ellipsoid, run.scenario.seed)
+    initial = initial_state_with_errors(
+        trajectory.state(time[0]), section.initial_error, trajectory.ellipsoid, run.scenario.seed
+    )
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
     vertical = "free" if height is None else section.vertical
 
@@ -285,7 +287,7 @@ def _aid(run: Run) -> Aided:
 
     scenario, trajectory = run.scenario, run.trajectory
     start = trajectory.state(trajectory.start)
-    initial = initial_state(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
+    initial = initial_state_with_errors(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
     return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors)
 
 

@@ -10,12 +10,15 @@ from sinssim import rotation, units
 from sinssim.data import Array, NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.models import Ellipsoid
+from sinssim.moved import former_names
 
 if TYPE_CHECKING:
     from sinssim.scenario.sections.navigation import InitialErrorSection
 
 
-def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0) -> NavState:
+def initial_state_with_errors(
+    truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0
+) -> NavState:
     """Return the state that navigation starts from: the true one with errors added.
 
     Args:
@@ -55,3 +58,6 @@ def initial_state(truth: NavState, error: InitialErrorSection, ellipsoid: Ellips
         truth.velocity_ned + velocity,
         q_nb,
     )
+
+
+__getattr__ = former_names(__name__, {"initial_state": "initial_state_with_errors"})

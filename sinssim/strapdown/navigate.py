@@ -30,7 +30,7 @@ from sinssim.strapdown import three_rate
 from sinssim.strapdown.assemble import own_engine
 from sinssim.strapdown.attitude.singularity import singularity_events
 from sinssim.strapdown.files import frame_file
-from sinssim.strapdown.frames.problem import Problem, check_finite
+from sinssim.strapdown.frames.problem import Problem, check_solution
 from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, checked_channel, height_reference
 from sinssim.strapdown.increments.fit import is_uniform, weight_table
 
@@ -151,7 +151,7 @@ def navigate(
     else:
         in_frame.solve(problem, frame)
     in_frame.check(problem, frame)
-    check_finite(problem)
+    check_solution(problem)
     solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
     if algorithm != "euler":
         return solution

@@ -16,14 +16,14 @@ from sinssim.earth.kernels import parameters
 from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, check_name
 from sinssim.strapdown.frames import level
-from sinssim.strapdown.frames.problem import Problem, check_finite
+from sinssim.strapdown.frames.problem import Problem, check_solution
 from sinssim.strapdown.frames.vertical import FREE
 from sinssim.strapdown.increments.fit import WINDOW, is_uniform, weight_table
 
 _NO_REFERENCE = np.empty(0)
 
 
-class Stretches:
+class Segments:
     """Pure inertial navigation, free vertical channel, over any stretch of the data from any state.
 
     Args:
@@ -96,5 +96,5 @@ class Stretches:
         )  # fmt: skip
         level.solve(problem, "level")
         level.check(problem, "level", "A filter navigates in no other frame.")
-        check_finite(problem)
+        check_solution(problem)
         return NavSolution(time, latitude, longitude, height, velocity, q_nb, defect, self._algorithm)

@@ -12,10 +12,10 @@ from collections.abc import Callable
 import numpy as np
 
 from sinssim.algorithms import family
-from sinssim.formatting import number
+from sinssim.formatting import number_text
 from sinssim.strapdown.coning_drift import drift, leading_term
 from sinssim.studies.motions import MotionFacts
-from sinssim.studies.results import Comparison, Row, Verdict
+from sinssim.studies.results import Row, StudyResult, Verdict
 from sinssim.studies.schema import CLAIMS
 from sinssim.units import ARCSEC
 
@@ -51,7 +51,7 @@ _FAMILIES = {
 Outcome = tuple[str, str, tuple[str, ...], dict[str, float]]
 
 
-def decide(comparison: Comparison) -> list[Verdict]:
+def decide(comparison: StudyResult) -> list[Verdict]:
     """Decide the claims that a study's parts have the numbers for.
 
     Args:
@@ -341,13 +341,13 @@ def _gyro_free(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         arm = row.variant.removeprefix(_GYRO_FREE)
         name = f"{row.motion}, {row.sensors}, arms of {arm}"
         numbers[f"{name}, m"] = row.final_horizontal_error_m
-        text = f"{name}: {number(row.final_horizontal_error_m)} m after {row.duration_s:g} s"
+        text = f"{name}: {number_text(row.final_horizontal_error_m)} m after {row.duration_s:g} s"
         if row.max_attitude_error_arcsec < SMALL_TILT_DEG * 3600.0:
             powers.append(0.5 * ((row.final_horizontal_error_m / row.rms_horizontal_error_m) ** 2 - 1.0))
             numbers[f"{name}, power of time"] = powers[-1]
             text += f", power {powers[-1]:.2f}"
         else:
-            text += f", tilted by up to {number(row.max_attitude_error_arcsec / 3600.0)}°"
+            text += f", tilted by up to {number_text(row.max_attitude_error_arcsec / 3600.0)}°"
         said.append(text)
     if not powers:
         return _undecided(f"a block of six accelerometers with errors, tilted by less than {SMALL_TILT_DEG:g}°")

@@ -19,7 +19,7 @@ from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import check_three_rates
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.studies import cost, motions
-from sinssim.studies.results import Case, Comparison, History, Row, fit_orders
+from sinssim.studies.results import Case, ErrorGrowth, Row, StudyResult, fit_orders
 from sinssim.studies.schema import Part, Study, StudyMotion, with_set
 from sinssim.system.memory import machine_memory
 from sinssim.system.threads import thread_pool
@@ -53,7 +53,7 @@ def compare(
     limit_minutes: float = LIMIT_MINUTES,
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
-) -> Comparison:
+) -> StudyResult:
     """Run a study, decide its claims, and write its report.
 
     A study that is interrupted or fails leaves a report of what was done; it never replaces one that was there.
@@ -78,7 +78,7 @@ def compare(
     if not limit_minutes >= 0.0:
         raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf is no limit.")
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
-    comparison = Comparison(study)
+    comparison = StudyResult(study)
     begin = time.perf_counter()
     told = progress or (lambda what, fraction: None)
     try:
@@ -108,12 +108,12 @@ def compare(
     return comparison
 
 
-def _navigations(comparison: Comparison) -> str:
+def _navigations(comparison: StudyResult) -> str:
     count = len(comparison.rows)
     return "1 navigation was" if count == 1 else f"{count} navigations were"
 
 
-def _finish(comparison: Comparison, folder: RunDirectory | None, beside: str = "") -> Path:
+def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and put the directory in its place."""
     from sinssim.studies.claims import decide
     from sinssim.studies.pick import picks
@@ -132,7 +132,7 @@ def _finish(comparison: Comparison, folder: RunDirectory | None, beside: str = "
         return folder.keep(beside=beside)
 
 
-def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
+def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
     study = comparison.study
     engines = list(dict.fromkeys((a, f) for part in study.parts for a in part.algorithms for f in part.frames))
     expected = {id(m): motions.expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
@@ -142,7 +142,7 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
             _check_length(part, motion, expected[id(motion)])
     for number, (algorithm, frame) in enumerate(engines):
         progress(f"Timing {algorithm}", 0.0)
-        comparison.costs[algorithm, frame] = cost.measure(algorithm, frame)
+        comparison.costs[algorithm, frame] = cost.measure_cost(algorithm, frame)
         progress(f"Timing {algorithm}", 0.02 * number / len(engines))
     flown: set[tuple[str | None, tuple[str, ...]]] = set()
     plan = []
@@ -158,7 +158,7 @@ def _run(comparison: Comparison, limit_minutes: float, progress: Progress, say: 
         expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
     )
     navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
-    text = f"{navigations} of {steps / 1e6:.3g} million samples, about {duration_words(total)}"
+    text = f"{navigations} of {steps / 1e6:.3g} million samples, about {rough_duration(total)}"
     if total > 60.0 * limit_minutes:
         raise InputError(
             f"the study {study.name} would take too long: {text}, more than the limit of "
@@ -242,7 +242,7 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple
     return seconds
 
 
-def duration_words(seconds: float) -> str:
+def rough_duration(seconds: float) -> str:
     """Return a duration as a person says it.
 
     Args:
@@ -256,7 +256,7 @@ def duration_words(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
-def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
+def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
     from sinssim.sensors.sets.reading import read
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
@@ -296,7 +296,9 @@ def _run_block(comparison: Comparison, block: _Block, pool: ThreadPoolExecutor, 
     comparison.rows.sort(key=lambda row: order[row.part])
 
 
-def _as_they_come(futures: list[Future[tuple[Row, History | None]]]) -> Iterator[Future[tuple[Row, History | None]]]:
+def _as_they_come(
+    futures: list[Future[tuple[Row, ErrorGrowth | None]]],
+) -> Iterator[Future[tuple[Row, ErrorGrowth | None]]]:
     """Yield futures in their order, as they are done; the wait wakes up often, so that Ctrl-C is heard."""
     for future in futures:
         while not future.done():
@@ -320,8 +322,8 @@ class _Truth:
 
 # Long: the row of a case has many numbers, each computed once.
 def _navigate(
-    case: Case, readings: Readings, part: Part, truth: _Truth, comparison: Comparison
-) -> tuple[Row, History | None]:
+    case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult
+) -> tuple[Row, ErrorGrowth | None]:
     """Run one case and compare it with the truth."""
     from sinssim.recording.store.summary import error_numbers
     from sinssim.strapdown.measured_attitude import navigate_set
@@ -380,4 +382,4 @@ def _navigate(
         message=" ".join(event.text for event in solution.events),
     )
     shown = np.unique(np.linspace(0, len(keep) - 1, min(len(keep), _KEPT)).round().astype(np.intp))
-    return row, History(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)
+    return row, ErrorGrowth(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)

@@ -53,7 +53,7 @@ def _data(samples: int) -> tuple[ImuData, NavState]:
     return trajectory.increments(100.0), trajectory.state(trajectory.start)
 
 
-def measure(algorithm: str, frame: str) -> Cost:
+def measure_cost(algorithm: str, frame: str) -> Cost:
     """Count and measure.
 
     Args:

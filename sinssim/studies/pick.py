@@ -11,15 +11,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sinssim.formatting import number
+from sinssim.formatting import number_text
 from sinssim.studies.naming import varying
-from sinssim.studies.results import Comparison, Pick, Row
+from sinssim.studies.results import Pick, Row, StudyResult
 from sinssim.studies.schema import Part
 from sinssim.units import NAUTICAL_MILE
 
-MILES_PER_HOUR = 0.1
+ALLOWED_MILES_PER_HOUR = 0.1
 """A tenth of what sensors of the 1 nmi/h grade cost."""
-ARCSEC = 18.0
+ALLOWED_ARCSEC = 18.0
 """The chapter's few tenths of a minute of arc: 0.3′."""
 HARDLY_WORSE = 1.1
 
@@ -51,7 +51,7 @@ class _Candidate:
         return max(row.max_attitude_error_arcsec for row in self.rows)
 
 
-def picks(comparison: Comparison) -> list[Pick]:
+def picks(comparison: StudyResult) -> list[Pick]:
     """Say which engine to pick in every part that compares some.
 
     Args:
@@ -125,10 +125,10 @@ def _candidates(rows: Sequence[Row]) -> list[_Candidate]:
         judged = []
         for row in own:
             metres, arcsec = least[row.motion]
-            allowed = MILES_PER_HOUR * NAUTICAL_MILE * row.duration_s / 3600.0
+            allowed = ALLOWED_MILES_PER_HOUR * NAUTICAL_MILE * row.duration_s / 3600.0
             judged += [
                 (row, " m", row.max_horizontal_error_m, metres, max(allowed, HARDLY_WORSE * metres)),
-                (row, "″", row.max_attitude_error_arcsec, arcsec, max(ARCSEC, HARDLY_WORSE * arcsec)),
+                (row, "″", row.max_attitude_error_arcsec, arcsec, max(ALLOWED_ARCSEC, HARDLY_WORSE * arcsec)),
             ]
         row, unit, error, _, allowed = max(judged, key=lambda one: one[2] / one[4])
         words = " · ".join([str(getattr(own[0], name)) for name in dimensions] or [own[0].algorithm])
@@ -149,12 +149,13 @@ def _reason(
 ) -> str:
     def said(one: _Candidate) -> str:
         return (
-            f"{number(one.horizontal)} m and {number(one.attitude)}″ at most, {number(one.cost[0])} µs of processor "
-            "time per second of motion"
+            f"{number_text(one.horizontal)} m and {number_text(one.attitude)}″ at most, {number_text(one.cost[0])} µs "
+            "of processor time per second of motion"
         )
 
     text = f"{chosen.name}: {said(chosen)}."
-    bars = f"{MILES_PER_HOUR:g} nmi/h and {ARCSEC / 60.0:g}′, or within 10 % of the least error, on every motion"
+    allowed = f"{ALLOWED_MILES_PER_HOUR:g} nmi/h and {ALLOWED_ARCSEC / 60.0:g}′"
+    bars = f"{allowed}, or within 10 % of the least error, on every motion"
     if not enough:
         return f"{text} It has the least errors; none of {len(candidates)} stays below {bars}."
     text += f" {len(enough)} of {len(candidates)} stay below {bars}; of these it computes least."
@@ -163,7 +164,7 @@ def _reason(
         out = min(cheaper, key=lambda one: one.excess)
         row, unit = out.worst
         error = row.max_horizontal_error_m if unit == " m" else row.max_attitude_error_arcsec
-        text += f" Cheaper, but {number(error)}{unit} off on {row.motion}: {out.name}."
+        text += f" Cheaper, but {number_text(error)}{unit} off on {row.motion}: {out.name}."
     if best is not chosen:
         text += f" The least errors has {best.name}: {said(best)}."
     return text

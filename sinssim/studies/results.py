@@ -91,7 +91,7 @@ class Row(Case):
 
 
 @dataclass(frozen=True)
-class History:
+class ErrorGrowth:
     """How the errors of a case grew.
 
     Attributes:
@@ -176,7 +176,7 @@ class Pick:
 
 
 @dataclass
-class Comparison:
+class StudyResult:
     """A study and what it found out, as far as it got.
 
     Attributes:
@@ -196,14 +196,14 @@ class Comparison:
     status: str = "finished"
     seconds: float = 0.0
     rows: list[Row] = field(default_factory=list)
-    histories: dict[Case, History] = field(default_factory=dict)
+    histories: dict[Case, ErrorGrowth] = field(default_factory=dict)
     motions: dict[tuple[str, str], MotionFacts] = field(default_factory=dict)
     costs: dict[tuple[str, str], Cost] = field(default_factory=dict)
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
     picks: list[Pick] = field(default_factory=list)
 
-    def history(self, row: Row) -> History:
+    def history(self, row: Row) -> ErrorGrowth:
         """Return how the errors of a case grew.
 
         Args:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sinssim.scenario.schema import Scenario
     from sinssim.scenario.sections.motion import MotionSection, VibrationSection
     from sinssim.section import Vector3
-    from sinssim.truth.motions.analytic import Motion
+    from sinssim.truth.motions.analytic import AnalyticMotion
     from sinssim.truth.motions.vibration import Tone
     from sinssim.truth.trajectory import Trajectory
 
@@ -140,7 +140,7 @@ def _source(
     )
 
 
-def _analytic(section: MotionSection) -> Motion:
+def _analytic(section: MotionSection) -> AnalyticMotion:
     """Return the motion in closed form that a [motion] table describes."""
     from sinssim.scenario.sections import motion as sections
     from sinssim.truth.motions.coning import SpinCone, classical_cone

@@ -12,7 +12,7 @@ from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.dynamics import Motion, driving_noise, dynamics, transition
+from sinssim.estimation.dynamics import NominalMotion, driving_noise, dynamics, transition
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.strapdown import navigate
@@ -111,7 +111,7 @@ def test_f_is_the_engines(gravity: str, ellipsoid: str, seed: int) -> None:
     rate, force = rng.uniform(-0.1, 0.1, 3), rng.uniform(-15.0, 15.0, 3)
     found = engine_f(start, rate, force, gravity, ellipsoid)
     c_nb = rotation.dcm_from_quaternion(q)
-    motion = Motion(
+    motion = NominalMotion(
         start.latitude[None], start.height[None], start.velocity_ned[None], c_nb[None], (c_nb @ force)[None],
         rate[None], force[None],
     )  # fmt: skip
@@ -127,7 +127,7 @@ def test_f_is_the_engines(gravity: str, ellipsoid: str, seed: int) -> None:
 
 def test_every_kind_of_gravity_has_its_own_gradient() -> None:
     state = (np.array([0.8]), np.array([9000.0]), np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 3)))
-    motion = Motion(*state, rate_b=np.zeros((1, 3)), force_b=np.zeros((1, 3)))
+    motion = NominalMotion(*state, rate_b=np.zeros((1, 3)), force_b=np.zeros((1, 3)))
     gradients = {name: dynamics(ALL, motion, name, ELLIPSOIDS["wgs84"])[0, 5, 2] for name in earth.GRAVITY_MODELS}
     # −2g/a of the chapter's simplest series exactly; all others differ from it by some of e² and h/a
     assert gradients["order-1e-2"] == pytest.approx(-(-2.0 * 9.7803253359 / 6378137.0), rel=1e-9)
@@ -149,12 +149,12 @@ MODEL = ErrorModel(
 )
 
 
-def flight(count: int) -> Motion:
+def flight(count: int) -> NominalMotion:
     rng = np.random.default_rng(9)
     q = rotation.normalize(rng.standard_normal((count, 4)))
     c_nb, force = rotation.dcm_from_quaternion(q), rng.uniform(-30.0, 30.0, (count, 3))
     velocity = rng.uniform(-300.0, 300.0, (count, 3))
-    return Motion(
+    return NominalMotion(
         rng.uniform(-1.2, 1.2, count), rng.uniform(0.0, 12000.0, count), velocity, c_nb,
         np.einsum("kij,kj->ki", c_nb, force), rng.uniform(-1.0, 1.0, (count, 3)), force,
     )  # fmt: skip

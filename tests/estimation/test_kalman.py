@@ -10,8 +10,8 @@ from sinssim import rotation
 from sinssim.data import Array, Measurements
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
+from sinssim.estimation.intake import CheckedMeasurements
 from sinssim.estimation.kalman import ErrorFilter
-from sinssim.estimation.measurements.intake import CheckedMeasurements
 from sinssim.estimation.record import InnovationGate
 from sinssim.estimation.result import Reasons
 from sinssim.sensors import ImuErrors, TriadErrors

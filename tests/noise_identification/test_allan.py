@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import quad
 
 from sinssim.noise_identification.allan import allan_deviation, averaging_samples, confidence_band, degrees_of_freedom
-from sinssim.noise_identification.terms import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, gauss_markov
+from sinssim.noise_identification.terms import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, gauss_markov_term
 from tests.oracles import allan, noise
 
-TERMS = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK, gauss_markov(30.0)]
+TERMS = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK, gauss_markov_term(30.0)]
 
 
 def test_published_numbers():

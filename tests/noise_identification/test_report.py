@@ -18,7 +18,7 @@ from sinssim.cli.process import main
 from sinssim.errors import InputError
 from sinssim.noise_identification.channels import CHANNELS, chosen_channels, clock, even_increments
 from sinssim.noise_identification.report import noise_report
-from sinssim.noise_identification.units import number
+from sinssim.noise_identification.units import four_digits
 from sinssim.recording.figures.noise import noise_figure
 from sinssim.recording.rerun.noise import record_noise
 from sinssim.sensors.log import Samples
@@ -238,7 +238,7 @@ def test_progress_goes_from_reading_to_the_end(log):
     [(0.15, "0.1500"), (1234.0, "1234"), (0.0, "0"), (-98.7654, "-98.77"), (2.1e-7, "2.100e-07"), (3e8, "3.000e+08")],
 )
 def test_four_digits(value, text):
-    assert number(value) == text
+    assert four_digits(value) == text
 
 
 # The command

@@ -14,7 +14,7 @@ from sinssim.noise_identification.terms import (
     RANDOM_WALK,
     RATE_WALK,
     end_effects,
-    gauss_markov,
+    gauss_markov_term,
     ramp_coefficients,
 )
 
@@ -83,7 +83,7 @@ def test_gauss_markov_with_its_ends(correlation_time):
     decay = np.exp(-T / correlation_time)
     lags += [lags[2] * decay ** (j - 2) for j in range(3, N)]
     found = transformed(toeplitz(lags))[1:, 1:]
-    term = gauss_markov(correlation_time)
+    term = gauss_markov_term(correlation_time)
     # at the longest time what is left of the record is 3e-6 of its covariance
     rtol = 2e-3 if correlation_time > 1.0 else 0.02
     np.testing.assert_allclose(np.diag(found)[:60], term.power(K, N, T)[:60], rtol=rtol)
@@ -91,14 +91,14 @@ def test_gauss_markov_with_its_ends(correlation_time):
 
 
 def test_gauss_markov_between_walk_and_white_noise():
-    long, short = gauss_markov(1e7), gauss_markov(1e-3)
+    long, short = gauss_markov_term(1e7), gauss_markov_term(1e-3)
     k = np.array([5.0, 100.0, 290.0])
     # σ_b √(2/τ_b) far below, σ_b √(2τ_b) far above
     np.testing.assert_allclose(long.power(k, N, T), 2.0 / 1e7 * RATE_WALK.power(k, N, T), rtol=1e-4)
     np.testing.assert_allclose(short.power(k, N, T), 2e-3 * RANDOM_WALK.power(k, N, T), rtol=1e-2)
     # both sides of the switch to a series
     for tau_b in (1000.0, 40.0):
-        below, above = gauss_markov(tau_b * (1 - 1e-9)), gauss_markov(tau_b * (1 + 1e-9))
+        below, above = gauss_markov_term(tau_b * (1 - 1e-9)), gauss_markov_term(tau_b * (1 + 1e-9))
         np.testing.assert_allclose(below.power(k, N, tau_b * 0.01), above.power(k, N, tau_b * 0.01), rtol=1e-6)
         tau = np.array([1e-3 * tau_b])
         np.testing.assert_allclose(below.allan_variance(tau), above.allan_variance(tau), rtol=1e-6)

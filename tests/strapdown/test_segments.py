@@ -11,7 +11,7 @@ from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
-from sinssim.strapdown.segments import Stretches
+from sinssim.strapdown.segments import Segments
 from tests.oracles.s_turn import STurn
 
 FLIGHT = STurn(duration=60.0, period=7.0)
@@ -37,7 +37,7 @@ def flown(unequal: bool = False) -> tuple[ImuData, NavState]:
 def test_a_run_cut_anywhere_is_the_run_in_one_go(algorithm: str, unequal: bool) -> None:
     imu, state = flown(unequal)
     whole = navigate(imu, state, algorithm=algorithm, gravity="somigliana")
-    engine = Stretches(imu, algorithm=algorithm, gravity="somigliana")
+    engine = Segments(imu, algorithm=algorithm, gravity="somigliana")
     # lengths of one sample and of two, at both ends and in the middle, are where a fit could run out of neighbours
     end = len(imu)
     for first, last in itertools.pairwise([0, 1, 2, 5, 6, 100, 101, 103, 700, 701, end - 10, end - 3, end - 1, end]):
@@ -55,12 +55,12 @@ def test_a_run_cut_anywhere_is_the_run_in_one_go(algorithm: str, unequal: bool) 
 def test_refused() -> None:
     imu, state = flown()
     with pytest.raises(InputError, match="several samples at once"):
-        Stretches(imu, algorithm="rotation-vector-3")
+        Segments(imu, algorithm="rotation-vector-3")
     with pytest.raises(InputError, match="equal sampling intervals"):
-        Stretches(flown(unequal=True)[0], algorithm="rotation-vector-1p")
+        Segments(flown(unequal=True)[0], algorithm="rotation-vector-1p")
     with pytest.raises(InputError, match="unknown algorithm"):
-        Stretches(imu, algorithm="quaternio")
-    engine = Stretches(imu)
+        Segments(imu, algorithm="quaternio")
+    engine = Segments(imu)
     _, samples = engine.samples(0, 10)
     polar = NavState(np.asarray(np.radians(89.95)), state.longitude, state.height, state.velocity_ned, state.q_nb)
     with pytest.raises(RunError, match="pole"):

@@ -10,7 +10,7 @@ import pytest
 from sinssim.strapdown.coning_drift import drift
 from sinssim.studies.claims import decide
 from sinssim.studies.motions import MotionFacts
-from sinssim.studies.results import Comparison, Row, Verdict
+from sinssim.studies.results import Row, StudyResult, Verdict
 from sinssim.studies.schema import CLAIMS, Study
 from sinssim.units import ARCSEC
 
@@ -31,7 +31,7 @@ def verdict(claim: str, *rows: Row, facts: MotionFacts = FACTS) -> Verdict:
         "motions": ({"name": "flight", "parked": {"latitude_deg": 0.0, "duration_s": 1.0}},),
     }  # fmt: skip
     study = Study.model_validate({"name": "s", "parts": (part,)})
-    comparison = Comparison(study, rows=list(rows), motions={(r.part, r.motion): facts for r in rows})
+    comparison = StudyResult(study, rows=list(rows), motions={(r.part, r.motion): facts for r in rows})
     (decided,) = decide(comparison)
     assert decided.claim == claim
     return decided

@@ -343,7 +343,7 @@ def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console
 
-    from sinssim.formatting import number
+    from sinssim.formatting import number_text
     from sinssim.recording.tables.study import show
 
     rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)
@@ -355,5 +355,5 @@ def test_the_console_table_cuts_no_number(capsys):
     assert "…" not in out
     assert "10 Hz" in out
     assert "400 Hz" in out
-    assert number(found.rows[0].max_attitude_error_arcsec, 2) in out
+    assert number_text(found.rows[0].max_attitude_error_arcsec, 2) in out
     assert max(map(len, out.splitlines())) <= 80

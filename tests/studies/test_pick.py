@@ -10,7 +10,7 @@ from rich.console import Console
 from sinssim.recording.tables.study import show
 from sinssim.studies.naming import one_draw
 from sinssim.studies.pick import picks
-from sinssim.studies.results import Comparison, Row
+from sinssim.studies.results import Row, StudyResult
 from sinssim.studies.schema import Study
 
 PARKED = {"name": "a", "parked": {"latitude_deg": 50.0, "duration_s": 3600.0}}
@@ -35,7 +35,7 @@ def row(motion: str, algorithm: str, metres: float, arcsec: float, rate: float =
 
 
 def picked(rows: list[Row], **more: Any) -> list[Any]:
-    return picks(Comparison(study(**more), rows=rows))
+    return picks(StudyResult(study(**more), rows=rows))
 
 
 def both(algorithm: str, a: tuple[float, float], b: tuple[float, float], **more: Any) -> list[Row]:
@@ -112,7 +112,7 @@ def test_sensors_on_one_draw_say_so() -> None:
     said = one_draw(several.parts[0], several)
     assert said.startswith("The sensors are compared on one draw of their errors (seed 7)")
     console = Console(record=True, width=400)
-    show(Comparison(several), console)
+    show(StudyResult(several), console)
     assert f"p: {said}" in console.export_text()
     ideal = study()
     assert one_draw(ideal.parts[0], ideal) == ""

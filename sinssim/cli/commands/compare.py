@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from sinssim.cli.options import Debug, Json, OutFolder, Quiet
-from sinssim.cli.terminal import console, notes, one_bar, print_json, program_name
+from sinssim.cli.terminal import console, notes_of, one_bar, print_json, program_name
 
 
 # Long, as every option is a parameter and the docstring is the help.
@@ -70,7 +70,7 @@ def command(
                 plan, directory, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
             )
     except KeyboardInterrupt as interrupt:
-        if not notes(interrupt):
+        if not notes_of(interrupt):
             interrupt.add_note("No navigation was finished yet.")
         raise
     if as_json:

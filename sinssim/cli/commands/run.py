@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sinssim.cli.options import Debug, Json, OutFolder, Quiet, ScenarioName, Settings
-from sinssim.cli.terminal import console, notes, print_json, program_name, stage_bars
+from sinssim.cli.terminal import console, notes_of, print_json, program_name, stage_bars
 
 
 def command(
@@ -51,7 +51,7 @@ def command(
         with stage_bars(show=not quiet) as progress:
             result = run(plan, directory, overwrite=overwrite, progress=progress)
     except KeyboardInterrupt as interrupt:
-        if not notes(interrupt):
+        if not notes_of(interrupt):
             interrupt.add_note("Nothing had been recorded yet.")
         raise
     if as_json:

@@ -29,7 +29,7 @@ from sinssim.checks import checked_increments
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError
-from sinssim.estimation.nominal import Gyros
+from sinssim.estimation.nominal import MeanGyroRates
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 
@@ -196,7 +196,7 @@ def _attitude(imu: ImuData, fixes: _Fixes) -> tuple[Array, Array, float]:
     alpha = np.stack([np.interp(fixes.time, imu.time, axis) for axis in pushed.T], axis=1)
     edges = _edges(imu, fixes)
     if fixes.arm.any():
-        alpha += rotation.rotate(q_b0b[edges], np.cross(Gyros(imu).at(fixes.time, ImuErrors()), fixes.arm))
+        alpha += rotation.rotate(q_b0b[edges], np.cross(MeanGyroRates(imu).at(fixes.time, ImuErrors()), fixes.arm))
     change = fixes.changes(alpha)
     best, distance = Rotation.align_vectors(fixes.changes(fixes.beta), change)
     q_ib = rotation.multiply(best.as_quat(scalar_first=True), q_b0b[edges[0]])
@@ -240,6 +240,6 @@ def _block(imu: ImuData, fixes: _Fixes, q_nb: Array, instant: float, ellipsoid: 
     antenna = earth.geodetic_to_ecef(place[0], place[1], place[2], ellipsoid)
     block = antenna - rotation.rotate(q_eb, fixes.arm) + (instant - fixes.time[0]) * rotation.rotate(q_en, speed)
     spin = rotation.rotate(rotation.conjugate(q_eb), np.array([0.0, 0.0, ellipsoid.omega]))
-    turning = Gyros(imu).at(fixes.time[:1], ImuErrors())[0] - spin
+    turning = MeanGyroRates(imu).at(fixes.time[:1], ImuErrors())[0] - spin
     velocity = speed - rotation.rotate(q_nb, np.cross(turning, fixes.arm))
     return NavState(*earth.ecef_to_geodetic(block, ellipsoid), velocity, q_nb)

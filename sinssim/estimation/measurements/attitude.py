@@ -14,7 +14,7 @@ from sinssim.estimation.dynamics import PHI, R
 from sinssim.estimation.measurements.kind import Comparison, MeasurementKind
 
 
-class Attitude(MeasurementKind):
+class LevelAttitude(MeasurementKind):
     """Attitude q_nb in the local level, scalar first; residual about the body's axes [rad]."""
 
     columns = ("q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z")
@@ -34,7 +34,7 @@ class Attitude(MeasurementKind):
         return rotation.multiply(value, rotation.quaternion_from_rotation_vector(-bias))
 
 
-class EarthAttitude(Attitude):
+class EarthAttitude(LevelAttitude):
     """Attitude q_eb relative to Earth-fixed axes, scalar first; residual about the body's axes [rad]."""
 
     columns = ("q_eb_w", "q_eb_x", "q_eb_y", "q_eb_z")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.noise_identification.report import ChannelNoise, NoiseReport
-from sinssim.noise_identification.units import number
+from sinssim.noise_identification.units import four_digits
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
 
@@ -66,7 +66,7 @@ def _draw(panel: Axes, channel: ChannelNoise) -> None:
             color=style.css(style.COLORS[symbol]),
             lw=style.THIN,
             ls=(0, (2, 2)),
-            label=f"{label} = {number(estimate.value / term_size)} {term_unit}",
+            label=f"{label} = {four_digits(estimate.value / term_size)} {term_unit}",
         )
     bottom, top = 0.4 * float(np.min(low)), 2.5 * float(np.max(deviation))
     if math.floor(math.log10(top)) <= math.ceil(math.log10(bottom)):  # fewer than two powers of ten would be labelled

@@ -13,7 +13,7 @@ from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.recording.style import COLORS, colors, css
 from sinssim.studies.naming import Label, line_labeller
-from sinssim.studies.results import Comparison, History, Order, Row
+from sinssim.studies.results import ErrorGrowth, Order, Row, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,7 @@ _NANOMETRE = 1e-9  # rounding error of a position
 _COLUMNS = 3  # panels side by side; with more, their text would be too small to read
 
 
-def palette(comparison: Comparison) -> dict[str, str]:
+def palette(comparison: StudyResult) -> dict[str, str]:
     """Return the colours of a study's lines; a name has the same colour in all figures and panels.
 
     Args:
@@ -234,7 +234,7 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Figure
 
 
 @styled
-def growth(panels: Mapping[str, Sequence[tuple[str, History]]], paint: Paint) -> Figure:
+def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint) -> Figure:
     """Draw the horizontal error over time, both logarithmic, so that a power of time is a straight line.
 
     Args:
@@ -279,7 +279,7 @@ def _short(value: float) -> str:
 
 
 @styled
-def costs(comparison: Comparison) -> Figure:
+def costs(comparison: StudyResult) -> Figure:
     """Draw the cost of one navigation step of each algorithm: operations, and processor time.
 
     Args:

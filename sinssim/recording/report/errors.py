@@ -194,7 +194,7 @@ def _mile_an_hour(span: tuple[float, float], size: float) -> Line:
     return Line("1 nmi/h", ends, rate, style.css(style.COLORS["reference"]), 1.2, "6 4", size, reference=True)
 
 
-def singularities(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
     """Return the table of the passages through a singular attitude.
 
     Args:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.formatting import number, signed
+from sinssim.formatting import number_text, signed
 from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
@@ -96,7 +96,7 @@ def _solutions(summary: Mapping[str, Any]) -> str:
         if s:
             values = [math.nan if s[key] is None else s[key] for key in _ERRORS]
             values[-1] /= 60.0
-            lines.append((page.swatch(style.css(color)) + words(name), *map(number, values)))
+            lines.append((page.swatch(style.css(color)) + words(name), *map(number_text, values)))
     return table((*heads, "attitude, final [arcmin]"), lines)
 
 
@@ -110,7 +110,7 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
                 words(name),
                 f'<td class="name">{words(s["verdict"])}</td>',
                 str(s["taken"]),
-                f"{s['refused']} ({number(s['refused_expected'], 2)})",
+                f"{s['refused']} ({number_text(s['refused_expected'], 2)})",
                 *(_test(s["tests"].get(test)) for test in _TESTS),
             )
             for name, s in numbers["sensors"].items()
@@ -143,7 +143,9 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
     for column, s in numbers["states"].items():
         name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
         ratio = s["reduction"]
-        less = "–" if not ratio else f"{number(ratio)} ×" if ratio >= 0.9995 else f"{number(1.0 / ratio)} × larger"
+        less = "–"
+        if ratio:
+            less = f"{number_text(ratio)} ×" if ratio >= 0.9995 else f"{number_text(1.0 / ratio)} × larger"
         less = f"<strong>{less}</strong>" if s.get("observable") else less
         lines.append((words(f"{name} [{unit}]"), *(signed(v) for v in values), less))
     heads = ("state", "σ, start", "σ, end", "error, end", "σ smaller")
@@ -160,8 +162,8 @@ def _test(test: Mapping[str, float] | None) -> str:
     if test is None:
         return "–"
     bad = not test["lower_95"] <= test["value"] <= test["upper_95"]
-    value = f"<strong>{number(test['value'])}</strong>" if bad else number(test["value"])
-    return f"{value} ({number(test['lower_95'])} … {number(test['upper_95'])})"
+    value = f"<strong>{number_text(test['value'])}</strong>" if bad else number_text(test["value"])
+    return f"{value} ({number_text(test['lower_95'])} … {number_text(test['upper_95'])})"
 
 
 def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:

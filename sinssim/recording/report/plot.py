@@ -15,7 +15,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.scales import envelope, label, ticks, time_ticks
+from sinssim.recording.scales import envelope, tick_label, ticks, time_ticks
 
 STYLE = """
 .grid { stroke: var(--hair); } .axis { stroke: var(--soft); } svg text { fill: var(--ink); }
@@ -245,8 +245,8 @@ def plot(
     zero = [bottom + low * to_y] if low < 0.0 < high else []
     body.append(segments([_LEFT, *[_LEFT] * len(zero)], [bottom, *zero], [_LEFT + inner] * (1 + len(zero)),
                          [bottom, *zero], "axis"))  # fmt: skip
-    body += [text(_LEFT - 6, y + 4, label(v, step), "end", "soft") for v, y in zip(at, y_ticks, strict=True)]
-    body += [text(x, bottom + 15, label(t, t_step), "middle", "soft") for t, x in zip(times, x_ticks, strict=True)]
+    body += [text(_LEFT - 6, y + 4, tick_label(v, step), "end", "soft") for v, y in zip(at, y_ticks, strict=True)]
+    body += [text(x, bottom + 15, tick_label(t, t_step), "middle", "soft") for t, x in zip(times, x_ticks, strict=True)]
     body.append(text(_LEFT + inner, bottom + 32, f"time [{t_unit}]", "end", "soft"))
     body += _marks(marks, [_LEFT + (m.time - start) * to_x for m in marks], top, bottom, width - 4.0)
     # An inner element clips the lines at the axes.

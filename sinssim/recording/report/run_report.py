@@ -13,9 +13,9 @@ from sinssim.data import NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.gravity import gravity_ned
 from sinssim.earth.models import Ellipsoid
-from sinssim.formatting import number
+from sinssim.formatting import number_text
 from sinssim.recording.report import page, plot
-from sinssim.recording.report.errors import error_plots, error_tables, failure, singularities
+from sinssim.recording.report.errors import error_plots, error_tables, failure, singularity_table
 from sinssim.recording.report.filter import STYLE as FILTER_STYLE
 from sinssim.recording.report.filter import filter_section
 from sinssim.recording.report.flight import flight_section
@@ -69,7 +69,7 @@ def run_report(run: Run, summary: Mapping[str, Any]) -> str:
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
         body += error_plots(run, period)
-        body += ["<h2>Singular attitudes</h2>", singularities(summary["singularities"])]
+        body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
     if run.aided is not None and "filter" in summary:
         span = (float(run.time[0]), float(run.time[-1]))
         body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
@@ -150,7 +150,7 @@ def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
 def _length(metres: float, miles: bool = True) -> str:
     if not np.isfinite(metres):
         return "not a number"
-    text = f"{number(metres, 4)} m" if metres > 0.5 else f"{number(metres * 1e3)} mm"
+    text = f"{number_text(metres, 4)} m" if metres > 0.5 else f"{number_text(metres * 1e3)} mm"
     return f"{text} ({metres / units.NAUTICAL_MILE:.3f} nmi)" if miles and abs(metres) > 10.0 else text
 
 

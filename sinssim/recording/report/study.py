@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sinssim.formatting import capital, number
+from sinssim.formatting import capital, number_text
 from sinssim.recording.figures import study as figures
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.report.page import page, swatch, table, words
@@ -18,7 +18,7 @@ from sinssim.studies.naming import (
     sensors_of,
     varying,
 )
-from sinssim.studies.results import ERRORS, Comparison, Row, Verdict
+from sinssim.studies.results import ERRORS, Row, StudyResult, Verdict
 from sinssim.studies.schema import Part
 
 _METRICS = (
@@ -38,7 +38,7 @@ _STYLE = """
 """
 
 
-def html_report(comparison: Comparison, about: dict[str, str]) -> str:
+def html_report(comparison: StudyResult, about: dict[str, str]) -> str:
     """Return the report.
 
     Args:
@@ -77,7 +77,7 @@ def _swatch(algorithm: str) -> str:
     return swatch(figures.color_of(algorithm))
 
 
-def _verdicts(comparison: Comparison) -> str:
+def _verdicts(comparison: StudyResult) -> str:
     lines = [
         (
             words(capital(v.sentence)),
@@ -90,7 +90,7 @@ def _verdicts(comparison: Comparison) -> str:
     return verdicts.replace("<td class=name>", '<td class="text">')
 
 
-def _picks(comparison: Comparison) -> str:
+def _picks(comparison: StudyResult) -> str:
     lines = [
         (
             words(pick.part),
@@ -113,7 +113,7 @@ def _points(verdict: Verdict) -> str:
     return f"<ul>{points}</ul>" if points else ""
 
 
-def _part(comparison: Comparison, part: Part, rows: list[Row], paint: figures.Paint, name: str) -> list[str]:
+def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.Paint, name: str) -> list[str]:
     body: list[str] = []
     failed = [row for row in rows if row.status == "failed"]
     if over_rates(part):
@@ -170,9 +170,9 @@ def _pivot(rows: list[Row], quantity: str, label: Label, paint: figures.Paint) -
 
     def cell(value: float) -> str:
         if not (math.isfinite(value) and value > 0.0):
-            return f"<td>{number(value)}</td>"
+            return f"<td>{number_text(value)}</td>"
         good = 1.0 - (math.log10(value) - low) / max(high - low, 1e-9)
-        return f'<td style="background:rgba(0,158,115,{0.45 * good:.2f})">{number(value)}</td>'
+        return f'<td style="background:rgba(0,158,115,{0.45 * good:.2f})">{number_text(value)}</td>'
 
     lines = []
     for name in dict.fromkeys(label(row) for row in rows):
@@ -181,7 +181,7 @@ def _pivot(rows: list[Row], quantity: str, label: Label, paint: figures.Paint) -
     return table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
 
 
-def _orders(comparison: Comparison, part: Part, name: str) -> list[str]:
+def _orders(comparison: StudyResult, part: Part, name: str) -> list[str]:
     found = [order for order in comparison.orders if order.part == part.title]
     if not found:
         return []
@@ -215,7 +215,7 @@ def _long_table(rows: list[Row]) -> str:
     lines = [
         (
             *(words(str(getattr(row, d))) for d in dimensions),
-            *(number(getattr(row, m)) if row.status == "done" else "failed" for m, _ in _METRICS),
+            *(number_text(getattr(row, m)) if row.status == "done" else "failed" for m, _ in _METRICS),
         )
         for row in rows
     ]
@@ -224,15 +224,15 @@ def _long_table(rows: list[Row]) -> str:
 
 def _passages(rows: list[Row]) -> str:
     lines = [
-        (words(r.algorithm), words(r.motion), r.pace, str(r.passages), number(r.max_damage_arcsec / 60.0),
-         number(r.max_horizontal_error_m), f'<td class="text">{words(r.message)}</td>')
+        (words(r.algorithm), words(r.motion), r.pace, str(r.passages), number_text(r.max_damage_arcsec / 60.0),
+         number_text(r.max_horizontal_error_m), f'<td class="text">{words(r.message)}</td>')
         for r in rows
     ]  # fmt: skip
     heads = ("", "motion", "rate, Hz", "passages", "greatest damage, ′", "horizontal max, m")
     return table((*heads, "<th class=name>event</th>"), lines, 2)
 
 
-def _costs(comparison: Comparison) -> list[str]:
+def _costs(comparison: StudyResult) -> list[str]:
     lines = []
     for cost in comparison.costs.values():
         o = cost.operations
@@ -259,7 +259,7 @@ def _costs(comparison: Comparison) -> list[str]:
     ]
 
 
-def _motions(comparison: Comparison) -> str:
+def _motions(comparison: StudyResult) -> str:
     heads = (
         "",
         "duration, s",
@@ -287,7 +287,7 @@ def _motions(comparison: Comparison) -> str:
     return table(heads, lines)
 
 
-def _method(comparison: Comparison, about: dict[str, str]) -> str:
+def _method(comparison: StudyResult, about: dict[str, str]) -> str:
     versions = ", ".join(f"{name} {value}" for name, value in about.items())
     return (
         "<p>All algorithms process identical samples, which are generated (and, with real sensors, measured) at the "

@@ -16,7 +16,7 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.models import Ellipsoid
 from sinssim.recording.report import plot
-from sinssim.recording.scales import label, thinned, ticks, time_ticks
+from sinssim.recording.scales import thinned, tick_label, ticks, time_ticks
 from sinssim.units import DEG
 
 STYLE = ".dot { fill: var(--ink); stroke: var(--paper); } .graticule { stroke: var(--line); }\n"
@@ -163,8 +163,8 @@ def draw_map(
     y = [top + (frame.north - v * size) * frame.scale for v in at_n]
     body = [legend, plot.segments(x, [top] * len(x), x, [bottom] * len(x), "grid")]
     body.append(plot.segments([_LEFT] * len(y), y, [_LEFT + inner] * len(y), y, "grid"))
-    body += [plot.text(_LEFT - 6, b + 4, label(v, step_n), "end", "soft") for v, b in zip(at_n, y, strict=True)]
-    body += [plot.text(a, bottom + 15, label(v, step_e), "middle", "soft") for v, a in zip(at_e, x, strict=True)]
+    body += [plot.text(_LEFT - 6, b + 4, tick_label(v, step_n), "end", "soft") for v, b in zip(at_n, y, strict=True)]
+    body += [plot.text(a, bottom + 15, tick_label(v, step_e), "middle", "soft") for v, a in zip(at_e, x, strict=True)]
     body.append(plot.text(_LEFT + inner, bottom + 32, f"east [{unit}]", "end", "soft"))
     body.append(plot.text(14, top, f"north [{unit}]", "end", "soft", f'transform="rotate(-90 14 {top})"'))
     body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
@@ -281,7 +281,7 @@ def _instants(time: Array, truth: NavState, projection: Projection, frame: _Fram
     x, y = frame.pixels(*projection.plane(truth.latitude[k], truth.longitude[k]))
     if np.hypot(np.ptp(x), np.ptp(y)) < 20.0:
         return [_dot(float(x[0]), float(y[0]), 4.5)]
-    names = ["start", *(label(t, step) for t in at), "end"]
+    names = ["start", *(tick_label(t, step) for t in at), "end"]
     if len(at):
         names[1] += f" {unit}"
     body = [

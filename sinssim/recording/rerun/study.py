@@ -9,14 +9,14 @@ import numpy as np
 import rerun as rr
 
 from sinssim.data import Array
-from sinssim.formatting import capital, number
+from sinssim.formatting import capital, number_text
 from sinssim.recording.figures import study as figures
 from sinssim.recording.figures.canvas import to_png
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.studies.naming import at_one_rate, labeller, line_labeller, over_rates
-from sinssim.studies.results import Comparison, History, Row
+from sinssim.studies.results import ErrorGrowth, Row, StudyResult
 
 _PANELS = 6
 _LINES = 12
@@ -26,7 +26,7 @@ _POINTS = 400
 _LEAST = 1e-12  # smaller errors are drawn as this one
 
 
-def record(comparison: Comparison, path: Path) -> None:
+def record(comparison: StudyResult, path: Path) -> None:
     """Write the recording.
 
     Args:
@@ -54,7 +54,7 @@ def record(comparison: Comparison, path: Path) -> None:
 
 
 def _draw_growth(
-    recording: Recording, comparison: Comparison, paint: figures.Paint
+    recording: Recording, comparison: StudyResult, paint: figures.Paint
 ) -> list[tuple[str, str, float, bool]]:
     """Record the growth of the errors over the motion, below `comparison/growth`.
 
@@ -87,7 +87,7 @@ def _draw_growth(
     return panels[:_PANELS]
 
 
-def _log_error(history: History, kind: str, time: Array) -> Array:
+def _log_error(history: ErrorGrowth, kind: str, time: Array) -> Array:
     errors: Array = history.attitude if kind == "attitude" else history.horizontal
     return np.log10(np.maximum(np.interp(time, history.time, errors), _LEAST))
 
@@ -97,7 +97,7 @@ def _rgb(color: str) -> tuple[int, int, int]:
     return r, g, b
 
 
-def _draw_figures(recording: Recording, comparison: Comparison, paint: figures.Paint) -> list[tuple[str, str]]:
+def _draw_figures(recording: Recording, comparison: StudyResult, paint: figures.Paint) -> list[tuple[str, str]]:
     """Record the report's figures, and the costs, as pictures.
 
     Returns:
@@ -127,7 +127,7 @@ def _draw_figures(recording: Recording, comparison: Comparison, paint: figures.P
     return pictures
 
 
-def _markdown(comparison: Comparison) -> str:
+def _markdown(comparison: StudyResult) -> str:
     lines = [f"# {comparison.study.name}", "", comparison.study.description, ""]
     for verdict in comparison.verdicts:
         lines += [f"**{verdict.verdict.upper()}**: {capital(verdict.sentence)}. {verdict.reason}", ""]
@@ -147,8 +147,8 @@ def _markdown(comparison: Comparison) -> str:
 def _cases_table(rows: list[Row]) -> list[str]:
     label = labeller(rows, pace=True)
     cells = [
-        f"| {row.motion} | {label(row)} | {number(row.max_horizontal_error_m)} | "
-        f"{number(row.max_attitude_error_arcsec)} |"
+        f"| {row.motion} | {label(row)} | {number_text(row.max_horizontal_error_m)} | "
+        f"{number_text(row.max_attitude_error_arcsec)} |"
         for row in rows
     ]
     return ["| motion | | horizontal, m | attitude, ″ |", "|---|---|---|---|", *cells]
@@ -163,7 +163,7 @@ def _rates_table(rows: list[Row]) -> list[str]:
         lines += [f"| {motion}: attitude, ″ | " + " | ".join(f"{rate:g} Hz" for rate in rates) + " |"]
         lines += ["|---|" + "---|" * len(rates)]
         for name in dict.fromkeys(name for name, _ in found):
-            cells = (number(found.get((name, rate), float("nan")), 2) for rate in rates)
+            cells = (number_text(found.get((name, rate), float("nan")), 2) for rate in rates)
             lines.append(f"| {name} | {' | '.join(cells)} |")
         lines.append("")
     return lines

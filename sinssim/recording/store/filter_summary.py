@@ -11,7 +11,7 @@ import numpy as np
 
 from sinssim import units
 from sinssim.estimation.from_scenario.filter_states import hints
-from sinssim.formatting import number, signed
+from sinssim.formatting import number_text, signed
 from sinssim.recording.store.filter_streams import state_columns
 from sinssim.recording.store.summary import error_numbers, error_numbers_of
 from sinssim.scenario.notes import times_not_reached
@@ -231,13 +231,13 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
         what = f"The satellites' {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
         how = f"it rejected {fault['refused']} of {fault['readings']} readings"
-        far = "" if error is None else f", and the solution was in error by up to {number(error)} m meanwhile"
+        far = "" if error is None else f", and the solution was in error by up to {number_text(error)} m meanwhile"
         if fault["caught"]:
             yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
             if (again := fault["believed_again_s"]) is not None:
                 yield (
-                    f"From {again:.0f} s on, with the satellites {number(fault['forged_then_m'])} m off, the filter "
-                    "accepted them again: without satellites, its uncertainty had grown so large that the gate could "
+                    f"From {again:.0f} s on, with the satellites {number_text(fault['forged_then_m'])} m off, the "
+                    "filter accepted them again: without satellites, its uncertainty had grown so large that the gate could "
                     "not detect the fault."
                 )
         else:

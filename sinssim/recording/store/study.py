@@ -12,10 +12,10 @@ from sinssim.recording.report.study import html_report
 from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import plain, processor, versions
-from sinssim.studies.results import Comparison, Row
+from sinssim.studies.results import Row, StudyResult
 
 
-def results(comparison: Comparison) -> dict[str, Any]:
+def results(comparison: StudyResult) -> dict[str, Any]:
     """Return all results of a study as plain numbers and words.
 
     Args:
@@ -44,7 +44,7 @@ def results(comparison: Comparison) -> dict[str, Any]:
     return {key: plain(value) for key, value in found.items()}
 
 
-def write_study(comparison: Comparison, folder: Path) -> None:
+def write_study(comparison: StudyResult, folder: Path) -> None:
     """Write all results of a study.
 
     Args:
@@ -66,7 +66,7 @@ def write_study(comparison: Comparison, folder: Path) -> None:
     record(comparison, folder / "recording.rrd")
 
 
-def _write_parquet(comparison: Comparison, path: Path) -> None:
+def _write_parquet(comparison: StudyResult, path: Path) -> None:
     import pyarrow as pa
 
     columns: dict[str, Any] = {}

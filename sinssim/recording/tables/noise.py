@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from sinssim.noise_identification.report import ChannelNoise, NoiseReport
-from sinssim.noise_identification.units import NAMES, label, number
+from sinssim.noise_identification.units import NAMES, four_digits, symbol_text
 from sinssim.units import DEG_H, MPS_SQRT_H
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ def show(report: NoiseReport, console: Console) -> None:
         unit, size = channel.units.rate
         lowest, tau = channel.lowest
         table = Table(
-            title=f"{channel.name}: mean {number(channel.fit.mean / size)} {unit}, lowest Allan deviation "
-            f"{number(lowest / size)} {unit} at {tau:.3g} s",
+            title=f"{channel.name}: mean {four_digits(channel.fit.mean / size)} {unit}, lowest Allan deviation "
+            f"{four_digits(lowest / size)} {unit} at {tau:.3g} s",
             title_justify="left",
         )
         table.add_column("")
@@ -51,12 +51,15 @@ def _row(channel: ChannelNoise, symbol: str) -> tuple[str, ...]:
     estimate = channel.fit.estimates[symbol]
     unit, size = channel.units.terms[symbol]
     if estimate.value is None:
-        limit = number(max(abs(estimate.low), abs(estimate.high)) / size)
+        limit = four_digits(max(abs(estimate.low), abs(estimate.high)) / size)
         value, band, also = "not observable", f"< {limit}", _tau_b(channel) if symbol == "sigma_b" else ""
     else:
-        value, band = number(estimate.value / size), f"{number(estimate.low / size)} … {number(estimate.high / size)}"
+        value, band = (
+            four_digits(estimate.value / size),
+            f"{four_digits(estimate.low / size)} … {four_digits(estimate.high / size)}",
+        )
         also = _also(channel, symbol, estimate.value)
-    return label(symbol), NAMES[symbol], value, band, unit, also
+    return symbol_text(symbol), NAMES[symbol], value, band, unit, also
 
 
 def _also(channel: ChannelNoise, symbol: str, value: float) -> str:
@@ -65,15 +68,15 @@ def _also(channel: ChannelNoise, symbol: str, value: float) -> str:
     triad = channel.channel.triad
     match symbol:
         case "Q" if triad is not None:
-            return f"pulse of {number(math.sqrt(12.0) * value / size)} {unit}"
+            return f"pulse of {four_digits(math.sqrt(12.0) * value / size)} {unit}"
         case "N" if triad == "gyro":
-            return f"{number(value / DEG_H)} deg/h/√Hz"
+            return f"{four_digits(value / DEG_H)} deg/h/√Hz"
         case "N" if triad is None:
-            return f"{number(value / math.sqrt(channel.fit.interval))} {channel.units.rate[0]} (1σ) of a reading"
+            return f"{four_digits(value / math.sqrt(channel.fit.interval))} {channel.units.rate[0]} (1σ) of a reading"
         case "N":
-            return f"{number(value / MPS_SQRT_H)} m/s/√h"
+            return f"{four_digits(value / MPS_SQRT_H)} m/s/√h"
         case "B":
-            return f"Allan deviation of {number(math.sqrt(2.0 * math.log(2.0) / math.pi) * value / size)} {unit}"
+            return f"Allan deviation of {four_digits(math.sqrt(2.0 * math.log(2.0) / math.pi) * value / size)} {unit}"
         case "sigma_b":
             return _tau_b(channel)
     return ""

@@ -74,17 +74,17 @@ def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
     """Return the cells of one algorithm; if it failed, its numbers end at the failure."""
     farthest, angle = errors["max_horizontal_error_m"], errors["max_attitude_error_arcsec"]
     return (
-        number(errors["final_horizontal_error_m"]),
-        number(errors["rms_horizontal_error_m"]),
-        number(farthest),
+        error_text(errors["final_horizontal_error_m"]),
+        error_text(errors["rms_horizontal_error_m"]),
+        error_text(farthest),
         "–" if failed or farthest is None else f"{farthest / _METRES_PER_NMI:.3f}",
-        number(errors["max_height_error_m"]),
-        number(errors["max_velocity_error_mps"]),
-        "–" if failed or angle is None else number(angle / 60.0),
+        error_text(errors["max_height_error_m"]),
+        error_text(errors["max_velocity_error_mps"]),
+        "–" if failed or angle is None else error_text(angle / 60.0),
     )
 
 
-def number(value: float | None) -> str:
+def error_text(value: float | None) -> str:
     """Write a number with four significant digits, without an exponent where possible.
 
     Args:

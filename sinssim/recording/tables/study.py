@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
-from sinssim.formatting import capital, number
+from sinssim.formatting import capital, number_text
 from sinssim.studies.naming import Label, labeller, one_draw, over_rates, sensors_of
-from sinssim.studies.results import Comparison, Row
+from sinssim.studies.results import Row, StudyResult
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,7 +20,7 @@ _CELL = 10
 """Width of a number in a console table, including padding."""
 
 
-def show(comparison: Comparison, console: Console) -> None:
+def show(comparison: StudyResult, console: Console) -> None:
     """Print a table for each motion of each part, and the verdicts.
 
     Args:
@@ -65,7 +65,7 @@ def _show_rates(title: str, rows: list[Row], label: Label, console: Console) -> 
         console_table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
     values = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows}
     for name in names:
-        console_table.add_row(name, *(number(values.get((name, rate), math.nan), 2) for rate in rates))
+        console_table.add_row(name, *(number_text(values.get((name, rate), math.nan), 2) for rate in rates))
     console.print(console_table)
 
 
@@ -77,7 +77,7 @@ def _show_cases(title: str, rows: list[Row], label: Label, console: Console) -> 
         console_table.add_column(heading, justify="right", no_wrap=True)
     for row in rows:
         errors = (row.max_horizontal_error_m, row.max_velocity_error_mps, row.max_attitude_error_arcsec)
-        console_table.add_row(label(row), *(map(number, errors) if row.status == "done" else ("failed", "", "")))
+        console_table.add_row(label(row), *(map(number_text, errors) if row.status == "done" else ("failed", "", "")))
     console.print(console_table)
 
 

@@ -9,10 +9,10 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from sinssim.section import NotNegative, Positive, Section, Vector3
 from sinssim.sensors.imu.datasheet import not_absurd
 
-Channel = Literal["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
+SensorChannel = Literal["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
 """One gyro or accelerometer; x is forward, y right, z down."""
 
-CHANNELS: tuple[Channel, ...] = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
+CHANNELS: tuple[SensorChannel, ...] = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 
 
 class _Lasting(Section):
@@ -34,14 +34,14 @@ class Dropout(_Lasting):
     """Samples are lost: they read zero and are flagged."""
 
     type: Literal["dropout"]
-    channels: tuple[Channel, ...] = Field(default=CHANNELS, min_length=1, description="which sensors")
+    channels: tuple[SensorChannel, ...] = Field(default=CHANNELS, min_length=1, description="which sensors")
 
 
 class Freeze(_Lasting):
     """The last sample is repeated and flagged; the increments in the meantime are lost."""
 
     type: Literal["freeze"]
-    channels: tuple[Channel, ...] = Field(default=CHANNELS, min_length=1, description="which sensors")
+    channels: tuple[SensorChannel, ...] = Field(default=CHANNELS, min_length=1, description="which sensors")
 
 
 class Spike(Section):

@@ -37,7 +37,7 @@ KINDS: dict[str, str] = {
     "zero-velocity": "velocity.ZeroVelocity",
     "zero-rate": "rate.ZeroRate",
     "heading": "heading.Heading",
-    "attitude": "attitude.Attitude",
+    "attitude": "attitude.LevelAttitude",
     "earth-attitude": "attitude.EarthAttitude",
     "speed": "speed.Speed",
     "airspeed": "airspeed.Airspeed",

@@ -14,7 +14,7 @@ from sinssim.sensors.imu.terms import TERMS
 _BY_NAME = {term.name: term for term in TERMS}
 
 
-class Line(NamedTuple):
+class DatasheetLine(NamedTuple):
     """One line of a datasheet.
 
     Attributes:
@@ -29,7 +29,7 @@ class Line(NamedTuple):
 
 
 @cache
-def line(key: str) -> Line | None:
+def line(key: str) -> DatasheetLine | None:
     """Split a key into error term and unit.
 
     Args:
@@ -48,7 +48,7 @@ def line(key: str) -> Line | None:
             unit = unit.removeprefix("sigma_") if sigma else unit
             if unit not in term.units:
                 raise InputError(f"{name} is not stated in {unit!r}; known units: {', '.join(term.units)}.")
-            return Line(term, sigma, term.units[unit])
+            return DatasheetLine(term, sigma, term.units[unit])
     return None
 
 

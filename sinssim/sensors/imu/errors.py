@@ -173,7 +173,7 @@ def with_triads(section: ImuSection, gyro: TriadErrors, accel: TriadErrors) -> I
         section.accel_delay_ms * 1e-3,
         warm_up(section),
         tuple(fault(given) for given in section.faults),
-        null_shift(section),
+        null_shift_of(section),
     )
 
 
@@ -285,7 +285,7 @@ def laser_gyro(section: LaserGyroSection) -> LaserGyro:
     )
 
 
-def null_shift(section: ImuSection) -> NullShift | None:
+def null_shift_of(section: ImuSection) -> NullShift | None:
     """Return the null shift of the laser gyros that a scenario describes.
 
     Args:

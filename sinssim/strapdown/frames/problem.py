@@ -71,7 +71,7 @@ class Problem(NamedTuple):
         return self.latitude, self.longitude, self.height, self.velocity, self.q_nb, self.defect
 
 
-def check_finite(problem: Problem) -> None:
+def check_solution(problem: Problem) -> None:
     """Raise if the numbers of a solution ran away.
 
     Args:

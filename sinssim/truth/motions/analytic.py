@@ -32,7 +32,7 @@ from sinssim.truth.sample_times import check_instants, checked_duration, checked
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 
-class Motion(Protocol):
+class AnalyticMotion(Protocol):
     """A motion of body axes b in a frame m, in closed form.
 
     Attributes:
@@ -66,7 +66,7 @@ class Motion(Protocol):
         ...
 
 
-def at_rest(t: Array) -> tuple[Array, Array, Array]:
+def no_displacement(t: Array) -> tuple[Array, Array, Array]:
     """Return position, velocity and acceleration of a motion that turns on the spot.
 
     Args:
@@ -78,7 +78,7 @@ def at_rest(t: Array) -> tuple[Array, Array, Array]:
     return np.zeros((len(t), 3)), np.zeros((len(t), 3)), np.zeros((len(t), 3))
 
 
-def inertial_increments(motion: Motion, rate_hz: float, duration: float) -> ImuData:
+def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float) -> ImuData:
     """Return a motion's increments in inertial space without gravity, in closed form.
 
     Args:
@@ -97,11 +97,9 @@ def inertial_increments(motion: Motion, rate_hz: float, duration: float) -> ImuD
     return ImuData(edges, motion.turn(edges[:-1], edges[1:]), motion.push(edges[:-1], edges[1:]))
 
 
-def _check_motion(motion: Motion) -> None:
+def _check_motion(motion: AnalyticMotion) -> None:
     if not all(hasattr(motion, name) for name in ("attitude", "rate", "place", "turn", "push", "breaks", "fastest")):
-        raise InputError(
-            f"{shortened(repr(motion))} is no motion, as SpinCone, Rocking or RotationTable make one; see Motion."
-        )
+        raise InputError(f"{shortened(repr(motion))} is no AnalyticMotion, as SpinCone, Rocking and RotationTable are.")
 
 
 class OnEarth:
@@ -122,7 +120,7 @@ class OnEarth:
 
     def __init__(
         self,
-        motion: Motion,
+        motion: AnalyticMotion,
         latitude: float,
         longitude: float,
         height: float,

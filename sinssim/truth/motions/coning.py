@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.truth.motions.analytic import at_rest
+from sinssim.truth.motions.analytic import no_displacement
 
 
 class SpinCone:
@@ -40,30 +40,30 @@ class SpinCone:
         return float((self._spin + self._precession) - 2.0 * self._precession * np.sin(0.5 * self._angle) ** 2)
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         c, s = np.cos(0.5 * self._angle), np.sin(0.5 * self._angle)
         plus, minus = 0.5 * (self._precession + self._spin) * t, 0.5 * (self._precession - self._spin) * t
         return np.stack([c * np.cos(plus), c * np.sin(plus), s * np.cos(minus), s * np.sin(minus)], axis=1)
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         across = self._precession * np.sin(self._angle)
         phase = self._spin * t
         return np.stack([np.full_like(t, self._axial), across * np.sin(phase), across * np.cos(phase)], axis=1)
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration, all zero; see `Motion.place`."""
-        return at_rest(t)
+        """Return position, velocity and acceleration, all zero; see `AnalyticMotion.place`."""
+        return no_displacement(t)
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         step, phase = right - left, 0.5 * self._spin * (left + right)
         # ∫sin st dt = h sinc(sh/2) sin(s t_mid)
         across = self._precession * np.sin(self._angle) * step * np.sinc(0.5 * self._spin * step / np.pi)
         return np.stack([self._axial * step, across * np.sin(phase), across * np.cos(phase)], axis=1)
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return zero, (N, 3) m/s: the body stays where it is; see `Motion.push`."""
+        """Return zero, (N, 3) m/s: the body stays where it is; see `AnalyticMotion.push`."""
         return np.zeros((len(left), 3))
 
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.truth.motions.analytic import at_rest
+from sinssim.truth.motions.analytic import no_displacement
 
 
 def _cosine_integral(k: float, left: Array, right: Array) -> Array:
@@ -48,19 +48,19 @@ class Sculling:
         self.breaks = np.empty(0)
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         half = 0.5 * self._angle * np.sin(self._frequency * t)
         return np.stack([np.cos(half), np.sin(half), np.zeros_like(t), np.zeros_like(t)], axis=1)
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         turning = np.zeros((len(t), 3))
         turning[:, 0] = self._angle * self._frequency * np.cos(self._frequency * t)
         return turning
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration in m, each (N, 3); see `Motion.place`."""
-        r, v, a = at_rest(t)
+        """Return position, velocity and acceleration in m, each (N, 3); see `AnalyticMotion.place`."""
+        r, v, a = no_displacement(t)
         w = self._frequency
         r[:, 1] = self._displacement * np.sin(w * t)
         v[:, 1] = self._displacement * w * np.cos(w * t)
@@ -68,13 +68,13 @@ class Sculling:
         return r, v, a
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         turned = np.zeros((len(left), 3))
         turned[:, 0] = self._angle * self._frequency * _cosine_integral(self._frequency, left, right)
         return turned
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return the integral of the specific force, (N, 3) m/s; see `Motion.push`.
+        """Return the integral of the specific force, (N, 3) m/s; see `AnalyticMotion.push`.
 
         With x = Ωt:  sin x cos(θ₀ sin x) = Σ (J₂ₙ − J₂ₙ₊₂) sin (2n+1)x,
                       sin x sin(θ₀ sin x) = J₁ + Σ (J₂ₙ₊₁ − J₂ₙ₋₁) cos 2nx, n ≥ 1.
@@ -126,16 +126,16 @@ class SpinRock:
         return np.asarray(self._spin + self._angle * self._frequency * np.cos(self._frequency * t))
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         half = 0.5 * (self._spin * t + self._angle * np.sin(self._frequency * t))
         return np.concatenate([np.cos(half)[:, None], np.sin(half)[:, None] * self._axis], axis=1)
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         return np.outer(self._angle_rate(t), self._axis)
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration in m, each (N, 3); see `Motion.place`."""
+        """Return position, velocity and acceleration in m, each (N, 3); see `AnalyticMotion.place`."""
         q, rate = self.attitude(t), self._angle_rate(t)
         growth = -self._angle * self._frequency**2 * np.sin(self._frequency * t)
         return (
@@ -145,12 +145,12 @@ class SpinRock:
         )
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         rocked = self._angle * self._frequency * _cosine_integral(self._frequency, left, right)
         return np.outer(self._spin * (right - left) + rocked, self._axis)
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return the integral of the specific force, (N, 3) m/s; see `Motion.push`."""
+        """Return the integral of the specific force, (N, 3) m/s; see `AnalyticMotion.push`."""
         w = self._frequency
         rock = self._angle * w
         gain = -rock * w * _sine_integral(w, left, right)  # ∫φ̈

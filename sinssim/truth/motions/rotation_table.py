@@ -17,7 +17,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
-from sinssim.truth.motions.analytic import at_rest
+from sinssim.truth.motions.analytic import no_displacement
 
 PROFILES = {
     "trapezoidal": "the rate rises and falls linearly",
@@ -128,7 +128,7 @@ class RotationTable:
         self._turns = turns
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `Motion.attitude`."""
+        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         q = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
         for turn in self._turns:
             begun = t >= turn.start
@@ -137,25 +137,25 @@ class RotationTable:
         return q
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `Motion.rate`."""
+        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         total = np.zeros((len(t), 3))
         for turn in self._turns:
             total += np.outer(turn.angle_rate(t), turn.axis)
         return total
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration, all zero; see `Motion.place`."""
-        return at_rest(t)
+        """Return position, velocity and acceleration, all zero; see `AnalyticMotion.place`."""
+        return no_displacement(t)
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `Motion.turn`."""
+        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         total = np.zeros((len(left), 3))
         for turn in self._turns:
             total += np.outer(turn.angle(right) - turn.angle(left), turn.axis)
         return total
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return zero, (N, 3) m/s: the block stands in the middle of the table; see `Motion.push`."""
+        """Return zero, (N, 3) m/s: the block stands in the middle of the table; see `AnalyticMotion.push`."""
         return np.zeros((len(left), 3))
 
 

@@ -20,7 +20,7 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import draw
 from sinssim.sensors.sets.true_errors import draw_true_errors
-from sinssim.simulation import initial_state
+from sinssim.simulation import initial_state_with_errors
 from sinssim.truth.source import fly
 
 ARCMIN, DEG_H, UG = np.pi / 180.0 / 60.0, np.pi / 180.0 / 3600.0, 9.80665e-6
@@ -47,7 +47,7 @@ def aided(s: Scenario):
     trajectory = fly(s)
     imu = emulate(trajectory.increments(s.imu.rate_hz), s.imu, s.seed)
     start = trajectory.state(trajectory.start)
-    initial = initial_state(start, s.navigation.initial_error, trajectory.ellipsoid, s.seed)
+    initial = initial_state_with_errors(start, s.navigation.initial_error, trajectory.ellipsoid, s.seed)
     return aid_run(s, trajectory, imu, initial, draw_true_errors(s.imu, s.seed, s.compensation))
 
 

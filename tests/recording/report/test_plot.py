@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.recording.report import plot
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import envelope, label, suiting, ticks
+from sinssim.recording.scales import envelope, suiting, tick_label, ticks
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -145,7 +145,7 @@ def test_ticks_are_round(low, high, count, expected):
      (2e-9, 1e-9, "2e−09"), (3e6, 1e6, "3e+06")],
 )  # fmt: skip
 def test_tick_labels(value, step, text):
-    assert label(value, step) == text
+    assert tick_label(value, step) == text
 
 
 def test_what_is_not_finite_has_a_unit_too():

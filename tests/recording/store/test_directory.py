@@ -21,7 +21,7 @@ from sinssim.errors import InputError
 from sinssim.recording.rerun.viewer import find_recording, read_run_info
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.scenario.sections.navigation import InitialErrorSection
-from sinssim.simulation import initial_state, run
+from sinssim.simulation import initial_state_with_errors, run
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.studies.compare import compare
 from sinssim.studies.load import load_study
@@ -484,11 +484,11 @@ def test_without_a_directory_nothing_is_written(tmp_path, short, monkeypatch):
 
 def test_initial_errors_are_added_to_the_true_state(short):
     truth = short.state(0.0)
-    untouched = initial_state(truth, InitialErrorSection(), short.ellipsoid)
+    untouched = initial_state_with_errors(truth, InitialErrorSection(), short.ellipsoid)
     assert untouched.longitude == truth.longitude
     assert untouched.q_nb is truth.q_nb
     section = InitialErrorSection(north_m=100.0, east_m=-50.0, height_m=3.0, velocity_down_mps=0.5, heading_arcmin=2.0)
-    wrong = initial_state(truth, section, short.ellipsoid)
+    wrong = initial_state_with_errors(truth, section, short.ellipsoid)
     s2 = 0.00669437999014 * np.sin(truth.latitude) ** 2  # e² of WGS 84
     r1, r2 = 6378137.0 * (1.0 - 0.00669437999014) / (1.0 - s2) ** 1.5, 6378137.0 / np.sqrt(1.0 - s2)
     assert wrong.latitude - truth.latitude == pytest.approx(100.0 / (r1 + truth.height), rel=1e-8)
@@ -514,7 +514,7 @@ def test_initial_errors_are_drawn_from_their_sigma(short):
     )  # fmt: skip
     found = []
     for seed in range(2000):
-        s = initial_state(one, section, short.ellipsoid, seed)
+        s = initial_state_with_errors(one, section, short.ellipsoid, seed)
         rows = (np.atleast_1d(s.latitude), np.atleast_1d(s.longitude), np.atleast_1d(s.height))
         error = navigation_error(
             truth, NavSolution(np.zeros(1), *rows, s.velocity_ned[None], s.q_nb[None], np.zeros(1)), short.ellipsoid

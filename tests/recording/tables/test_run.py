@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sinssim.recording.tables.run import number
+from sinssim.recording.tables.run import error_text
 
 
 @pytest.mark.parametrize(
@@ -21,4 +21,4 @@ from sinssim.recording.tables.run import number
     ],
 )
 def test_numbers(value: float, text: str) -> None:
-    assert number(value) == text
+    assert error_text(value) == text

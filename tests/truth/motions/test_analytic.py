@@ -11,7 +11,7 @@ from scipy.integrate import quad, quad_vec
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.truth.motions.analytic import Motion, OnEarth, inertial_increments
+from sinssim.truth.motions.analytic import AnalyticMotion, OnEarth, inertial_increments
 from sinssim.truth.motions.coning import SpinCone, classical_cone
 from sinssim.truth.motions.rocking import Sculling, SpinRock
 from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
@@ -30,7 +30,7 @@ TABLE = RotationTable(
         Turn((0.0, 0.0, -2.0), 200.0 * DEG, 150.0 * DEG, 0.5),
     ]
 )
-MOTIONS: dict[str, Motion] = {
+MOTIONS: dict[str, AnalyticMotion] = {
     "cone": classical_cone(1.0 * DEG, 2.0 * np.pi * 5.0),
     "wide cone": classical_cone(50.0 * DEG, 3.0),
     "spin-cone": SpinCone(0.3, 2.0 * np.pi, 7.0),
@@ -44,11 +44,11 @@ DURATION = 4.0
 
 
 @pytest.fixture(params=MOTIONS.values(), ids=MOTIONS.keys())
-def motion(request: pytest.FixtureRequest) -> Motion:
+def motion(request: pytest.FixtureRequest) -> AnalyticMotion:
     return request.param
 
 
-def on_earth(motion: Motion, duration: float = DURATION, latitude: float = 0.8) -> OnEarth:
+def on_earth(motion: AnalyticMotion, duration: float = DURATION, latitude: float = 0.8) -> OnEarth:
     q_nm = Rotation.from_euler("ZYX", [0.7, 0.3, -0.4]).as_quat(scalar_first=True)
     return OnEarth(motion, latitude, 0.5, 150.0, q_nm, duration)
 
@@ -59,13 +59,13 @@ def difference(values: list[Array], h: float) -> Array:
     return (45.0 * (p[3] - p[2]) - 9.0 * (p[4] - p[1]) + (p[5] - p[0])) / (60.0 * h)
 
 
-def smooth_instants(motion: Motion, count: int, margin: float) -> Array:
+def smooth_instants(motion: AnalyticMotion, count: int, margin: float) -> Array:
     t = np.linspace(0.1, DURATION - 0.1, count)
     near = np.abs(t[:, None] - motion.breaks[None, :]) if len(motion.breaks) else np.ones((count, 1))
     return t[near.min(axis=1) > margin]
 
 
-def test_rates_are_those_of_the_attitude(motion: Motion) -> None:
+def test_rates_are_those_of_the_attitude(motion: AnalyticMotion) -> None:
     h = 0.02 / motion.fastest
     t = smooth_instants(motion, 97, 4.0 * h)
     here = Rotation.from_quat(motion.attitude(t), scalar_first=True)
@@ -74,7 +74,7 @@ def test_rates_are_those_of_the_attitude(motion: Motion) -> None:
     assert np.abs(rate - motion.rate(t)).max() < 1e-12 * motion.fastest
 
 
-def test_velocity_and_acceleration_are_those_of_the_position(motion: Motion) -> None:
+def test_velocity_and_acceleration_are_those_of_the_position(motion: AnalyticMotion) -> None:
     h = 0.02 / motion.fastest
     t = smooth_instants(motion, 97, 4.0 * h)
     around = [motion.place(t + k * h) for k in (-3, -2, -1, 1, 2, 3)]
@@ -85,7 +85,7 @@ def test_velocity_and_acceleration_are_those_of_the_position(motion: Motion) -> 
 
 
 @pytest.mark.parametrize("rate_hz", [3.0, 100.0])
-def test_closed_forms_against_adaptive_quadrature(motion: Motion, rate_hz: float) -> None:
+def test_closed_forms_against_adaptive_quadrature(motion: AnalyticMotion, rate_hz: float) -> None:
     """The integrals of rate and specific force, in inertial space."""
     imu = inertial_increments(motion, rate_hz, DURATION)
 
@@ -103,7 +103,7 @@ def test_closed_forms_against_adaptive_quadrature(motion: Motion, rate_hz: float
         assert np.abs(imu.dvel[k] - integral[3:]).max() <= 1e-16 + 3e-14 * scale
 
 
-def test_increments_on_the_earth_against_adaptive_quadrature(motion: Motion) -> None:
+def test_increments_on_the_earth_against_adaptive_quadrature(motion: AnalyticMotion) -> None:
     trajectory = on_earth(motion)
     for rate_hz in (4.0, 100.0):
         imu = trajectory.increments(rate_hz)
@@ -118,7 +118,7 @@ def test_increments_on_the_earth_against_adaptive_quadrature(motion: Motion) -> 
             assert np.abs(imu.dvel[k] - integral[3:]).max() < 1e-13 * 30.0 / rate_hz
 
 
-def test_specific_force_by_differences_of_the_velocity(motion: Motion) -> None:
+def test_specific_force_by_differences_of_the_velocity(motion: AnalyticMotion) -> None:
     """Newton's law in Earth-fixed axes with gravitation from a zonal series."""
     trajectory = on_earth(motion)
 
