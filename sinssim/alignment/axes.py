@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sinssim.arguments import numbers
+from sinssim.data import Array
 from sinssim.errors import InputError, shortened
-
-Array = NDArray[np.float64]
 
 SINGULAR_ZONE = np.radians(0.05)
 """Half-width of the zones round the poles and round the vertical attitude in which angles are not determined, rad."""

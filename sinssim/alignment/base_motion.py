@@ -31,13 +31,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sinssim.alignment.axes import Angles, Array
+from sinssim.alignment.axes import Angles
 from sinssim.alignment.budget import Expected
 from sinssim.alignment.determination import Determination, determine
 from sinssim.alignment.drift import largest_drift
 from sinssim.alignment.session import check_session, mean_readings, pulse, white_level
 from sinssim.alignment.theory import Coefficients
-from sinssim.data import ImuData
+from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.units import ARCSEC
 

@@ -23,10 +23,11 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.axes import Angles, Array, Attitude, check_broadcast
+from sinssim.alignment.axes import Angles, Attitude, check_broadcast
 from sinssim.alignment.readings_at_rest import ideal_readings, local_gravity
 from sinssim.alignment.theory import EQUATOR, RANDOM_WALK_FACTOR, Coefficients, InstrumentErrors, coefficients, linear
 from sinssim.arguments import POSITIVE, check_kind, number, numbers
+from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError, check_name
 from sinssim.scenario.sections.imu import ImuSection

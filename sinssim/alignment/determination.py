@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array, Attitude, where
+from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Attitude, where
 from sinssim.alignment.theory import InstrumentErrors, error_statistics
 from sinssim.arguments import numbers
+from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.units import DEG_H

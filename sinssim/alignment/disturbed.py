@@ -19,12 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array
+from sinssim.alignment.axes import SINGULAR_ZONE, Angles
 from sinssim.alignment.determination import EARTH_RATE_TOLERANCE, Determination, Flags, check_lengths
 from sinssim.alignment.session import check_session, mean_readings
 from sinssim.alignment.theory import EQUATOR
 from sinssim.arguments import number
-from sinssim.data import ImuData
+from sinssim.data import Array, ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sinssim.alignment.axes import Array
 from sinssim.alignment.budget import INSTANTS, Expected
+from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.sensors.imu.errors import TriadErrors
 from sinssim.units import G0

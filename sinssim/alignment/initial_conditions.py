@@ -8,14 +8,14 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.axes import Array, Attitude
+from sinssim.alignment.axes import Attitude
 from sinssim.alignment.base_motion import Stillness
 from sinssim.alignment.budget import OF_GYROS, Method, cone_coefficients, reading_variances
 from sinssim.alignment.determination import Determination
 from sinssim.alignment.readings_at_rest import ideal_readings
 from sinssim.alignment.theory import coefficients
 from sinssim.arguments import POSITIVE, check_kind, names, number, vector
-from sinssim.data import NavState
+from sinssim.data import Array, NavState
 from sinssim.errors import InputError, check_name
 from sinssim.sensors.imu.errors import ImuErrors
 

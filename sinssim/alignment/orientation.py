@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.axes import Angles, Array, Attitude
+from sinssim.alignment.axes import Angles, Attitude
 from sinssim.alignment.budget import AVERAGED, OF_GYROS, SLOW, mean_warmth, reading_variances
 from sinssim.alignment.readings_at_rest import ideal_readings
 from sinssim.alignment.theory import coefficients
+from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
 from sinssim.sensors.imu.terms import of_triad

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.axes import Array, Attitude, body_axes, checked_angles, paper_axes, where
+from sinssim.alignment.axes import Attitude, body_axes, checked_angles, paper_axes, where
 from sinssim.arguments import numbers
+from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 

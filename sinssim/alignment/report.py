@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.alignment.axes import Angles, Array
+from sinssim.alignment.axes import Angles
 from sinssim.alignment.base_motion import motion_errors, stillness
 from sinssim.alignment.budget import (
     MOTION,
@@ -24,7 +24,7 @@ from sinssim.alignment.determination import Determination, determine, doubt, sol
 from sinssim.alignment.disturbed import align_disturbed
 from sinssim.alignment.session import mean_readings
 from sinssim.alignment.theory import coefficients, linear
-from sinssim.data import ImuData
+from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.units import ARCMIN, DEG, DEG_H
 

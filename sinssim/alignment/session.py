@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.alignment.axes import Array
 from sinssim.checks import checked_imu
-from sinssim.data import ImuData
+from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 
 FEWEST_SAMPLES = 40

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Array, Attitude, body_axes, checked_angles, paper_axes, where
+from sinssim.alignment.axes import SINGULAR_ZONE, Angles, Attitude, body_axes, checked_angles, paper_axes, where
 from sinssim.alignment.readings_at_rest import ideal_readings, local_gravity
 from sinssim.arguments import numbers
+from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 

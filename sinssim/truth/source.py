@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from sinssim.data import Array
     from sinssim.scenario.schema import Scenario
     from sinssim.scenario.sections.motion import MotionSection, VibrationSection
+    from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
     from sinssim.section import Vector3
     from sinssim.truth.motions.analytic import AnalyticMotion
     from sinssim.truth.motions.vibration import Tone
@@ -61,12 +62,9 @@ def fly(
     return Vibrating(trajectory, tones)
 
 
-# Long: one case for each source of truth.
 def _source(
     scenario: Scenario, progress: Callable[[float], None] | None, meanwhile: Callable[[], None] | None
 ) -> Trajectory:
-    from sinssim.rotation.arrays import quaternion_from_euler
-
     imu = scenario.imu
     ellipsoid, gravity = ELLIPSOIDS[scenario.truth.ellipsoid], scenario.truth.gravity
     if scenario.flight is not None:
@@ -81,45 +79,27 @@ def _source(
             log.position_ecef,
             log.q_eb,
             own.lever_arm_m if imu.lever_arm_m is None else imu.lever_arm_m,
-            _mounting(own.angles_deg if imu.mounting_deg is None else imu.mounting_deg),
+            _quaternion(own.angles_deg if imu.mounting_deg is None else imu.mounting_deg),
             gravity,
             ellipsoid,
             log.events,
             log.channels,
         )
 
-    lever_arm, q_bs = imu.lever_arm_m or _NOWHERE, _mounting(imu.mounting_deg or _NOWHERE)
+    lever_arm, q_bs = imu.lever_arm_m or _NOWHERE, _quaternion(imu.mounting_deg or _NOWHERE)
     if scenario.parked is not None:
         from sinssim.truth.motions.parked import Parked
 
         parked = scenario.parked
-        return Parked(
-            np.radians(parked.latitude_deg),
-            np.radians(parked.longitude_deg),
-            parked.altitude_m,
-            quaternion_from_euler(*np.radians([parked.roll_deg, parked.pitch_deg, parked.heading_deg])),
-            parked.duration_s,
-            lever_arm,
-            q_bs,
-            gravity,
-            ellipsoid,
-        )
+        return Parked(*_place(parked), _attitude(parked), parked.duration_s, lever_arm, q_bs, gravity, ellipsoid)
 
     if scenario.motion is not None:
         from sinssim.truth.motions.analytic import OnEarth
         from sinssim.truth.motions.vibration import Vibrating
 
         motion = scenario.motion
-        centre = OnEarth(
-            _analytic(motion),
-            np.radians(motion.latitude_deg),
-            np.radians(motion.longitude_deg),
-            motion.altitude_m,
-            quaternion_from_euler(*np.radians([motion.roll_deg, motion.pitch_deg, motion.heading_deg])),
-            motion.duration_s,
-            gravity,
-            ellipsoid,
-        )
+        place, q_nm = _place(motion), _attitude(motion)
+        centre = OnEarth(_analytic(motion), *place, q_nm, motion.duration_s, gravity, ellipsoid)
         return Vibrating(centre, (), lever_arm, q_bs) if imu.lever_arm_m or imu.mounting_deg else centre
 
     from sinssim.truth.motions.great_circle import GreatCircle
@@ -127,9 +107,7 @@ def _source(
     circle = scenario.great_circle
     assert circle is not None  # the scenario has exactly one source of truth
     return GreatCircle(
-        np.radians(circle.latitude_deg),
-        np.radians(circle.longitude_deg),
-        circle.altitude_m,
+        *_place(circle),
         np.radians(circle.course_deg),
         circle.speed_mps,
         circle.duration_s,
@@ -138,6 +116,16 @@ def _source(
         gravity,
         ellipsoid,
     )
+
+
+def _place(section: ParkedSection | MotionSection | GreatCircleSection) -> tuple[float, float, float]:
+    """Return latitude and longitude, rad, and height, m."""
+    return np.radians(section.latitude_deg), np.radians(section.longitude_deg), section.altitude_m
+
+
+def _attitude(section: ParkedSection | MotionSection) -> Array:
+    """Return q_nb of roll, pitch and heading."""
+    return _quaternion((section.roll_deg, section.pitch_deg, section.heading_deg))
 
 
 def _analytic(section: MotionSection) -> AnalyticMotion:
@@ -194,8 +182,8 @@ def _tones(sections: tuple[VibrationSection, ...], seed: int) -> list[Tone]:
     return tones
 
 
-def _mounting(angles_deg: Vector3) -> Array:
-    """Return q_bs of the block's roll, pitch and yaw in the vehicle."""
+def _quaternion(angles_deg: Vector3) -> Array:
+    """Return the quaternion of roll, pitch and heading or yaw."""
     from sinssim.rotation.arrays import quaternion_from_euler
 
     return quaternion_from_euler(*np.radians(angles_deg))

@@ -6,14 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
-    from sinssim.data import ImuData, NavState
+    from sinssim.data import Array, ImuData, NavState
     from sinssim.earth.models import Ellipsoid
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

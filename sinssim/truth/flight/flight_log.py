@@ -6,13 +6,11 @@ from array import array
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sinssim.data import Array
 from sinssim.truth.flight.autopilot import INTERVAL
 from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import FOOT
-
-Array = NDArray[np.float64]
 
 _POUND_FORCE = 4.4482216152605  # [N]
 

@@ -16,9 +16,6 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sinssim.errors import InputError
 from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import AirStart, FlightSection, Gust, Turbulence
@@ -29,8 +26,6 @@ from sinssim.truth.flight.flight_start import STEP, best_attitude_integrators, b
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
-
-Array = NDArray[np.float64]
 
 _NEAR_GROUND = 500.0  # below this height the gear may touch before the next look [m]
 _LEAST_DURATION = 1.0  # from which a smooth curve can be told [s]

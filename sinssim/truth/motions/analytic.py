@@ -15,7 +15,6 @@ The motions are in `coning`, `rocking` and `rotation_table`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -27,9 +26,9 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
 from sinssim.truth.block import block_state
+from sinssim.truth.motions.closed_form import ClosedForm
 from sinssim.truth.motions.quadrature import integrate_samples
 from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, part_by_part, sample_edges
-from sinssim.truth.trajectory import Channel, FlightEvent
 
 
 class AnalyticMotion(Protocol):
@@ -102,7 +101,7 @@ def _check_motion(motion: AnalyticMotion) -> None:
         raise InputError(f"{shortened(repr(motion))} is no AnalyticMotion, as SpinCone, Rocking and RotationTable are.")
 
 
-class OnEarth:
+class OnEarth(ClosedForm):
     """An analytic motion at a place on the Earth, with Earth rate and gravity added exactly.
 
     Args:
@@ -130,14 +129,9 @@ class OnEarth:
         ellipsoid: Ellipsoid = WGS84,
     ) -> None:
         latitude, longitude, height = checked_place(latitude, longitude, height)
-        q_nm, duration = quaternion("q_nm", q_nm), checked_duration(duration)
+        q_nm = quaternion("q_nm", q_nm)
+        super().__init__(duration, gravity, ellipsoid)
         _check_motion(motion)
-        earth.gravity_number(gravity)
-        self.start, self.end = 0.0, float(duration)
-        self.events: tuple[FlightEvent, ...] = ()
-        self.channels: Mapping[str, Channel] = {}
-        self.gravity = gravity
-        self.ellipsoid = ellipsoid
         self.motion = motion
         self.breaks = motion.breaks
         self.fastest = motion.fastest

@@ -13,7 +13,6 @@ t by an angle of the order of the ellipsoid's flattening, 0.2° at most: such a 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -25,8 +24,8 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.truth.block import block_state
-from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, part_by_part, sample_edges
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.motions.closed_form import ClosedForm
+from sinssim.truth.sample_times import check_instants, checked_place, part_by_part, sample_edges
 
 # Harmonics of |dr/du| over half a turn: they fall by e²/4 each, and 16 points resolve seven of them.
 _HARMONICS = 7
@@ -55,7 +54,7 @@ def _north_east(latitude: float, longitude: float) -> tuple[Array, Array]:
     return north, np.array([-np.sin(longitude), np.cos(longitude), 0.0])
 
 
-class GreatCircle:
+class GreatCircle(ClosedForm):
     """Level flight along a great circle, at constant height and ground speed, over the poles if it goes there.
 
     Args:
@@ -88,13 +87,7 @@ class GreatCircle:
     ) -> None:
         latitude, longitude, height = checked_place(latitude, longitude, height)
         course, speed = number("course", course, "rad"), number("speed", speed, "m/s", low=0.0)
-        duration = checked_duration(duration)
-        earth.gravity_number(gravity)
-        self.start, self.end = 0.0, float(duration)
-        self.events: tuple[FlightEvent, ...] = ()
-        self.channels: Mapping[str, Channel] = {}
-        self.gravity = gravity
-        self.ellipsoid = ellipsoid
+        super().__init__(duration, gravity, ellipsoid)
         self._height, self._speed = height, speed
         self._lever = vector("lever_arm", lever_arm, 3, "m")
         self._q_bs = rotation.normalize(quaternion("q_bs", q_bs))

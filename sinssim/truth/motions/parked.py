@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -12,11 +10,11 @@ from sinssim.arguments import quaternion, vector
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.truth.block import block_state
-from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.motions.closed_form import ClosedForm
+from sinssim.truth.sample_times import check_instants, checked_place, sample_edges
 
 
-class Parked:
+class Parked(ClosedForm):
     """A vehicle at rest on the Earth: the block feels Earth rate and the reaction to gravity, nothing else.
 
     At a pole the heading counts from the meridian of the longitude that is given.
@@ -50,11 +48,7 @@ class Parked:
         latitude, longitude, height = checked_place(latitude, longitude, height)
         q_nb, q_bs = quaternion("q_nb", q_nb), quaternion("q_bs", q_bs)
         lever_arm = vector("lever_arm", lever_arm, 3, "m")
-        self.start, self.end = 0.0, checked_duration(duration)
-        self.events: tuple[FlightEvent, ...] = ()
-        self.channels: Mapping[str, Channel] = {}
-        self.gravity = gravity
-        self.ellipsoid = ellipsoid
+        super().__init__(duration, gravity, ellipsoid)
 
         longitude -= 2.0 * np.pi * np.round(longitude / (2.0 * np.pi))  # into [−π, π], as everywhere
         q_ns = rotation.multiply(rotation.normalize(q_nb), rotation.normalize(q_bs))

@@ -6,8 +6,7 @@ down of the mean position. The increments are Gauss-Legendre integrals of the ex
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,31 +17,19 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
 from sinssim.truth.block import block_state
-from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, sample_edges
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.motions.closed_form import ClosedForm
+from sinssim.truth.motions.vibration import Tone
+from sinssim.truth.sample_times import check_instants, checked_place, sample_edges
 
 _COORDINATES = ("roll", "pitch", "heading", "north", "east", "down")
 _POINTS = 5  # Gauss-Legendre points on each sample interval
 
 
-@dataclass(frozen=True)
-class Sway:
-    """One sinusoid of one coordinate: amplitude · sin(2π frequency t + phase).
-
-    Attributes:
-        coordinate: "roll", "pitch", "heading", "north", "east" or "down".
-        amplitude: rad, or m for a displacement.
-        frequency_hz: Hz.
-        phase: rad.
-    """
-
-    coordinate: str
-    amplitude: float
-    frequency_hz: float
-    phase: float = 0.0
+class Sway(Tone):
+    """One sinusoid of one coordinate: "roll", "pitch", "heading", "north", "east" or "down"; rad, or m."""
 
 
-class Swaying:
+class Swaying(ClosedForm):
     """A vehicle that sways about a fixed mean place and attitude.
 
     Args:
@@ -77,7 +64,7 @@ class Swaying:
             number("pitch", pitch, "rad"),
             number("heading", heading, "rad"),
         )
-        duration = checked_duration(duration)
+        super().__init__(duration, gravity, ellipsoid)
         if not isinstance(sways, Sequence) or not all(isinstance(sway, Sway) for sway in sways):
             raise InputError(f"sways = {shortened(repr(sways))} must be Sway(coordinate, …) in a list.")
         for sway in sways:
@@ -85,12 +72,6 @@ class Swaying:
                 number(f"a sway's {name}", getattr(sway, name))
             if sway.coordinate not in _COORDINATES:
                 raise InputError(f"a sway of {sway.coordinate!r}: there are {', '.join(_COORDINATES)}.")
-        earth.gravity_number(gravity)
-        self.start, self.end = 0.0, float(duration)
-        self.events: tuple[FlightEvent, ...] = ()
-        self.channels: Mapping[str, Channel] = {}
-        self.gravity = gravity
-        self.ellipsoid = ellipsoid
         self._mean = np.array([roll, pitch, heading, 0.0, 0.0, 0.0])
         self._sways = tuple(sways)
         self._q_em = earth.q_en(latitude, longitude)
@@ -114,16 +95,12 @@ class Swaying:
         value, first, _ = self._coordinates(np.atleast_1d(instants))
         position = self._origin + rotation.rotate(self._q_em, value[:, 3:])
         q_mb = rotation.quaternion_from_euler(value[:, 0], value[:, 1], value[:, 2])
-        state = block_state(
-            position, rotation.rotate(self._q_em, first[:, 3:]), rotation.multiply(self._q_em, q_mb), self.ellipsoid
-        )
         shape = instants.shape
-        return NavState(
-            state.latitude.reshape(shape),
-            state.longitude.reshape(shape),
-            state.height.reshape(shape),
-            state.velocity_ned.reshape(*shape, 3),
-            state.q_nb.reshape(*shape, 4),
+        return block_state(
+            position.reshape(*shape, 3),
+            rotation.rotate(self._q_em, first[:, 3:]).reshape(*shape, 3),
+            rotation.multiply(self._q_em, q_mb).reshape(*shape, 4),
+            self.ellipsoid,
         )
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
