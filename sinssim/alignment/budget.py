@@ -33,7 +33,7 @@ from sinssim.errors import InputError, check_name
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift_of, stated, warm_up
-from sinssim.sensors.imu.terms import TERMS, non_linearity, of_triad
+from sinssim.sensors.imu.terms import TERMS, non_linear_inputs, non_linearity, of_triad
 from sinssim.sensors.noise import flicker
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
@@ -270,7 +270,7 @@ def reading_variances(
         ("accel", sigma.accel, accel, SOURCES[len(OF_GYROS) :]),
     ):
         squares = ideal**2
-        bent = (0.5 * triad.asymmetry * ideal) ** 2 + (triad.quadratic * squares) ** 2 + (triad.cubic * ideal**3) ** 2
+        bent = sum((getattr(triad, field) * x) ** 2 for field, x in non_linear_inputs(ideal).items())
         fit = RANDOM_WALK_FACTOR if method != "quiet" and triad is sigma.gyro else 1.0
         known = (
             triad.bias**2,

@@ -19,7 +19,7 @@ from sinssim.alignment.theory import coefficients
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
-from sinssim.sensors.imu.terms import of_triad
+from sinssim.sensors.imu.terms import non_linear_inputs, of_triad
 
 
 class BestHeadings(NamedTuple):
@@ -127,12 +127,11 @@ def _carried(weight: Array, ideal: Array, triad: TriadErrors, turn: _Turn) -> Ar
     def alike(coefficient: Array, sigma: Array) -> Array:
         return np.asarray(coefficient.mean(axis=-2) ** 2 @ sigma**2)
 
+    constant = alike(weight, triad.bias) + alike(weight * ideal, triad.scale)
+    for field, x in non_linear_inputs(ideal).items():
+        constant = constant + alike(weight * x, getattr(triad, field))
     constant = (
-        alike(weight, triad.bias)
-        + alike(weight * ideal, triad.scale)
-        + alike(0.5 * weight * np.abs(ideal), triad.asymmetry)
-        + alike(weight * ideal**2, triad.quadratic)
-        + alike(weight * ideal**3, triad.cubic)
+        constant
         # M_ij brings part of the reading along j into that of i, C_ij part of the product of both
         + (_products(weight, ideal) ** 2 * triad.misalignment**2).sum(axis=(-2, -1))
         + (_products(weight * ideal, ideal) ** 2 * triad.cross_axis**2).sum(axis=(-2, -1))

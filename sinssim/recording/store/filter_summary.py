@@ -237,8 +237,8 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
             if (again := fault["believed_again_s"]) is not None:
                 yield (
                     f"From {again:.0f} s on, with the satellites {number_text(fault['forged_then_m'])} m off, the "
-                    "filter accepted them again: without satellites, its uncertainty had grown so large that the gate could "
-                    "not detect the fault."
+                    "filter accepted them again: without satellites, its uncertainty had grown so large that the gate "
+                    "could not detect the fault."
                 )
         else:
             told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())

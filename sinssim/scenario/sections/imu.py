@@ -23,7 +23,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 from sinssim.scenario.sections.faults import Fault
 from sinssim.scenario.sections.laser_gyro import LaserGyroSection
 from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
-from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3
+from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3, exclude_each_other
 from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.grades import find_grade
@@ -128,10 +128,7 @@ class ImuSection(_Terms):
     @model_validator(mode="after")
     def _fixed_or_drawn(self) -> Self:
         for fixed, sigma in _FIXED_OR_DRAWN:
-            if getattr(self, fixed) is not None and getattr(self, sigma) is not None:
-                raise ValueError(
-                    f"{fixed} (the error itself) and {sigma} (1σ to draw it from) are both given: keep one of them"
-                )
+            exclude_each_other(self, fixed, sigma)
         if abs(self.accel_delay_ms) * 1e-3 * self.rate_hz > 1.0:
             raise ValueError(
                 f"accel_delay_ms = {self.accel_delay_ms:g} is more than one interval between samples; at rate_hz = "

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sinssim.section import NotNegative, Positive, Section, Vector3
+from sinssim.section import NotNegative, Positive, Section, Vector3, exclude_each_other
 
 _FIXED_OR_DRAWN = (("bias_arcsec", "bias_sigma_arcsec"), ("drift_deg_h", "drift_sigma_deg_h"))
 
@@ -43,10 +43,7 @@ class AttitudeSensor(Section):
     @model_validator(mode="after")
     def _fixed_or_drawn(self) -> Self:
         for fixed, sigma in _FIXED_OR_DRAWN:
-            if getattr(self, fixed) is not None and getattr(self, sigma) is not None:
-                raise ValueError(
-                    f"{fixed} (the error itself) and {sigma} (1σ to draw it from) are both given: keep one of them"
-                )
+            exclude_each_other(self, fixed, sigma)
         return self
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sinssim.data import Array
-from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
+from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread, exclude_each_other
 from sinssim.sensors.aiding.base.lag import lagged
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle, exclude_each_other
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import PPM
 
 

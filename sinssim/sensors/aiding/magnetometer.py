@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sinssim import rotation
-from sinssim.section import Noise, Offset, Spread
+from sinssim.section import Noise, Offset, Spread, exclude_each_other
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle, exclude_each_other
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
 
 

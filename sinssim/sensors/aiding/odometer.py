@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sinssim import rotation
-from sinssim.section import LeverArm, Noise, Offset, Spread
+from sinssim.section import LeverArm, Noise, Offset, Spread, exclude_each_other
 from sinssim.sensors.aiding.base.lever_arm import state_at
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import (
@@ -18,7 +18,6 @@ from sinssim.sensors.aiding.base.sensor import (
     AidingSensor,
     SensorState,
     Vehicle,
-    exclude_each_other,
 )
 from sinssim.units import PPM
 

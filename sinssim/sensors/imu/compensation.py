@@ -27,7 +27,7 @@ from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.placement import at_the_elements
-from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, non_linearity
+from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, non_linearity, response_slope
 
 _APART = 1 << 40  # far from the seeds of scenarios, and of single accelerometers
 _STEPS = 50
@@ -108,10 +108,9 @@ def _linearised(reading: Array, coupling: Array, known: TriadErrors, axis: int, 
     k2, k3, asymmetry = float(known.quadratic[axis]), float(known.cubic[axis]), float(known.asymmetry[axis])
     if not (k2 or k3 or asymmetry):
         return np.asarray(reading / coupling)
-    linear = coupling + 0.5 * asymmetry * np.sign(reading)  # x has the sign of its reading
     x = reading.copy()
     for _ in range(_STEPS):
-        slope = linear + x * (2.0 * k2 + 3.0 * k3 * x)
+        slope = response_slope(x, coupling, asymmetry, k2, k3)
         if not slope.min() > 0.0:
             break
         step = (x * coupling + non_linearity(x, x, asymmetry, k2, k3) - reading) / slope

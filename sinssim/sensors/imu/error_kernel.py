@@ -62,7 +62,7 @@ _SAME = 1e-6  # relative; intervals that differ by less have the same decay
 
 # Noises
 NOISES = (WHITE, WANDERING, RATE_WALKING, FLICKERING)
-TERMS = tuple(
+TERM_NUMBERS = tuple(
     term_number(name) for name in ("random walk", "bias instability", "rate random walk", "flicker", "flicker start")
 )
 _WHITE, _WANDERING, _RATE_WALKING, _FLICKERING, _START = range(5)
@@ -97,11 +97,11 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
     s[run] = 0.0
     for axis in range(3):
         if active & WANDERING:
-            one, two = normal_pair(key_0, key_1, np.int64(0), TERMS[_WANDERING], np.uint64(axis))
+            one, two = normal_pair(key_0, key_1, np.int64(0), TERM_NUMBERS[_WANDERING], np.uint64(axis))
             s[run, axis, WANDER], s[run, axis + 3, WANDER] = one, two
         if active & FLICKERING:
             for n in range(_FLICKERS):
-                one, two = normal_pair(key_0, key_1, np.int64(n), TERMS[_START], np.uint64(axis))
+                one, two = normal_pair(key_0, key_1, np.int64(n), TERM_NUMBERS[_START], np.uint64(axis))
                 for m in range(n, _FLICKERS):
                     s[run, axis, FLICKERS + m] += STATIONARY[m, n] * one
                     s[run, axis + 3, FLICKERS + m] += STATIONARY[m, n] * two
@@ -144,7 +144,7 @@ def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> No
     for n in range(4):
         if active & NOISES[n]:
             for axis in range(3):
-                normal_pairs_of_runs(z[n, axis], z[n, axis + 3], key_0, key_1, k + 1, TERMS[n], np.uint64(axis))
+                normal_pairs_of_runs(z[n, axis], z[n, axis + 3], key_0, key_1, k + 1, TERM_NUMBERS[n], np.uint64(axis))
 
 
 @strict_inline
@@ -319,7 +319,13 @@ def measure_all(
             if active & NOISES[n]:
                 for axis in range(3):
                     normal_pairs(
-                        z[n, axis, :size], z[n, axis + 3, :size], key_0, key_1, base + 1, TERMS[n], np.uint64(axis)
+                        z[n, axis, :size],
+                        z[n, axis + 3, :size],
+                        key_0,
+                        key_1,
+                        base + 1,
+                        TERM_NUMBERS[n],
+                        np.uint64(axis),
                     )
         for j in range(size):
             k = base + j

@@ -12,6 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.data import Array
 from sinssim.sensors.imu.error_term import (
     ACCELERATION,
     ANGLE,
@@ -348,3 +352,29 @@ def non_linearity(x: Any, mean: Any, asymmetry: Any, quadratic: Any, cubic: Any)
         Like x.
     """
     return mean * (quadratic + cubic * mean) * x + 0.5 * asymmetry * abs(x)
+
+
+def response_slope(x: Array, linear: ArrayLike, asymmetry: float, quadratic: float, cubic: float) -> Array:
+    """Return the derivative of c x + ½κ|x| + K₂x² + K₃x³ to x.
+
+    Args:
+        x: mean rates or specific forces along the sensitive axis.
+        linear: c, broadcasts with x.
+        asymmetry, quadratic, cubic: κ, K₂ and K₃.
+
+    Returns:
+        Like x.
+    """
+    return np.asarray(linear + 0.5 * asymmetry * np.sign(x) + x * (2.0 * quadratic + 3.0 * cubic * x))
+
+
+def non_linear_inputs(x: Array) -> dict[str, Array]:
+    """Return ½|x|, x² and x³: what the fields of a triad's non-linearity multiply in the mean reading of x.
+
+    Args:
+        x: mean rates or specific forces along the sensitive axes.
+
+    Returns:
+        By field of `TriadErrors`, each like x.
+    """
+    return {"asymmetry": 0.5 * np.abs(x), "quadratic": x**2, "cubic": x**3}

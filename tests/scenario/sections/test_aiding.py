@@ -105,7 +105,7 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         ("[aiding.baro]", "[aiding.barro]", 0, "unknown key 'aiding.barro'. Did you mean 'aiding.baro'?"),
         (
             "bias_sigma_m = 5.0", "scale_ppm = 5.0\nscale_sigma_ppm = 3.0", -1,
-            "scale_ppm (the error) and scale_sigma_ppm (1σ to draw it from) are both given",
+            "scale_ppm (the error itself) and scale_sigma_ppm (1σ to draw it from) are both given",
         ),
         ('"gyro scale"', '"gyro bias"', -1, "states names 'gyro bias' twice; every block can be there once"),
         ('"gyro scale"', '"gyro scal"', 0, "unknown block of states 'gyro scal'. Did you mean 'gyro scale'? Known:"),

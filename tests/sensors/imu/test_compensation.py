@@ -13,12 +13,11 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.compensation import compensate, draw_calibration, imperfect_calibration
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.terms import CALIBRATED
-from sinssim.sensors.imu.terms import TERMS as QUANTITIES
+from sinssim.sensors.imu.terms import CALIBRATED, TERMS
 from sinssim.truth.motions.analytic import inertial_increments
 from sinssim.truth.motions.rocking import SpinRock
 from tests.oracles.imu_model import output, temperature
-from tests.sensors.imu.test_error_terms import TERMS, WARM
+from tests.sensors.imu.test_error_terms import VALUES, WARM
 
 
 def ideal() -> ImuData:
@@ -68,7 +67,10 @@ def test_everything_that_a_calibration_knows_is_undone() -> None:
     true = ideal()
     h = np.diff(true.time)
     middle = 0.5 * (true.time[1:] + true.time[:-1]) - true.time[0]
-    known = {name: TERMS["gyro"][name] for name in CALIBRATED}, {name: TERMS["accel"].get(name) for name in CALIBRATED}
+    known = (
+        {name: VALUES["gyro"][name] for name in CALIBRATED},
+        {name: VALUES["accel"].get(name) for name in CALIBRATED},
+    )
     accel = {name: value for name, value in known[1].items() if value is not None}
     errors = ImuErrors(TriadErrors(**known[0]), TriadErrors(**accel), warm_up=WARM)
     warmth, force = temperature(errors, middle), true.dvel / h[:, None]
@@ -104,7 +106,7 @@ def test_what_no_calibration_knows_passes_through() -> None:
 
 
 def test_a_calibration_is_wrong_by_what_its_section_says_in_every_known_term() -> None:
-    quantities = [q for q in QUANTITIES if q.drawn and q.field in CALIBRATED]
+    quantities = [q for q in TERMS if q.drawn and q.field in CALIBRATED]
     assert {q.sigma_key for q in quantities} == set(CompensationSection.model_fields)
     block = ImuSection(grade="ideal", **{q.sigma_key: 1.0 for q in quantities})
     section = CompensationSection.model_validate({q.sigma_key: 0.1 for q in quantities})

@@ -12,7 +12,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.datasheet import line, to_si
-from sinssim.sensors.imu.terms import TERMS as QUANTITIES
+from sinssim.sensors.imu.terms import TERMS
 
 # what the datasheet says, key, number, SI worked out by hand
 EXAMPLES = [
@@ -61,7 +61,7 @@ def test_the_page_has_the_same_examples() -> None:
     assert rows == [(said, key, f"{number:g}", f"{si:g}") for said, key, number, si in EXAMPLES]
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
+@pytest.mark.parametrize("quantity", TERMS, ids=lambda quantity: quantity.name)
 def test_every_unit_of_a_quantity_loads_as_the_same_error(quantity) -> None:
     size = {3: [1.0, 2.0, 3.0], 6: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 9: [float(n) for n in range(9)]}.get(
         quantity.size, 2.0
@@ -79,7 +79,7 @@ def test_every_unit_of_a_quantity_loads_as_the_same_error(quantity) -> None:
 
 
 def test_keys_of_a_scenario_are_keys_of_the_table() -> None:
-    for quantity in QUANTITIES:
+    for quantity in TERMS:
         assert quantity.key in ImuSection.model_fields
         assert (quantity.sigma_key in ImuSection.model_fields) == quantity.drawn
         found = line(quantity.key)
@@ -88,7 +88,7 @@ def test_keys_of_a_scenario_are_keys_of_the_table() -> None:
         assert not found.sigma
     stated = {key for key in ImuSection.model_fields if key.startswith(("gyro_", "accel_"))}
     stated -= {"accel_arms_mm", "accel_delay_ms"}
-    assert stated == {key for q in QUANTITIES for key in (q.key, q.sigma_key) if key in ImuSection.model_fields}
+    assert stated == {key for q in TERMS for key in (q.key, q.sigma_key) if key in ImuSection.model_fields}
 
 
 def test_unknown_units_and_quantities() -> None:

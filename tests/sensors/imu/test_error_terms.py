@@ -17,7 +17,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import Fault, WarmUp
-from sinssim.sensors.imu.terms import TERMS as QUANTITIES
+from sinssim.sensors.imu.terms import TERMS
 from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.noise.gauss_markov import mean_step
 from tests.oracles.allan import allan_deviation
@@ -45,7 +45,7 @@ def some(shape: tuple[int, ...], size: float, seed: int) -> np.ndarray:
 
 
 # Deterministic terms, by triad; every number different, so that no two axes can be mixed up
-TERMS: dict[str, dict[str, np.ndarray]] = {
+VALUES: dict[str, dict[str, np.ndarray]] = {
     "gyro": {
         "bias": some((3,), 1e-5, 1),
         "scale": some((3,), 1e-3, 2),
@@ -95,9 +95,9 @@ def check(errors: ImuErrors) -> np.ndarray:
     return np.array(effect)
 
 
-@pytest.mark.parametrize(("triad", "term"), [(triad, term) for triad, terms in TERMS.items() for term in terms])
+@pytest.mark.parametrize(("triad", "term"), [(triad, term) for triad, terms in VALUES.items() for term in terms])
 def test_each_deterministic_term_is_its_equation(triad: str, term: str) -> None:
-    one = TriadErrors(**{term: TERMS[triad][term]})
+    one = TriadErrors(**{term: VALUES[triad][term]})
     effect = check(ImuErrors(**{triad: one}, warm_up=WARM))
     touched = 0 if triad == "gyro" else 1
     assert np.all(effect[touched] > 1e-6)  # on every axis there is something to compare
@@ -105,14 +105,14 @@ def test_each_deterministic_term_is_its_equation(triad: str, term: str) -> None:
 
 
 def test_all_deterministic_terms_together_in_their_order() -> None:
-    check(ImuErrors(TriadErrors(**TERMS["gyro"]), TriadErrors(**TERMS["accel"]), warm_up=WARM))
+    check(ImuErrors(TriadErrors(**VALUES["gyro"]), TriadErrors(**VALUES["accel"]), warm_up=WARM))
 
 
 def test_no_term_is_forgotten() -> None:
     """A field of TriadErrors that these tests do not know is a term that nobody tests."""
     noises = {"random_walk", "quantum", "instability", "correlation_time", "rate_walk", "flicker", "limit"}
-    assert {field.name for field in fields(TriadErrors)} == set(TERMS["gyro"]) | noises
-    assert {field.name for field in fields(TriadErrors)} == {quantity.field for quantity in QUANTITIES}
+    assert {field.name for field in fields(TriadErrors)} == set(VALUES["gyro"]) | noises
+    assert {field.name for field in fields(TriadErrors)} == {quantity.field for quantity in TERMS}
 
 
 def test_vibration_rectified_by_cross_coupling() -> None:
@@ -331,7 +331,7 @@ def test_switching_the_noises_of_one_triad_off_leaves_the_other_triads_bits() ->
     assert np.array_equal(emulate(lively(), ImuErrors(accel=TriadErrors(**NOISES)), seed=3).dvel, all_on.dvel)
 
 
-DRAWN = [quantity for quantity in QUANTITIES if quantity.drawn]
+DRAWN = [quantity for quantity in TERMS if quantity.drawn]
 
 
 @pytest.mark.parametrize("off", DRAWN, ids=lambda quantity: quantity.name)

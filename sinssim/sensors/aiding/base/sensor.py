@@ -185,12 +185,6 @@ class AidingSensor(Section):
         return AidingReadings(given, time, parameters)
 
 
-def exclude_each_other(section: Section, fixed: str, sigma: str) -> None:
-    """Raise ValueError for an error that is both given and to be drawn."""
-    if getattr(section, fixed) is not None and getattr(section, sigma):
-        raise ValueError(f"{fixed} (the error) and {sigma} (1σ to draw it from) are both given: keep one of them")
-
-
 def within(time: Array, spans: Spans) -> Mask:
     """Return which instants lie in one of some spans.
 
