@@ -31,7 +31,7 @@ from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, 
 from sinssim.strapdown.frames.kernels import continued_k
 from sinssim.strapdown.frames.level import curvatures_k
 from sinssim.strapdown.frames.problem import Problem
-from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
+from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.interval import FrameTurn
 from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
@@ -156,11 +156,9 @@ def _navigate(
         lon += half * sum_e * u.k2 / cos(lat + 0.5 * dlat)
         lat += dlat
         h1 = h - half * sum_d
-        if vertical == BARO_LOOP:
-            h1, vd, loop_sum = baro_loop_k(slow_dt, loop1, loop2, loop3, loop_sum, h, h1, vd, height_reference, row)
-        elif vertical == HELD:
-            h1, vd = height_reference[row + 1], climb_reference[row + 1]
-        h = h1
+        h, vd, loop_sum = vertical_channel_k(
+            vertical, slow_dt, loop1, loop2, loop3, loop_sum, h, h1, vd, height_reference, climb_reference, row
+        )
         if lon > pi:
             lon -= 2.0 * pi
         elif lon <= -pi:

@@ -29,10 +29,10 @@ from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
 from sinssim.strapdown.frames.problem import Problem
-from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
+from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import FrameTurn
+from sinssim.strapdown.increments.interval import frame_turn_k
 from sinssim.transverse import route_pole, too_near
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
@@ -245,17 +245,12 @@ def _navigate(
         e3, l3 = carried_sum_k(e3, l3, d3)
 
         # --- vertical channel
-        if vertical == BARO_LOOP:
-            h1, vz1, loop_sum = baro_loop_k(dt, loop1, loop2, loop3, loop_sum, h, h1, vz1, height_reference, k)
-        elif vertical == HELD:
-            h1 = height_reference[k + 1]
-            vz1 = climb_reference[k + 1]
+        h1, vz1, loop_sum = vertical_channel_k(
+            vertical, dt, loop1, loop2, loop3, loop_sum, h, h1, vz1, height_reference, climb_reference, k
+        )
 
         # --- attitude
-        frame = FrameTurn(
-            (ux0 + 4.0 * uxm + ux1) / 6.0, (uy0 + 4.0 * uym + uy1) / 6.0, (uz0 + 4.0 * uzm + uz1) / 6.0,
-            ux0, uy0, uz0, uxm, uym, uzm, ux1, uy1, uz1,
-        )  # fmt: skip
+        frame = frame_turn_k(ux0, uy0, uz0, uxm, uym, uzm, ux1, uy1, uz1)
         attitude = step_k(attitude, b, frame)
 
         vx, vy, vz, h = vx1, vy1, vz1, h1

@@ -31,10 +31,10 @@ from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
 from sinssim.strapdown.frames.problem import Problem, ran_away
-from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, baro_loop_k, loop_gains_k
+from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import FrameTurn
+from sinssim.strapdown.increments.interval import frame_turn_k
 
 POLAR_LIMIT = radians(89.9)
 """Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
@@ -181,17 +181,12 @@ def _navigate(
         h1 = h - sixth * (vd + 4.0 * vdm + vd1)
 
         # --- vertical channel
-        if vertical == BARO_LOOP:
-            h1, vd1, loop_sum = baro_loop_k(dt, loop1, loop2, loop3, loop_sum, h, h1, vd1, height_reference, k)
-        elif vertical == HELD:
-            h1 = height_reference[k + 1]
-            vd1 = climb_reference[k + 1]
+        h1, vd1, loop_sum = vertical_channel_k(
+            vertical, dt, loop1, loop2, loop3, loop_sum, h, h1, vd1, height_reference, climb_reference, k
+        )
 
         # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
-        frame = FrameTurn(
-            (un0 + 4.0 * unm + un1) / 6.0, (ue0 + 4.0 * uem + ue1) / 6.0, (ud0 + 4.0 * udm + ud1) / 6.0,
-            un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1,
-        )  # fmt: skip
+        frame = frame_turn_k(un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1)
         attitude = step_k(attitude, b, frame)
 
         # summed from the start: added to the latitude itself, a slow vehicle's steps would vanish in its last digit

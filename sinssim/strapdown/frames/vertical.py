@@ -159,6 +159,22 @@ def baro_loop_k(
 
 
 @inline
+def vertical_channel_k(
+    vertical: int, dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float,
+    h: float, h1: float, v_down1: float, reference: Array, climb_reference: Array, k: int,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Height, down velocity and k₃∫e dt at the end of interval k in any of the channels.
+
+    h is the height at the start, h1 and v_down1 the free ones at the end.
+    """
+    if vertical == BARO_LOOP:
+        return baro_loop_k(dt, gain1, gain2, gain3, loop_sum, h, h1, v_down1, reference, k)
+    if vertical == HELD:
+        return reference[k + 1], climb_reference[k + 1], loop_sum
+    return h1, v_down1, loop_sum
+
+
+@inline
 def next_error_k(reference: Array, row: int, h: float, e: float) -> float:
     """Return the error that counts from a row on; where no reading came, put h less it in the reading's place.
 

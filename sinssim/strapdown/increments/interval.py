@@ -71,6 +71,17 @@ class FrameTurn(NamedTuple):
 
 
 @inline
+def frame_turn_k(
+    u0_x: float, u0_y: float, u0_z: float, um_x: float, um_y: float, um_z: float, u1_x: float, u1_y: float, u1_z: float
+) -> FrameTurn:
+    """Frame's rotation ζ = ∫ω_in dt by Simpson's rule from the rates at start, middle and end, times the interval."""
+    return FrameTurn(
+        (u0_x + 4.0 * um_x + u1_x) / 6.0, (u0_y + 4.0 * um_y + u1_y) / 6.0, (u0_z + 4.0 * um_z + u1_z) / 6.0,
+        u0_x, u0_y, u0_z, um_x, um_y, um_z, u1_x, u1_y, u1_z,
+    )  # fmt: skip
+
+
+@inline
 def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: float) -> BodyTurn:
     """Body's turn from the increments, the fitted moments, their logarithm (φ, ν) and the factors b, c of J(φ)."""
     px, py, pz, nx, ny, nz = log

@@ -31,10 +31,12 @@ from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, NO_HEIGHT, loop_g
 from sinssim.strapdown.iteration.windows import (
     MOST_ITERATIONS,
     NODES,
-    WINDOW,
     body_k,
+    height_at_nodes_k,
     integrate_k,
-    interpolate_k,
+    interpolate_vector_k,
+    largest_change_k,
+    turned_on_k,
     windows,
 )
 
@@ -110,12 +112,7 @@ def _navigate(
             rate[3, j], rate[4, j], rate[5, j] = length * vx, length * vy, length * vz
         held_error = height[start] - height_reference[start] if by_readings and start > 0 else 0.0
         if vertical != 0 and not by_readings:
-            for j in range(NODES):
-                reference[j], climb[j] = 0.0, 0.0
-                for i in range(WINDOW + 1):
-                    reference[j] += height_table[t, j, i] * height_reference[fit[n] + i]
-                    if vertical == HELD:
-                        climb[j] += height_table[t, j, i] * climb_reference[fit[n] + i]
+            height_at_nodes_k(vertical, height_table[t], fit[n], height_reference, climb_reference, reference, climb)
         for row in range(7):
             integrate_k(integral, rate, row, (vx, vy, vz, x, yy, z, loop_sum)[row], y)
 
@@ -147,23 +144,15 @@ def _navigate(
             endx, endy, endz = y[0, NODES - 1], y[1, NODES - 1], y[2, NODES - 1]
             for row in range(7):
                 integrate_k(integral, rate, row, (vx, vy, vz, x, yy, z, loop_sum)[row], y)
-            change = max(max(abs(y[0, NODES - 1] - endx), abs(y[1, NODES - 1] - endy)), abs(y[2, NODES - 1] - endz))
-            if change < 1e-10:  # the next one is smaller by the change of gravitation in the window, 1e-5 or less
+            # the next change is smaller by the change of gravitation in the window, 1e-5 or less
+            if largest_change_k(y, endx, endy, endz) < 1e-10:
                 break
 
         # --- geodetic output at the end of each sample
         for i in range(m):
             k = start + i + 1
-            vx, vy, vz = (
-                interpolate_k(edge_table[t], i, y, 0),
-                interpolate_k(edge_table[t], i, y, 1),
-                interpolate_k(edge_table[t], i, y, 2),
-            )
-            x, yy, z = (
-                interpolate_k(edge_table[t], i, y, 3),
-                interpolate_k(edge_table[t], i, y, 4),
-                interpolate_k(edge_table[t], i, y, 5),
-            )
+            vx, vy, vz = interpolate_vector_k(edge_table[t], i, y, 0)
+            x, yy, z = interpolate_vector_k(edge_table[t], i, y, 3)
             if vertical == HELD:
                 nx, ny, nz, h = _up_k(p, x, yy, z)
                 lift = height_reference[k] - h
@@ -185,11 +174,7 @@ def _navigate(
             radial = cl * ux + sl * uy
             velocity[k, 0], velocity[k, 1] = c * vz - s * radial, cl * uy - sl * ux
             velocity[k, 2] = -c * radial - s * vz
-            b0, b1, b2, b3 = multiply_k(
-                a0, a1, a2, a3,
-                interpolate_k(edge_table[t], i, q, 0), interpolate_k(edge_table[t], i, q, 1),
-                interpolate_k(edge_table[t], i, q, 2), interpolate_k(edge_table[t], i, q, 3),
-            )  # fmt: skip
+            b0, b1, b2, b3 = turned_on_k(a0, a1, a2, a3, edge_table[t], i, q)
             scale = 0.5 * (b0 * b0 + b1 * b1 + b2 * b2 + b3 * b3 - 1.0)
             defect[k] = abs(scale)
             scale = 1.0 - scale

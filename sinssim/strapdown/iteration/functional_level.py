@@ -31,10 +31,13 @@ from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, NO_HEIGHT, loop_g
 from sinssim.strapdown.iteration.windows import (
     MOST_ITERATIONS,
     NODES,
-    WINDOW,
     body_k,
+    height_at_nodes_k,
     integrate_k,
     interpolate_k,
+    interpolate_vector_k,
+    largest_change_k,
+    turned_on_k,
     windows,
 )
 
@@ -100,12 +103,7 @@ def _navigate(
             force[2, j] = c31 * fx + c32 * fy + c33 * fz
         held_error = h - height_reference[start] if by_readings and start > 0 else 0.0
         if vertical != 0 and not by_readings:
-            for j in range(NODES):
-                reference[j], climb[j] = 0.0, 0.0
-                for i in range(WINDOW + 1):
-                    reference[j] += height_table[t, j, i] * height_reference[fit[n] + i]
-                    if vertical == HELD:
-                        climb[j] += height_table[t, j, i] * climb_reference[fit[n] + i]
+            height_at_nodes_k(vertical, height_table[t], fit[n], height_reference, climb_reference, reference, climb)
 
         # --- to begin with: gravity and Coriolis of the start, position on a straight line
         kx0, ky0, kz0 = third_row_k(e0, e1, e2, e3)
@@ -160,39 +158,25 @@ def _navigate(
             for c in range(11):
                 begin = (vx, vy, vz, h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, loop_sum)[c]
                 integrate_k(integral, rate, c, begin, y)
-            change = max(max(abs(y[0, NODES - 1] - endx), abs(y[1, NODES - 1] - endy)), abs(y[2, NODES - 1] - endz))
-            if change < 1e-10:  # the next one is smaller by the turn of the frame in the window, 1e-5
+            # the next change is smaller by the turn of the frame in the window, 1e-5
+            if largest_change_k(y, endx, endy, endz) < 1e-10:
                 break
 
         # --- output relative to geodetic north at the end of each sample
         for i in range(m):
             k = start + i + 1
-            vx, vy, vz = (
-                interpolate_k(edge_table[t], i, y, 0),
-                interpolate_k(edge_table[t], i, y, 1),
-                interpolate_k(edge_table[t], i, y, 2),
-            )
+            vx, vy, vz = interpolate_vector_k(edge_table[t], i, y, 0)
             h = interpolate_k(edge_table[t], i, y, 3)
             if vertical == HELD:
                 vz, h = climb_reference[k], height_reference[k]
             elif by_readings:
                 held_error = next_error_k(height_reference, k, h, held_error)
-            r0, r1, r2, r3 = quaternion_from_rotation_vector_k(
-                interpolate_k(edge_table[t], i, y, 4),
-                interpolate_k(edge_table[t], i, y, 5),
-                interpolate_k(edge_table[t], i, y, 6),
-            )
+            rx, ry, rz = interpolate_vector_k(edge_table[t], i, y, 4)
+            r0, r1, r2, r3 = quaternion_from_rotation_vector_k(rx, ry, rz)
             f0, f1, f2, f3 = multiply_k(e0, e1, e2, e3, r0, r1, r2, r3)
-            b0, b1, b2, b3 = multiply_k(
-                a0, a1, a2, a3,
-                interpolate_k(edge_table[t], i, q, 0), interpolate_k(edge_table[t], i, q, 1),
-                interpolate_k(edge_table[t], i, q, 2), interpolate_k(edge_table[t], i, q, 3),
-            )  # fmt: skip
-            z0, z1, z2, z3 = quaternion_from_rotation_vector_k(
-                -interpolate_k(edge_table[t], i, y, 7),
-                -interpolate_k(edge_table[t], i, y, 8),
-                -interpolate_k(edge_table[t], i, y, 9),
-            )
+            b0, b1, b2, b3 = turned_on_k(a0, a1, a2, a3, edge_table[t], i, q)
+            zx, zy, zz = interpolate_vector_k(edge_table[t], i, y, 7)
+            z0, z1, z2, z3 = quaternion_from_rotation_vector_k(-zx, -zy, -zz)
             b0, b1, b2, b3 = multiply_k(z0, z1, z2, z3, b0, b1, b2, b3)
             kx, ky, kz = third_row_k(f0, f1, f2, f3)
             azimuth = -atan2(ky, kx)

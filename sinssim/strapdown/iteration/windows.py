@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
-from sinssim.rotation.kernels import multiply_k, quaternion_from_rotation_vector_k, rotate_k
+from sinssim.rotation.kernels import (
+    Quaternion,
+    Vector,
+    multiply_k,
+    quaternion_from_rotation_vector_k,
+    rotate_k,
+)
+from sinssim.strapdown.frames.vertical import HELD
 
 Long = NDArray[np.longdouble]
 
@@ -151,6 +158,46 @@ def interpolate_k(weights: Array, i: int, value: Array, c: int) -> float:
     for j in range(NODES):
         total += weights[i, j] * value[c, j]
     return total
+
+
+@inline
+def interpolate_vector_k(weights: Array, i: int, value: Array, c: int) -> Vector:
+    """Values of the rows c … c + 2 at the end of the window's sample i."""
+    return (
+        interpolate_k(weights, i, value, c),
+        interpolate_k(weights, i, value, c + 1),
+        interpolate_k(weights, i, value, c + 2),
+    )
+
+
+@inline
+def turned_on_k(a0: float, a1: float, a2: float, a3: float, weights: Array, i: int, q: Array) -> Quaternion:
+    """Attitude a of the window's start, turned on by the body's rotation until the end of the window's sample i."""
+    return multiply_k(
+        a0, a1, a2, a3,
+        interpolate_k(weights, i, q, 0), interpolate_k(weights, i, q, 1),
+        interpolate_k(weights, i, q, 2), interpolate_k(weights, i, q, 3),
+    )  # fmt: skip
+
+
+@inline
+def height_at_nodes_k(
+    vertical: int, table: Array, fit: int, height_reference: Array, climb_reference: Array, height: Array, climb: Array
+) -> None:
+    """Fill in the height reference at the nodes, (NODES,), and its rate where the channel is held to both."""
+    for j in range(NODES):
+        height[j], climb[j] = 0.0, 0.0
+        for i in range(WINDOW + 1):
+            height[j] += table[j, i] * height_reference[fit + i]
+            if vertical == HELD:
+                climb[j] += table[j, i] * climb_reference[fit + i]
+
+
+@inline
+def largest_change_k(y: Array, x0: float, y0: float, z0: float) -> float:
+    """Largest change of the velocity at the window's end, the first three rows of y, by an iteration."""
+    last = NODES - 1
+    return max(max(abs(y[0, last] - x0), abs(y[1, last] - y0)), abs(y[2, last] - z0))
 
 
 @kernel
