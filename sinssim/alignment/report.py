@@ -244,15 +244,15 @@ def align_source(
         )
     from sinssim import rotation
     from sinssim.scenario import load_scenario
-    from sinssim.sensors import draw
-    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.imu.emulate import draw_gyro_block, emulate
     from sinssim.sensors.imu.rectification import rectified
     from sinssim.truth.source import fly
 
     scenario = load_scenario(source, settings)
     trajectory = fly(scenario)
-    felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), draw(scenario.imu, scenario.seed))
-    imu = _part(emulate(felt, scenario.imu, scenario.seed), start, end, source)
+    errors = draw_gyro_block(scenario.imu, scenario.seed)
+    felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
+    imu = _part(emulate(felt, errors, scenario.seed), start, end, source)
     # eq. (1) finds the mean attitude of a session, the cone that of its last instant
     state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)

@@ -37,9 +37,8 @@ def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
     if imu.temperature_start_c == imu.temperature_steady_c and "warm_up_time_s" in imu.model_fields_set:
         yield "imu.warm_up_time_s changes nothing: temperature_start_c and temperature_steady_c are the same."
     for triad in ("gyro", "accel"):
-        instability, correlation_time = (
-            term.key for term in of_triad(triad) if term.field in ("instability", "correlation_time")
-        )
+        keys = {term.field: term.key for term in of_triad(triad)}
+        instability, correlation_time = keys["instability"], keys["correlation_time"]
         value = getattr(imu, instability)
         of_grade = getattr(find_grade(imu.grade), triad).instability
         if getattr(imu, correlation_time) is not None and not (of_grade if value is None else value):
@@ -94,17 +93,18 @@ def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:
     Yields:
         Whole sentences, each with its key.
     """
-    for triad, unit in (("gyro", "deg_h"), ("accel", "ug")):
-        instability = getattr(imu, f"{triad}_instability_{unit}")
-        if instability and getattr(imu, f"{triad}_correlation_time_s") is None:
+    for triad in ("gyro", "accel"):
+        keys = {term.field: term.key for term in of_triad(triad)}
+        instability = getattr(imu, keys["instability"])
+        if instability and getattr(imu, keys["correlation_time"]) is None:
             yield (
-                f"imu.{triad}_instability_{unit} = {instability:g} has no {triad}_correlation_time_s beside it: "
+                f"imu.{keys['instability']} = {instability:g} has no {keys['correlation_time']} beside it: "
                 f"{CORRELATION_TIME:g} s is taken."
             )
-        flicker = getattr(imu, f"{triad}_flicker_{unit}")
+        flicker = getattr(imu, keys["flicker"])
         if flicker and duration * imu.rate_hz > FLICKER_SAMPLES:
             yield (
-                f"imu.{triad}_flicker_{unit} = {flicker:g} is flicker noise up to {FLICKER_SAMPLES:g} samples, "
+                f"imu.{keys['flicker']} = {flicker:g} is flicker noise up to {FLICKER_SAMPLES:g} samples, "
                 f"{FLICKER_SAMPLES / imu.rate_hz:.4g} s at {imu.rate_hz:g} Hz; over longer times its Allan deviation "
                 "falls below 0.664 B, by 1.5 % at 4e6 samples."
             )

@@ -1,4 +1,4 @@
-"""Checks the distance of a motion from the pole of its route, for frame = "transverse"."""
+"""Checks the distance of a motion from the pole of its route, for frames that are oriented along one."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, NavState
 from sinssim.errors import InputError
+from sinssim.frames import FRAME_REGISTRY
 from sinssim.scenario.duration import plan_at_start, reckon_legs
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
@@ -41,7 +42,7 @@ def check_route(scenario: Scenario) -> None:
         InputError: it does; the message says where, when and how near.
     """
     navigation = scenario.navigation
-    if navigation.frame != "transverse" or navigation.route_deg is None:
+    if not FRAME_REGISTRY[navigation.frame].takes_route or navigation.route_deg is None:
         return
     lat_a, lon_a, lat_b, lon_b = map(math.radians, navigation.route_deg)
     pole, step = route_pole((lat_a, lon_a, lat_b, lon_b), 0.0, 0.0, np.zeros(3)), _step(scenario)
@@ -65,7 +66,7 @@ def check_route_flown(scenario: Scenario, time: Array, truth: NavState) -> None:
         InputError: it does; the message says where, when and how near.
     """
     navigation = scenario.navigation
-    if navigation.frame != "transverse":
+    if not FRAME_REGISTRY[navigation.frame].takes_route:
         return
     route = None
     if navigation.route_deg is not None:

@@ -2,43 +2,38 @@
 
 Stages, in this order. T is the interval's length, t its middle since the start, u = Δβ/T the mean rate or specific
 force of the interval in the block's axes, f that of the accelerometers; i the sensitive axis, j ≠ i the others. Every
-error is 0 unless given; the names in brackets are the fields of `TriadErrors` (SI) and the keys of a scenario's [imu],
-"gyro_" or "accel_" before them and their unit behind. What varies from run to run has a second key with "_sigma" before
-the unit, from which it is drawn.
+error is 0 unless given; the names in brackets are the fields of `TriadErrors` (SI). `sinssim.sensors.imu.terms` has the
+key of each in a scenario's [imu], the key of the 1σ to draw it from, and the units that a key may end in. What belongs
+to the whole block is named by its key.
 
   1. where and when: accelerometer i sits at its own place r_i, and the accelerometers' readings lag the gyros' by δ
-     (arms: accel_arms_mm; delay: accel_delay_ms); gas flow in laser gyros, alike in all three, feigns a rotation that
-     changes with the temperature (null_shift: [imu.laser_gyro]). The same in every run: `sinssim.sensors.imu.placement`
+     (accel_arms_mm, accel_delay_ms); gas flow in laser gyros, alike in all three, feigns a rotation that changes with
+     the temperature ([imu.laser_gyro]). The same in every run: `sinssim.sensors.imu.placement`
          f_i ← f_i + [ω̇ × r_i + ω × (ω × r_i)]_i,     f(t) ← f(t − δ),     ω_i ← ω_i + Ω₀(Θ) − Ω₀(0)
-  2. sensitive axis (misalignment: _misalignment_arcsec)
+  2. sensitive axis (misalignment)
          x_i = u_i + Σ_j M_ij u_j
-  3. response (asymmetry: _asymmetry_ppm; quadratic: gyro_quadratic_ppm_per_deg_s, accel_quadratic_ug_per_g2; cubic:
-     gyro_cubic_ppm_per_deg2_s2, accel_cubic_ug_per_g3; cross_axis: accel_cross_axis_ug_per_g2)
+  3. response (asymmetry, quadratic, cubic, cross_axis)
          n_i = x_i + ½κ|x_i| + K₂x_i² + K₃x_i³ + Σ_j C_ij x_i u_j
      κ is the scale factor of positive inputs less that of negative ones, relative; C the cross-coupling of pendulous
      accelerometers (K_ip, K_io of IEEE Std 1293), which rectifies vibration (vibro-pendulous error)
-  4. equation (2), with what drifts (scale: _scale_ppm; scale_temperature: _scale_temperature_ppm_per_c; bias:
-     gyro_bias_deg_h, accel_bias_ug; g_sensitivity: gyro_g_sensitivity_deg_h_per_g; bias_temperature:
-     gyro_bias_temperature_deg_h_per_c, accel_bias_temperature_ug_per_c; ramp: gyro_ramp_deg_h_per_h,
-     accel_ramp_ug_per_h)
+  4. equation (2), with what drifts (scale, scale_temperature, bias, g_sensitivity, bias_temperature, ramp)
          y_i = (1 + k_i + k′_i Θ) n_i + ω₀_i + Σ_m G_im f_m + β_i Θ + R_i t + b_i + w_i + c_i
      Θ(t) = Θ_∞ + (Θ₀ − Θ_∞) exp(−t/τ_Θ) is the temperature over that of the calibration (temperature_start_c,
      temperature_steady_c, warm_up_time_s)
        b: bias instability, stationary first-order Gauss-Markov of 1σ σ_b and correlation time τ_b (instability,
-          correlation_time: gyro_instability_deg_h, accel_instability_ug, _correlation_time_s)
-       w: rate random walk K, 0 at the start (rate_walk: gyro_rrw_deg_h_sqrt_h, accel_rrw_ug_sqrt_h)
-       c: flicker, the bias instability B of IEEE Std 952 (flicker: gyro_flicker_deg_h, accel_flicker_ug)
-  5. noise and faults (random_walk N: gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz)
+          correlation_time)
+       w: rate random walk K, 0 at the start (rate_walk)
+       c: flicker, the bias instability B of IEEE Std 952 (flicker)
+  5. noise and faults (random_walk: N)
          Δβ̃_i = y_i T + N√T ν_i + bias steps and spikes of [[imu.faults]]
-  6. saturation (limit: gyro_range_deg_s, accel_range_g): Δβ̃_i is cut to ±limit·T, and flagged
-  7. quantisation of the accumulated sum (quantum Q: gyro_quantum_arcsec, accel_quantum_mm_s)
+  6. saturation (limit): Δβ̃_i is cut to ±limit·T, and flagged
+  7. quantisation of the accumulated sum (quantum: Q)
          Δβ̃_i ← differences of round(Σ Δβ̃_i / Q) Q
   8. what the link does: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
 
-Other units of the same quantity may stand in a key (gyro_misalignment_mrad, accel_vrw_mps_sqrt_h, gyro_bias_deg_s):
-`sinssim.sensors.imu.terms` has the table. Stage 3 acts on the mean of an interval, and the arms of stage 1 on what
-a curve through the samples shows of the rotation: what motion faster than the samples adds to both,
-`sinssim.sensors.imu.rectification` puts into the ideal increments. Of the delay nothing is added: it moves no mean.
+Stage 3 acts on the mean of an interval, and the arms of stage 1 on what a curve through the samples shows of the
+rotation: what motion faster than the samples adds to both, `sinssim.sensors.imu.rectification` puts into the ideal
+increments. Of the delay nothing is added: it moves no mean.
 
 Allan deviations over τ, sampled with T, of each noise alone:
     Q  quantisation: √3 Q_z/τ with Q_z = Q/√12                        N  N/√τ
@@ -93,13 +88,8 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
 
     ideal = checked_imu(ideal)
     time = ideal.time
-    if isinstance(spec, ImuSection) and spec.sensor_set.type != "gyros":
-        raise InputError(
-            f'a block of three gyros and three accelerometers is emulated; sensor_set.type = "{spec.sensor_set.type}" '
-            "is another one."
-        )
     key_0, key_1 = key(seed)
-    errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
+    errors = draw_gyro_block(spec, seed) if isinstance(spec, ImuSection) else spec
     packed = pack([errors], float(time[0]))
     _check_faults(errors, time)
     felt = what_is_felt(ideal, errors)
@@ -117,6 +107,27 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
         packed.kinds, packed.spans, packed.amounts, gyro, accel, flags,
     )  # fmt: skip
     return ImuData(stamps, gyro, accel, flags if flagged else None)
+
+
+def draw_gyro_block(section: ImuSection, seed: int = 0) -> ImuErrors:
+    """Draw the errors of one run of a block of three gyros and three accelerometers.
+
+    Args:
+        section: the [imu] section of a scenario.
+        seed: the run's seed.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the section is of a set of sensors without gyros, or the seed cannot be used.
+    """
+    if section.sensor_set.type != "gyros":
+        raise InputError(
+            "a block of three gyros and three accelerometers is emulated; sensor_set.type = "
+            f'"{section.sensor_set.type}" is another one.'
+        )
+    return draw(section, seed)
 
 
 def _check_pulse(name: str, quantum: float, unit: float, true: Array) -> None:

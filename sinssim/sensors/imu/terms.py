@@ -13,7 +13,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.sensors.imu.error_term import (
@@ -354,12 +353,12 @@ def non_linearity(x: Any, mean: Any, asymmetry: Any, quadratic: Any, cubic: Any)
     return mean * (quadratic + cubic * mean) * x + 0.5 * asymmetry * abs(x)
 
 
-def response_slope(x: Array, linear: ArrayLike, asymmetry: float, quadratic: float, cubic: float) -> Array:
+def response_slope(x: Array, linear: Array, asymmetry: float, quadratic: float, cubic: float) -> Array:
     """Return the derivative of c x + ½κ|x| + K₂x² + K₃x³ to x.
 
     Args:
         x: mean rates or specific forces along the sensitive axis.
-        linear: c, broadcasts with x.
+        linear: c, like x.
         asymmetry, quadratic, cubic: κ, K₂ and K₃.
 
     Returns:

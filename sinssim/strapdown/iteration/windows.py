@@ -197,7 +197,8 @@ def height_at_nodes_k(
 def largest_change_k(y: Array, x0: float, y0: float, z0: float) -> float:
     """Largest change of the velocity at the window's end, the first three rows of y, by an iteration."""
     last = NODES - 1
-    return max(max(abs(y[0, last] - x0), abs(y[1, last] - y0)), abs(y[2, last] - z0))
+    change: float = max(max(abs(y[0, last] - x0), abs(y[1, last] - y0)), abs(y[2, last] - z0))
+    return change
 
 
 @kernel

@@ -67,10 +67,7 @@ def test_everything_that_a_calibration_knows_is_undone() -> None:
     true = ideal()
     h = np.diff(true.time)
     middle = 0.5 * (true.time[1:] + true.time[:-1]) - true.time[0]
-    known = (
-        {name: VALUES["gyro"][name] for name in CALIBRATED},
-        {name: VALUES["accel"].get(name) for name in CALIBRATED},
-    )
+    known = [{name: VALUES[triad].get(name) for name in CALIBRATED} for triad in ("gyro", "accel")]
     accel = {name: value for name, value in known[1].items() if value is not None}
     errors = ImuErrors(TriadErrors(**known[0]), TriadErrors(**accel), warm_up=WARM)
     warmth, force = temperature(errors, middle), true.dvel / h[:, None]
