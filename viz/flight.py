@@ -45,17 +45,16 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         line_grid=no_grid,
         eye_controls=rrb.EyeControls3D(position=(0.9, -1.5, 0.9), look_target=(0, 0, 0), eye_up=(0, 0, 1)),
     )
-    words = rrb.Tabs(
-        rrb.TextLogView(
-            origin="/events",
-            name="Events",
-            # the viewer's own column of times is too narrow for fractions of a second; the texts begin with them
-            columns=rrb.TextLogColumns(
-                timeline_columns=[rrb.encodings.TimelineColumn("sim_time", visible=False)], text_log_columns=["Body"]
-            ),
+    events = rrb.TextLogView(
+        origin="/events",
+        name="Events",
+        # the viewer's own column of times is too narrow for fractions of a second; the texts begin with them
+        columns=rrb.TextLogColumns(
+            timeline_columns=[rrb.encodings.TimelineColumn("sim_time", visible=False)], text_log_columns=["Body"]
         ),
-        rrb.TextDocumentView(origin="/about/scenario", name="Scenario"),
     )
+    scenario = rrb.TextDocumentView(origin="/about/scenario", name="Scenario")
+    words = scenario if run.label("events") == "no" else rrb.Tabs(events, scenario)
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(

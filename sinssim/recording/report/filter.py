@@ -11,10 +11,10 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.formatting import number_text, signed
 from sinssim.recording import style
+from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.rerun.log_filter import NAVIGATION, SETTLED
 from sinssim.recording.scales import suiting
 from sinssim.recording.store.filter_summary import for_people, sentences
 
@@ -46,8 +46,6 @@ _WIDTH, _HEIGHT = 376, 150
 
 _DOTS = 1500
 """Approximate maximum number of dots of one kind in a drawing."""
-_EDGE = 6.0
-"""Innovations beyond this many σ are drawn at the limit."""
 
 _TITLES = {
     "position_north": "North position error",
@@ -251,9 +249,9 @@ def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
             rows = np.flatnonzero(which)
             rows = rows[:: max(1, len(rows) * ratio.shape[1] // _DOTS)]
             if len(rows):
-                values = np.clip(ratio[rows].ravel(), -_EDGE, _EDGE)
+                values = np.clip(ratio[rows].ravel(), -EDGE, EDGE)
                 time = np.repeat(sensor.time[rows], ratio.shape[1])
                 lines.append(Line(name, time, values, style.css(style.COLORS[kind]), dots=size))
         yield plot.plot(
-            f"{sensor.sensor}, in σ", "", lines, span, axis=(-_EDGE, _EDGE, 2.0), width=_WIDTH, height=_HEIGHT
+            f"{sensor.sensor}, in σ", "", lines, span, axis=(-EDGE, EDGE, 2.0), width=_WIDTH, height=_HEIGHT
         )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from functools import partial
 from pathlib import Path
 
@@ -16,8 +14,7 @@ from sinssim.alignment.budget import MOTION, error_budget, total
 from sinssim.alignment.determination import solve
 from sinssim.alignment.report import AlignmentReport
 from sinssim.data import Array
-from sinssim.errors import RunError
-from sinssim.recording.rerun.rrd import Recording
+from sinssim.recording.rerun.rrd import Recording, time_plot, whole_recording
 from sinssim.recording.tables.alignment import show
 from sinssim.recording.tables.plain_text import plain_text
 from sinssim.units import ARCMIN, ARCSEC, DEG
@@ -36,21 +33,13 @@ def record_alignment(path: Path, report: AlignmentReport) -> None:
     Raises:
         RunError: the file cannot be written.
     """
-    beside = path.with_name(path.name + ".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with Recording(beside, "sinssim_alignment") as recording:
-            plots = [*_record_angles(recording, report), *_record_departures(recording, report)]
-            tabs = [rrb.Grid(*plots, name="Session"), rrb.TextDocumentView(origin="session/summary", name="Summary")]
-            if report.budget is not None:
-                tabs.append(rrb.Grid(*_record_budget(recording, report.budget), name="Error budget"))
-            recording.document("session/summary", f"```\n{plain_text(partial(show, report))}```\n{_sources(report)}")
-            recording.blueprint(rrb.Blueprint(rrb.Tabs(*tabs), collapse_panels=True))
-        os.replace(beside, path)
-    except (OSError, RuntimeError) as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
-        raise RunError(f"the recording {path} cannot be written: {error}.") from error
+    with whole_recording(path, "sinssim_alignment") as recording:
+        plots = [*_record_angles(recording, report), *_record_departures(recording, report)]
+        tabs = [rrb.Grid(*plots, name="Session"), rrb.TextDocumentView(origin="session/summary", name="Summary")]
+        if report.budget is not None:
+            tabs.append(rrb.Grid(*_record_budget(recording, report.budget), name="Error budget"))
+        recording.document("session/summary", f"```\n{plain_text(partial(show, report))}```\n{_sources(report)}")
+        recording.blueprint(rrb.Blueprint(rrb.Tabs(*tabs), collapse_panels=True))
 
 
 def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.View]:
@@ -87,7 +76,7 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
             lines["true"] = np.full_like(angle, true + 2.0 * np.pi * np.round((final - true) / (2.0 * np.pi)))
         entity = f"session/angles/{name}"
         recording.series(entity, imu.time[ends], np.column_stack(list(lines.values())) / DEG, list(lines))
-        plots.append(_plot(entity, f"{name} from the session so far [deg]", report))
+        plots.append(time_plot(entity, f"{name} from the session so far [deg]", imu.time))
     return plots
 
 
@@ -105,8 +94,8 @@ def _record_departures(recording: Recording, report: AlignmentReport) -> list[rr
     recording.series("session/velocity", imu.time, velocity * 1e3, _AXES)
     what = "from a steady rise" if report.residual_velocity is None else "from gravity's cone in inertial space"
     return [
-        _plot("session/turn", "departure of the gyros' angle from a steady turn [arcsec]", report),
-        _plot("session/velocity", f"departure of the accelerometers' velocity {what} [mm/s]", report),
+        time_plot("session/turn", "departure of the gyros' angle from a steady turn [arcsec]", imu.time),
+        time_plot("session/velocity", f"departure of the accelerometers' velocity {what} [mm/s]", imu.time),
     ]
 
 
@@ -118,13 +107,6 @@ def _record_budget(recording: Recording, budget: dict[str, Angles]) -> list[rrb.
         recording.static(entity, rr.BarChart(values))
         bars.append(rrb.BarChartView(origin=entity, name=f"σ of the {name} by source [arcmin]"))
     return bars
-
-
-def _plot(entity: str, name: str, report: AlignmentReport) -> rrb.View:
-    start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(report.imu.time[k])) for k in (0, -1))
-    return rrb.TimeSeriesView(
-        origin=entity, name=name, axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
-    )
 
 
 def _sources(report: AlignmentReport) -> str:

@@ -9,28 +9,18 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
+from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
+from sinssim.recording.scales import Rows, suiting, thinned
 
 if TYPE_CHECKING:
     from sinssim.estimation import Innovations
     from sinssim.estimation.from_scenario.truth_comparison import Aided
     from sinssim.recording.rerun.rrd import Recording
 
-_EDGE = 6.0
-"""Innovations beyond this many σ are drawn at the limit, so that the plot stays readable."""
-SETTLED = 0.05
-"""Fraction of a run after which the axes are fitted, because the initial errors are much larger than the later ones."""
 _FREEDOM = 60
 """Degrees of freedom of each mean of the normalised innovations squared, or a multiple of it."""
 
 _AXES = {"forward": "x", "right": "y", "down": "z"}
-
-NAVIGATION: tuple[tuple[str, Scale, tuple[str, str, str], float], ...] = (
-    ("position", LENGTHS, ("position_north", "position_east", "height"), -1.0),
-    ("velocity", SPEEDS, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
-    ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
-)
-"""The blocks of navigation: scale, names of the components, and sign of the third (down to up)."""
 
 
 def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
@@ -136,7 +126,7 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
     ends = np.array([min(i.time[0] for i in sensors), max(i.time[-1] for i in sensors)]) if sensors else np.zeros(2)
     for lane, (sensor, color) in enumerate(zip(sensors, colors, strict=True), start=1):
         spread = np.sqrt(np.einsum("kii->ki", sensor.covariance))
-        ratio = np.clip(sensor.value / spread, -_EDGE, _EDGE)
+        ratio = np.clip(sensor.value / spread, -EDGE, EDGE)
         taken, refused = sensor.accepted, ~sensor.accepted
         names = [sensor.sensor, *[""] * (ratio.shape[1] - 1)]
         for key, which, paint, marker, size in (

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -13,13 +11,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.data import Array
-from sinssim.errors import RunError
 from sinssim.noise_identification.channels import AXES
 from sinssim.noise_identification.report import NoiseReport
 from sinssim.noise_identification.units import UNITS
 from sinssim.recording.figures.canvas import to_png
 from sinssim.recording.figures.noise import noise_figure
-from sinssim.recording.rerun.rrd import Recording
+from sinssim.recording.rerun.rrd import Recording, time_plot, whole_recording
 from sinssim.recording.tables.noise import show
 from sinssim.recording.tables.plain_text import plain_text
 from sinssim.sensors.log import TriadName
@@ -41,26 +38,16 @@ def record_noise(path: Path, report: NoiseReport) -> None:
     Raises:
         RunError: the file cannot be written.
     """
-    beside = path.with_name(path.name + ".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with Recording(beside, "sinssim_noise") as recording:
-            plots = list(_record_streams(recording, report))
-            recording.static(
-                "noise/allan", rr.EncodedImage(contents=to_png(noise_figure(report)), media_type="image/png")
-            )
-            recording.document("noise/summary", f"```\n{plain_text(partial(show, report))}```\n")
-            tabs = rrb.Tabs(
-                rrb.Spatial2DView(origin="noise/allan", name="Allan deviation"),
-                rrb.TextDocumentView(origin="noise/summary", name="Noise terms"),
-                rrb.Grid(*plots, name="Streams"),
-            )
-            recording.blueprint(rrb.Blueprint(tabs, collapse_panels=True))
-        os.replace(beside, path)
-    except (OSError, RuntimeError) as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
-        raise RunError(f"the recording {path} cannot be written: {error}.") from error
+    with whole_recording(path, "sinssim_noise") as recording:
+        plots = list(_record_streams(recording, report))
+        recording.static("noise/allan", rr.EncodedImage(contents=to_png(noise_figure(report)), media_type="image/png"))
+        recording.document("noise/summary", f"```\n{plain_text(partial(show, report))}```\n")
+        tabs = rrb.Tabs(
+            rrb.Spatial2DView(origin="noise/allan", name="Allan deviation"),
+            rrb.TextDocumentView(origin="noise/summary", name="Noise terms"),
+            rrb.Grid(*plots, name="Streams"),
+        )
+        recording.blueprint(rrb.Blueprint(tabs, collapse_panels=True))
 
 
 def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.View]:
@@ -77,11 +64,13 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
         rates = np.diff(sums, axis=0) / np.diff(time[edges])[:, None]
         unit, size = UNITS[triad].rate
         recording.series(f"noise/{triad}/rate", time[edges[1:]], (rates - rates.mean(axis=0)) / size, names)
-        yield _plot(f"noise/{triad}/rate", f"{_WORDS[triad]} less its mean, mean over {window:.3g} s [{unit}]", time)
+        yield time_plot(
+            f"noise/{triad}/rate", f"{_WORDS[triad]} less its mean, mean over {window:.3g} s [{unit}]", time
+        )
         share = ((time[edges] - time[0]) / (time[-1] - time[0]))[:, None]
         unit, size = _SUM_UNIT[triad]
         recording.series(f"noise/{triad}/sum", time[edges], (sums - share * sums[-1]) / size, names)
-        yield _plot(f"noise/{triad}/sum", f"{_SUM_WORDS[triad]} less a steady rise [{unit}]", time)
+        yield time_plot(f"noise/{triad}/sum", f"{_SUM_WORDS[triad]} less a steady rise [{unit}]", time)
     others = [found.channel for found in report.channels if found.channel.triad is None]
     # entities are numbered, because the name of a column may be invalid as the name of an entity
     for k, channel in enumerate(others, start=1):
@@ -89,7 +78,7 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
         means = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
         entity, unit = f"noise/quantity_{k}", channel.units.rate[0]
         recording.series(entity, time[edges[1:]], (means - means.mean())[:, None], [channel.name])
-        yield _plot(entity, f"{channel.name} less its mean, mean over {window:.3g} s [{unit}]", time)
+        yield time_plot(entity, f"{channel.name} less its mean, mean over {window:.3g} s [{unit}]", time)
 
 
 def _accumulated(report: NoiseReport, triad: TriadName, axes: list[int]) -> Array:
@@ -98,10 +87,3 @@ def _accumulated(report: NoiseReport, triad: TriadName, axes: list[int]) -> Arra
     values = samples.triads[triad][:, axes]
     increments = values if samples.kind == "increments" else values * np.diff(samples.time)[:, None]
     return np.concatenate([np.zeros((1, len(axes))), np.cumsum(increments, axis=0)])
-
-
-def _plot(entity: str, name: str, time: Array) -> rrb.View:
-    start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(time[k])) for k in (0, -1))
-    return rrb.TimeSeriesView(
-        origin=entity, name=name, axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
-    )

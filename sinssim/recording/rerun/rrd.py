@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -13,8 +14,10 @@ from typing import Any, Self
 import numpy as np
 import pyarrow as pa
 import rerun as rr
+import rerun.blueprint as rrb
 
 from sinssim.data import Array
+from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.store.streams import Stream
 from sinssim.truth.trajectory import FlightEvent
@@ -323,3 +326,46 @@ class Recording:
                 np.array([event.time for event in events]),
                 rr.TextLog.columns(text=[f"{event.time:.3f} s  {event.text}" for event in events], level=levels),
             )
+
+
+@contextlib.contextmanager
+def whole_recording(path: Path, application: str) -> Iterator[Recording]:
+    """Write a recording beside its place, and rename it into its place when it is complete.
+
+    Args:
+        path: the file, by convention with the suffix .rrd; its folder is made.
+        application: application identifier.
+
+    Yields:
+        The recording to fill.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    beside = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with Recording(beside, application) as recording:
+            yield recording
+        os.replace(beside, path)
+    except (OSError, RuntimeError) as error:
+        with contextlib.suppress(OSError):
+            beside.unlink()
+        raise RunError(f"the recording {path} cannot be written: {error}.") from error
+
+
+def time_plot(entity: str, name: str, time: Array) -> rrb.TimeSeriesView:
+    """Return a plot whose time axis shows a whole record.
+
+    Args:
+        entity: path of the entity to plot.
+        name: title.
+        time: instants of the record, (N,) s.
+
+    Returns:
+        The view.
+    """
+    start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(time[k])) for k in (0, -1))
+    return rrb.TimeSeriesView(
+        origin=entity, name=name, axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+    )

@@ -70,7 +70,7 @@ class RunWriter:
             float(time[0]),
             float(time[-1]),
             scenario.navigation.algorithms,
-            labels={"height_scale": str(self._scene.height_scale)},
+            labels={"height_scale": str(self._scene.height_scale), "events": "yes" if self._events else "no"},
             eye=(self._scene.eye, self._scene.middle),
             map_zoom=map_zoom([truth]),
         )
@@ -177,7 +177,7 @@ class RunWriter:
         """
         self._events.sort(key=lambda event: event.time)
         self._submit(self._to_rerun, self._recording.document, "about/summary", summary)
-        self._submit(self._to_rerun, self._recording.events, self._events)
+        self._submit(self._to_rerun, self._draw_events)
         self._submit(self._to_parquet, parquet.write_events, self._events, self._streams)
         left = set(self._tasks)
         while left:
@@ -205,6 +205,11 @@ class RunWriter:
             self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"], _PATH_WIDTH
         )
         self._learn(labels)
+
+    def _draw_events(self) -> None:
+        self._recording.events(self._events)
+        if self._events and self._run.label("events") == "no":
+            self._learn({"events": "yes"})
 
     def _learn(self, labels: dict[str, str]) -> None:
         """Set the units in the views' titles and the ranges of their axes from the run's numbers."""

@@ -224,3 +224,14 @@ def test_paths_that_are_no_recording_are_refused(tmp_path):
     assert find_recording(tmp_path) == tmp_path / "recording.rrd"
     with pytest.raises(InputError, match="was not written by sinssim"):
         read_run_info(tmp_path / "recording.rrd")
+
+
+@pytest.mark.parametrize(("labels", "shown"), [({"events": "no"}, False), ({"events": "yes"}, True), ({}, True)])
+def test_a_run_without_events_has_no_panel_of_them(labels, shown):
+    info = RunInfo("x", 0.0, 1.0, ("quaternion",), labels=labels)
+    assert any(isinstance(view, rrb.TextLogView) for view in views(load_view("flight", info).root_container)) == shown
+
+
+def test_a_run_says_whether_it_has_events(recording):
+    entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
+    assert (read_run_info(recording).label("events") == "yes") == ("/events" in entities)

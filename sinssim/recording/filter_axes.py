@@ -1,0 +1,17 @@
+"""What the report and the recording of a filter have alike: components, scales and limits of the drawings."""
+
+from __future__ import annotations
+
+from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale
+
+EDGE = 6.0
+"""Innovations beyond this many σ are drawn at the limit, so that the plot stays readable."""
+SETTLED = 0.05
+"""Fraction of a run after which the axes are fitted, because the initial errors are much larger than the later ones."""
+
+NAVIGATION: tuple[tuple[str, Scale, tuple[str, str, str], float], ...] = (
+    ("position", LENGTHS, ("position_north", "position_east", "height"), -1.0),
+    ("velocity", SPEEDS, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
+    ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
+)
+"""The blocks of navigation: scale, names of the components, and sign of the third (down to up)."""
