@@ -265,7 +265,7 @@ def test_gauss_markov_decays_exactly_on_any_intervals():
 
 @pytest.mark.parametrize("grade", ["laser-standard", "consumer"])
 def test_draws_have_the_standard_deviation_of_the_grade(grade):
-    from tests.sensors.test_grades import DEG_H, TABLE
+    from tests.sensors.imu.test_grades import DEG_H, TABLE
 
     bias, _, scale, accel_bias, _, accel_scale, misalignment, _ = TABLE[grade]
     section = ImuSection(grade=grade)
