@@ -74,7 +74,7 @@ def scaled_solve(covariance: Array, right: Array) -> Array:
     correlation[:, diagonal, diagonal] = 1.0
     scaled = right / scale[:, :, None]
     try:
-        found = np.linalg.solve(correlation, scaled)
+        solution = np.linalg.solve(correlation, scaled)
     except np.linalg.LinAlgError:
-        found = np.linalg.pinv(correlation, hermitian=True) @ scaled
-    return np.asarray(found / scale[:, :, None])
+        solution = np.linalg.pinv(correlation, hermitian=True) @ scaled
+    return np.asarray(solution / scale[:, :, None])

@@ -80,10 +80,10 @@ def compare(
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
     comparison = StudyResult(study)
     begin = time.perf_counter()
-    told = progress or (lambda what, fraction: None)
+    report = progress or (lambda what, fraction: None)
     try:
         try:
-            _run(comparison, limit_minutes, told, say or (lambda text: None))
+            _run(comparison, limit_minutes, report, say or (lambda text: None))
         except (KeyboardInterrupt, SinssimError) as stop:
             comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
             comparison.seconds = time.perf_counter() - begin
@@ -93,7 +93,7 @@ def compare(
             raise
         comparison.seconds = time.perf_counter() - begin
         if folder is not None:
-            told("Writing the report", 1.0)
+            report("Writing the report", 1.0)
         try:
             _finish(comparison, folder)
         except KeyboardInterrupt as interrupt:  # what took long is done: it is written all the same, unless asked again

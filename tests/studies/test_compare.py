@@ -122,7 +122,7 @@ def test_a_window_longer_than_the_data():
 
 
 def test_what_is_too_short_is_found_before_anything_is_done(monkeypatch):
-    monkeypatch.setattr(module.cost, "measure", lambda *_: pytest.fail("it started"))
+    monkeypatch.setattr(module.cost, "measure_cost", lambda *_: pytest.fail("it started"))
     with pytest.raises(InputError, match=r"'p': the motion 'coning' lasts 20 s; quaternion at 0.01 Hz needs 100 s"):
         compare(study(rates_hz=(0.01, 100.0)))
     with pytest.raises(InputError, match=r"coning' lasts 0.001 s; quaternion at 20 Hz needs 0.05 s"):

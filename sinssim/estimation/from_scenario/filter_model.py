@@ -39,19 +39,19 @@ def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
     assert f is not None
     assert scenario.aiding is not None
 
-    def told(given: float | None, least: float, *known: float) -> float:
+    def sigma_of(given: float | None, least: float, *known: float) -> float:
         return max(least, math.hypot(*known)) if given is None else given
 
     own, s = f.initial_sigma, start
-    north = told(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
-    east = told(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
-    height = told(own.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
+    north = sigma_of(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
+    east = sigma_of(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
+    height = sigma_of(own.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
     velocity = [
-        told(own.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
+        sigma_of(own.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
         for v in (s.velocity_north_mps, s.velocity_east_mps, s.velocity_down_mps)
     ]
-    tilt = told(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
-    heading = told(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
+    tilt = sigma_of(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
+    heading = sigma_of(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
     return error_model(
         inertial_sigma(scenario),
         position=(north, east, height),

@@ -52,16 +52,16 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     expected = Expected(ImuErrors(warm_up=sigma.warm_up), sigma)
     seconds = float(session.time[-1] - session.time[0])
-    found = determine(*mean_readings(session), expected.instrument_sigmas)
+    determination = determine(*mean_readings(session), expected.instrument_sigmas)
     still = stillness(session, expected)
     still.require()
     latitude, height = float(initial.latitude), float(initial.height)
-    start = initial_state(found, float(initial.longitude), height, latitude)
+    start = initial_state(determination, float(initial.longitude), height, latitude)
     tied = [state for state in model.states if state in STATES]
     places = [model.states.index(state) for state in tied]
     covariance = np.diag(model.sigma**2)
     covariance[np.ix_(places, places)] = initial_covariance(
-        found,
+        determination,
         replace(sigma, gyro=_held(sigma.gyro, "gyro", model), accel=_held(sigma.accel, "accelerometer", model)),
         seconds,
         height=height,
@@ -112,8 +112,8 @@ def in_motion(
         RunError: the vehicle hardly accelerated.
     """
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
-    found = align_in_motion(session, position, velocity, sigma, gravity=gravity, ellipsoid=ellipsoid)
-    return Start(_from(imu, found.edge), found.state, found.covariance)
+    aligned = align_in_motion(session, position, velocity, sigma, gravity=gravity, ellipsoid=ellipsoid)
+    return Start(_from(imu, aligned.edge), aligned.state, aligned.covariance)
 
 
 def _from(imu: ImuData, edge: int) -> ImuData:

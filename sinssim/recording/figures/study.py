@@ -288,15 +288,15 @@ def costs(comparison: StudyResult) -> Figure:
     Returns:
         The figure.
     """
-    found = list(comparison.costs.values())
-    frames = {cost.frame for cost in found}
-    names = [cost.algorithm if len(frames) == 1 else f"{cost.algorithm} · {cost.frame}" for cost in found]
+    measured = list(comparison.costs.values())
+    frames = {cost.frame for cost in measured}
+    names = [cost.algorithm if len(frames) == 1 else f"{cost.algorithm} · {cost.frame}" for cost in measured]
     figure = new_figure(8.5, 0.9 + 0.24 * len(names))
     left, right = figure.subplots(1, 2, sharey=True)
-    colors = [color_of(cost.algorithm) for cost in found]
+    colors = [color_of(cost.algorithm) for cost in measured]
     for axes, values, title in (
-        (left, [cost.operations.total for cost in found], "floating-point operations per step"),
-        (right, [cost.ns_per_step for cost in found], "processor time per step [ns]"),
+        (left, [cost.operations.total for cost in measured], "floating-point operations per step"),
+        (right, [cost.ns_per_step for cost in measured], "processor time per step [ns]"),
     ):
         axes.barh(range(len(names)), values, color=colors, height=0.7)
         for place, value in enumerate(values):
@@ -311,22 +311,22 @@ def costs(comparison: StudyResult) -> Figure:
 
 
 @styled
-def orders(found: Sequence[Order]) -> Figure:
+def orders(fits: Sequence[Order]) -> Figure:
     """Draw fitted orders of convergence of the attitude: a row for each algorithm, a mark for each motion.
 
     Args:
-        found: orders of one part for one quantity.
+        fits: orders of one part for one quantity.
 
     Returns:
         The figure.
     """
-    names = list(dict.fromkeys(order.algorithm for order in found))
-    motions = list(dict.fromkeys(order.motion for order in found))
+    names = list(dict.fromkeys(order.algorithm for order in fits))
+    motions = list(dict.fromkeys(order.motion for order in fits))
     figure = new_figure(7.5, 1.1 + 0.24 * len(names))
     axes = figure.subplots()
     shapes = "os^Dv"
     for number, motion in enumerate(motions):
-        here = [order for order in found if order.motion == motion]
+        here = [order for order in fits if order.motion == motion]
         axes.errorbar(
             [order.order for order in here],
             [names.index(order.algorithm) for order in here],
@@ -350,7 +350,7 @@ def orders(found: Sequence[Order]) -> Figure:
         )
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
-    top = max([order.order for order in found], default=4.0)
+    top = max([order.order for order in fits], default=4.0)
     axes.set_xticks(range(int(np.ceil(top)) + 2))
     axes.set_xlim(0.0, top + 0.7)
     axes.set_xlabel("order of convergence of the attitude: error ~ intervalᵖ, p")

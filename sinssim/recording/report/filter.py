@@ -166,14 +166,16 @@ def _test(test: Mapping[str, float] | None) -> str:
 
 def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:
     """Draw every error of navigation with its expected band."""
-    found = aided.estimate
+    estimate = aided.estimate
     for name, scale, components, sign in NAVIGATION:
-        at, own = found.model.slices[name], aided.block_error(name)
+        at, own = estimate.model.slices[name], aided.block_error(name)
         for i, component in enumerate(components):
             side, column = (sign if i == 2 else 1.0), at.start + i
-            kinds: list[tuple[str, Array, Array, Array]] = [("aided", found.time, own[:, i], found.sigma[:, column])]
-            if found.smoothed is not None and aided.smoothed_state_errors is not None:
-                s = found.smoothed
+            kinds: list[tuple[str, Array, Array, Array]] = [
+                ("aided", estimate.time, own[:, i], estimate.sigma[:, column])
+            ]
+            if estimate.smoothed is not None and aided.smoothed_state_errors is not None:
+                s = estimate.smoothed
                 kinds.append(("smoothed", s.time, aided.smoothed_state_errors[:, column], s.sigma[:, column]))
             settled = [int(np.searchsorted(t, span[0] + SETTLED * (span[1] - span[0]))) for _, t, _, _ in kinds]
             unit, size = suiting(scale, *[3.0 * k[3][late:] for k, late in zip(kinds, settled, strict=True)])

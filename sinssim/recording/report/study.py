@@ -100,8 +100,8 @@ def _picks(comparison: StudyResult) -> str:
         )
         for pick in comparison.picks
     ]
-    told = table(("part", "sensors", "pick", "the numbers that decide"), lines, 4)
-    return told.replace("<td class=name>", '<td class="text">') + (
+    picks = table(("part", "sensors", "pick", "the numbers that decide"), lines, 4)
+    return picks.replace("<td class=name>", '<td class="text">') + (
         "<p class=note>The engine with the least computation among those accurate enough on every motion: horizontal "
         "error at most 0.1 nmi/h, or 1.1 of the least on that motion, and attitude error at most 0.3′, or 1.1 of the "
         "least. Processor time as measured below, at the sample rate; a schedule takes less than that.</p>"
@@ -182,10 +182,10 @@ def _pivot(rows: list[Row], quantity: str, label: Label, paint: figures.Paint) -
 
 
 def _orders(comparison: StudyResult, part: Part, name: str) -> list[str]:
-    found = [order for order in comparison.orders if order.part == part.title]
-    if not found:
+    orders = [order for order in comparison.orders if order.part == part.title]
+    if not orders:
         return []
-    attitude = [order for order in found if order.quantity == ERRORS[0]]
+    attitude = [order for order in orders if order.quantity == ERRORS[0]]
     body = [
         "<h3>Order of convergence</h3>",
         "<p class=note>Slope of log error over log interval, fitted through the four highest rates at which the error "
@@ -194,14 +194,14 @@ def _orders(comparison: StudyResult, part: Part, name: str) -> list[str]:
     ]
     if attitude:
         body.append(to_svg(figures.orders(attitude), f"{name}orders"))
-    motions = list(dict.fromkeys(order.motion for order in found))
+    motions = list(dict.fromkeys(order.motion for order in orders))
     heads = ["", *(f"{m}: {q}" for m in motions for q in ("attitude", "position"))]
     lines = []
     for algorithm in dict.fromkeys(row.algorithm for row in comparison.of_part(part.title)):
         cells = []
         for motion in motions:
             for quantity in ERRORS:
-                one = [o for o in found if (o.algorithm, o.motion, o.quantity) == (algorithm, motion, quantity)]
+                one = [o for o in orders if (o.algorithm, o.motion, o.quantity) == (algorithm, motion, quantity)]
                 cells.append(f"{one[0].order:.2f} ± {one[0].uncertainty:.2f}" if one else "–")
         lines.append((_swatch(algorithm) + words(algorithm), *cells))
     return [*body, table(heads, lines)]

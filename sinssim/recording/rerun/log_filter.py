@@ -33,16 +33,18 @@ def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
     Returns:
         Labels for the views' titles.
     """
-    found = aided.estimate
-    k = thinned(len(found.time))
-    time, labels = found.time[k], {"filter": "yes"}
+    estimate = aided.estimate
+    k = thinned(len(estimate.time))
+    time, labels = estimate.time[k], {"filter": "yes"}
     errors = aided.state_errors_at(k)
-    bands = [("aided", time, errors, found.sigma[k])]
-    if found.smoothed is not None and aided.smoothed_state_errors is not None:
-        j = thinned(len(found.smoothed.time))
-        bands.append(("smoothed", found.smoothed.time[j], aided.smoothed_state_errors[j], found.smoothed.sigma[j]))
+    bands = [("aided", time, errors, estimate.sigma[k])]
+    if estimate.smoothed is not None and aided.smoothed_state_errors is not None:
+        j = thinned(len(estimate.smoothed.time))
+        bands.append(
+            ("smoothed", estimate.smoothed.time[j], aided.smoothed_state_errors[j], estimate.smoothed.sigma[j])
+        )
     for name, scale, components, sign in NAVIGATION:
-        at = found.model.slices[name]
+        at = estimate.model.slices[name]
         for i, component in enumerate(components):
             unit, size = suiting(scale, *[3.0 * s[_late(t), at.start + i] for _, t, _, s in bands])
             labels[f"filter_{component}"] = unit
@@ -51,7 +53,7 @@ def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
                 _band(recording, f"filter/{component}/{kind}", when, one, 3.0 * sigma[:, at.start + i] / size, kind)
     _parameters(recording, aided, k)
     _shrinking(recording, aided, k)
-    _innovations(recording, [i for i in found.innovations if len(i.time)])
+    _innovations(recording, [i for i in estimate.innovations if len(i.time)])
     return labels
 
 
@@ -78,17 +80,17 @@ def _late(time: Array) -> slice:
 
 def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
     """Draw the errors of the parameter estimates in units of their σ: gyros and accelerometers by axis."""
-    found = aided.estimate
-    time = found.time[rows]
+    estimate = aided.estimate
+    time = estimate.time[rows]
     for sensor in ("gyro", "accelerometer"):
-        for block in found.model.blocks:
+        for block in estimate.model.blocks:
             if not block.name.startswith(f"{sensor} "):
                 continue
-            at = found.model.slices[block.name]
-            known = np.flatnonzero(found.sigma[0, at] > 0.0)
+            at = estimate.model.slices[block.name]
+            known = np.flatnonzero(estimate.sigma[0, at] > 0.0)
             if not len(known):
                 continue
-            sigma = found.sigma[np.ix_(rows, at.start + known)]
+            sigma = estimate.sigma[np.ix_(rows, at.start + known)]
             ratio = aided.block_error(block.name, rows)[:, known] / sigma
             names = [block.states[i] for i in known]
             axes = [style.COLORS[_AXES.get(name.rsplit(" ", 1)[1], name.rsplit(" ", 1)[1][0])] for name in names]
@@ -109,15 +111,15 @@ def _bounds(
 
 def _shrinking(recording: Recording, aided: Aided, rows: Rows) -> None:
     """Draw the reduction of the standard deviations in decades; a line for each block."""
-    found = aided.estimate
-    blocks = [b for b in found.model.blocks if np.any(found.sigma[0, found.model.slices[b.name]] > 0.0)]
+    estimate = aided.estimate
+    blocks = [b for b in estimate.model.blocks if np.any(estimate.sigma[0, estimate.model.slices[b.name]] > 0.0)]
     for block, color in zip(blocks, style.colors([b.name for b in blocks]), strict=True):
-        at = found.model.slices[block.name]
-        some = at.start + np.flatnonzero(found.sigma[0, at] > 0.0)
+        at = estimate.model.slices[block.name]
+        some = at.start + np.flatnonzero(estimate.sigma[0, at] > 0.0)
         # the worst-known state of the block
-        worst = (found.sigma[np.ix_(rows, some)] / found.sigma[0, some]).max(axis=1, keepdims=True)
+        worst = (estimate.sigma[np.ix_(rows, some)] / estimate.sigma[0, some]).max(axis=1, keepdims=True)
         where = f"filter/shrinking/{block.name.replace(' ', '_')}"
-        recording.series(where, found.time[rows], np.log10(worst), [block.name], colors=[color])
+        recording.series(where, estimate.time[rows], np.log10(worst), [block.name], colors=[color])
 
 
 def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:

@@ -56,7 +56,7 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
     edges = np.unique(np.linspace(0, len(time) - 1, min(len(time), _WINDOWS + 1)).round().astype(np.intp))
     window = float((time[-1] - time[0]) / (len(edges) - 1))
     for triad in report.samples.triads:
-        axes = [found.channel.axis for found in report.channels if found.channel.triad == triad]
+        axes = [one.channel.axis for one in report.channels if one.channel.triad == triad]
         if not axes:
             continue
         names = [AXES[axis] for axis in axes]
@@ -71,7 +71,7 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
         unit, size = _SUM_UNIT[triad]
         recording.series(f"noise/{triad}/sum", time[edges], (sums - share * sums[-1]) / size, names)
         yield time_plot(f"noise/{triad}/sum", f"{_SUM_WORDS[triad]} less a steady rise [{unit}]", time)
-    others = [found.channel for found in report.channels if found.channel.triad is None]
+    others = [one.channel for one in report.channels if one.channel.triad is None]
     # entities are numbered, because the name of a column may be invalid as the name of an entity
     for k, channel in enumerate(others, start=1):
         values = report.samples.quantities[channel.name]

@@ -159,11 +159,11 @@ def _rates_table(rows: list[Row]) -> list[str]:
     label, rates = labeller(rows), sorted({row.rate_hz for row in rows})
     lines: list[str] = []
     for motion in dict.fromkeys(row.motion for row in rows):
-        found = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows if row.motion == motion}
+        errors = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows if row.motion == motion}
         lines += [f"| {motion}: attitude, ″ | " + " | ".join(f"{rate:g} Hz" for rate in rates) + " |"]
         lines += ["|---|" + "---|" * len(rates)]
-        for name in dict.fromkeys(name for name, _ in found):
-            cells = (number_text(found.get((name, rate), float("nan")), 2) for rate in rates)
+        for name in dict.fromkeys(name for name, _ in errors):
+            cells = (number_text(errors.get((name, rate), float("nan")), 2) for rate in rates)
             lines.append(f"| {name} | {' | '.join(cells)} |")
         lines.append("")
     return lines

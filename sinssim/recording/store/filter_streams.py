@@ -31,13 +31,13 @@ def filter_streams(aided: Aided) -> list[Stream]:
         estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every reading and the decision
         on it.
     """
-    found = aided.estimate
-    solution = found.solution
+    estimate = aided.estimate
+    solution = estimate.solution
     streams = [nav_stream("aided", solution), error_stream("aided", aided.error_at, solution), _states(aided)]
-    if found.smoothed is not None and aided.smoothed_error is not None:
-        solution = found.smoothed.solution
+    if estimate.smoothed is not None and aided.smoothed_error is not None:
+        solution = estimate.smoothed.solution
         streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution)]
-    innovations = {i.sensor: i for i in found.innovations}
+    innovations = {i.sensor: i for i in estimate.innovations}
     streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
     return streams
 
@@ -70,18 +70,18 @@ def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
 
 def _states(aided: Aided) -> Stream:
     """Return the stream `filter`."""
-    found = aided.estimate
+    estimate = aided.estimate
     kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
     vectors = []
-    for block in found.model.blocks:
-        columns, rows = state_columns(block, kinds), found.model.slices[block.name]
+    for block in estimate.model.blocks:
+        columns, rows = state_columns(block, kinds), estimate.model.slices[block.name]
         name = block.name.replace(" ", "_").replace("-", "_")
-        if block.name in found.parameters:
-            vectors.append(Vector(name, columns, found.parameters[block.name]))
+        if block.name in estimate.parameters:
+            vectors.append(Vector(name, columns, estimate.parameters[block.name]))
             errors = tuple(f"error_{column}" for column in columns)
             vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
-        vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), found.sigma[:, rows]))
-    return Stream("filter", found.time, tuple(vectors))
+        vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), estimate.sigma[:, rows]))
+    return Stream("filter", estimate.time, tuple(vectors))
 
 
 def _readings(measurements: Measurements, innovations: Innovations | None) -> Stream:

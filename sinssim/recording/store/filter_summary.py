@@ -65,19 +65,19 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     """
     from sinssim.estimation.checks.consistency import consistency
 
-    found = aided.estimate
-    judged, truly = consistency(found), _actual(aided)
+    estimate = aided.estimate
+    judged, truly = consistency(estimate), _actual(aided)
     findings = [*judged.sentences, *truly.sentences]
-    end = found.divergence
+    end = estimate.divergence
     return {
         "divergence": None
         if end is None
         else {"time_s": end.time, "measurement": end.measurement, "reason": end.reason},
-        "remarks": [*found.remarks, *times_not_reached(scenario, aided.end)],
+        "remarks": [*estimate.remarks, *times_not_reached(scenario, aided.end)],
         "consistent": not findings,
         "findings": findings,
         "hints": list(hints(scenario)) if findings else [],
-        "aided": error_numbers_of(aided.error_blocks()) if len(found.time) else None,
+        "aided": error_numbers_of(aided.error_blocks()) if len(estimate.time) else None,
         **({} if aided.smoothed_error is None else {"smoothed": error_numbers(aided.smoothed_error)}),
         **_alignment(aided, scenario),
         "sensors": {
@@ -91,11 +91,11 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
                 "verdict": s.verdict,
                 "tests": {t.name: _test_numbers(t) for t in s.tests},
             }
-            for i, s in zip(found.innovations, judged.sensors, strict=True)
+            for i, s in zip(estimate.innovations, judged.sensors, strict=True)
         },
         "faults": list(_faults(aided, scenario)),
         "nees": {
-            name: {"states": _uncertain(found, name), "verdict": verdict, **_test_numbers(test)}
+            name: {"states": _uncertain(estimate, name), "verdict": verdict, **_test_numbers(test)}
             for name, (test, verdict) in truly.nees.items()
         },
         "noise": {n: {"verdict": verdict, **_test_numbers(test)} for n, (test, verdict) in truly.noise.items()},
@@ -241,8 +241,8 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
                     "could not detect the fault."
                 )
         else:
-            told = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
-            seen = ", but the tests of the innovations fail" if told else ", and the innovations do not show it"
+            inconsistent = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
+            seen = ", but the tests of the innovations fail" if inconsistent else ", and the innovations do not show it"
             yield f"{what} was not caught by the gate: {how}{far}{seen}."
 
 
@@ -300,24 +300,24 @@ def _test_numbers(test: ChiSquare) -> dict[str, float]:
     }
 
 
-def _uncertain(found: Estimate, name: str) -> int:
+def _uncertain(estimate: Estimate, name: str) -> int:
     """Return the number of states of a block, or of all, that are not known exactly."""
-    part = found.model.slices.get(name, slice(0, found.model.size))
-    return int(np.count_nonzero(found.sigma[-1, part] > 0.0))
+    part = estimate.model.slices.get(name, slice(0, estimate.model.size))
+    return int(np.count_nonzero(estimate.sigma[-1, part] > 0.0))
 
 
 def _states(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
     from sinssim.estimation.checks.observability import observability
 
-    found = aided.estimate
-    if not len(found.time):
+    estimate = aided.estimate
+    if not len(estimate.time):
         return
-    seen = None if found.history is None else observability(found.model, found.history)
+    seen = None if estimate.history is None else observability(estimate.model, estimate.history)
     kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
-    columns = [column for block in found.model.blocks for column in state_columns(block, kinds)]
+    columns = [column for block in estimate.model.blocks for column in state_columns(block, kinds)]
     errors = aided.state_errors_at(slice(-1, None))[0]
     for i, column in enumerate(columns):
-        begin, end = float(found.sigma[0, i]), float(found.sigma[-1, i])
+        begin, end = float(estimate.sigma[0, i]), float(estimate.sigma[-1, i])
         yield (
             column,
             {

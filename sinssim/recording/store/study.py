@@ -25,7 +25,7 @@ def results(comparison: StudyResult) -> dict[str, Any]:
         The contents of `results.json`; unknown numbers are None.
     """
     study = comparison.study
-    found = {
+    contents = {
         "study": study.name,
         "description": study.description,
         "status": comparison.status,
@@ -41,7 +41,7 @@ def results(comparison: StudyResult) -> dict[str, Any]:
         "cases": [asdict(row) for row in comparison.rows],
         "versions": versions(),
     }
-    return {key: plain(value) for key, value in found.items()}
+    return {key: plain(value) for key, value in contents.items()}
 
 
 def write_study(comparison: StudyResult, folder: Path) -> None:
