@@ -115,9 +115,9 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
     for name in ("pitch", "latitude"):
         beyond = np.abs(arrays[name]) > np.pi / 2 * (1 + 1e-12)
         if np.any(beyond):
-            found = np.degrees(arrays[name][beyond].flat[0])
+            value = np.degrees(arrays[name][beyond].flat[0])
             raise InputError(
-                f"the {name} is {found:.6g} deg{where(beyond)}; it lies between -90 and 90 deg and is given in radians."
+                f"the {name} is {value:.6g} deg{where(beyond)}; it lies between -90 and 90 deg and is given in radians."
             )
     return Attitude(arrays["heading"], arrays["roll"], arrays["pitch"]), arrays["latitude"]
 

@@ -39,7 +39,6 @@ from sinssim.sensors.noise import flicker
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
 
-
 _DRIFTS = (
     "bias", "scale factor", "misalignment", "non-linearity", "temperature", "ramp", "rate random walk",
     "bias instability", "flicker",

@@ -7,6 +7,7 @@ real Earth), the angles and the latitude are the astronomic ones, against the pl
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -31,13 +32,16 @@ LARGEST_SIGMA = np.radians(30.0)
 """Expected standard deviation of an angle beyond which it is called undetermined, rad."""
 
 
+Mask = NDArray[np.bool_]
+
+
 class Flags(NamedTuple):
     """One yes or no for each angle, boolean arrays."""
 
-    heading: NDArray[np.bool_]
-    roll: NDArray[np.bool_]
-    pitch: NDArray[np.bool_]
-    latitude: NDArray[np.bool_]
+    heading: Mask
+    roll: Mask
+    pitch: Mask
+    latitude: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,33 +134,13 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
         raise InputError(f"the shapes of gyro {w.shape} and accel {a.shape} do not fit together.") from error
     angles, u_m, g_m = solve(w, a)
     check_lengths(u_m, g_m)
-    warnings: list[str] = []
-
     cos_pitch, cos_latitude = np.cos(angles.pitch), np.cos(angles.latitude)
     vertical = cos_pitch < np.sin(SINGULAR_ZONE)
     polar = cos_latitude < np.sin(SINGULAR_ZONE)
     wrong_rate = np.abs(u_m - OMEGA_IE) > EARTH_RATE_TOLERANCE * OMEGA_IE
     no_heading, no_roll, no_latitude = vertical | polar | wrong_rate, vertical, wrong_rate
     no_pitch = np.zeros_like(vertical)
-    if np.any(vertical):
-        pitch = np.degrees(angles.pitch[vertical].flat[0])
-        warnings.append(
-            f"heading and roll are not determined{where(vertical)}: the longitudinal axis is vertical "
-            f"(pitch {pitch:.3f} deg)."
-        )
-    if np.any(polar):
-        latitude = np.degrees(angles.latitude[polar].flat[0])
-        warnings.append(
-            f"the heading is not determined{where(polar)}: at latitude {latitude:.3f} deg the Earth's rate has no "
-            "horizontal part."
-        )
-    if np.any(wrong_rate):
-        found = u_m[wrong_rate].flat[0] / DEG_H
-        warnings.append(
-            f"heading and latitude are not determined{where(wrong_rate)}: the gyros read {found:.4g} deg/h where the "
-            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or their "
-            "unit is not the one that was stated (for an array rad/s)."
-        )
+    warnings = list(_reasons(angles, u_m, vertical, polar, wrong_rate))
     undetermined = Flags(no_heading, no_roll, no_pitch, no_latitude)
     if warnings:
         angles = Angles(*(np.where(mask, np.nan, value) for mask, value in zip(undetermined, angles, strict=True)))
@@ -166,6 +150,29 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
     # where there is no angle there is no theory either: any regular one holds its place
     usable = Angles(*(np.where(vertical | polar | wrong_rate, 0.5, np.nan_to_num(angle)) for angle in angles))
     return doubt(result, error_statistics(Attitude(*usable[:3]), usable.latitude, None, sigmas, gravity=g_m).sigma)
+
+
+def _reasons(angles: Angles, u_m: Array, vertical: Mask, polar: Mask, wrong_rate: Mask) -> Iterator[str]:
+    """Yield a sentence for each reason why an angle is not determined."""
+    if np.any(vertical):
+        pitch = np.degrees(angles.pitch[vertical].flat[0])
+        yield (
+            f"heading and roll are not determined{where(vertical)}: the longitudinal axis is vertical "
+            f"(pitch {pitch:.3f} deg)."
+        )
+    if np.any(polar):
+        latitude = np.degrees(angles.latitude[polar].flat[0])
+        yield (
+            f"the heading is not determined{where(polar)}: at latitude {latitude:.3f} deg the Earth's rate has no "
+            "horizontal part."
+        )
+    if np.any(wrong_rate):
+        rate = u_m[wrong_rate].flat[0] / DEG_H
+        yield (
+            f"heading and latitude are not determined{where(wrong_rate)}: the gyros read {rate:.4g} deg/h where the "
+            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or their "
+            "unit is not the one that was stated (for an array rad/s)."
+        )
 
 
 def doubt(determination: Determination, sigma: Angles) -> Determination:
@@ -217,17 +224,17 @@ def check_lengths(u_m: Array, g_m: Array) -> None:
     low, high = GRAVITY_RANGE
     if np.min(g_m, initial=low) < low or np.max(g_m, initial=high) > high:
         bad = (g_m < low) | (g_m > high)
-        found = g_m[bad].flat[0]
+        value = g_m[bad].flat[0]
         raise InputError(
-            f"the measured specific force is {found:.6g} m/s²{where(bad)}, a parked vehicle on the Earth reads {low} "
+            f"the measured specific force is {value:.6g} m/s²{where(bad)}, a parked vehicle on the Earth reads {low} "
             f"to {high} m/s²: check the unit (m/s², or m/s per increment), the scale factors, and that the vehicle "
             "stood still."
         )
     if np.max(u_m, initial=0.0) > LARGEST_RATE:
         bad = u_m > LARGEST_RATE
-        found = u_m[bad].flat[0]
+        value = u_m[bad].flat[0]
         raise InputError(
-            f"the measured rate is {found / DEG_H:.6g} deg/h ({found:.4g} rad/s){where(bad)}, the Earth turns at "
+            f"the measured rate is {value / DEG_H:.6g} deg/h ({value:.4g} rad/s){where(bad)}, the Earth turns at "
             f"{OMEGA_IE / DEG_H:.3f} deg/h: the vehicle turned, or the gyros' unit is not the one that was stated (for "
             "an array rad/s)."
         )

@@ -83,8 +83,8 @@ class AlignmentReport:
         if self.truth is None:
             return None
         d = self.determination
-        found = (d.heading, d.roll, d.pitch, d.latitude)
-        return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(found, self.truth, strict=True)))
+        determined = (d.heading, d.roll, d.pitch, d.latitude)
+        return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(determined, self.truth, strict=True)))
 
     def to_json(self) -> dict[str, Any]:
         """Return plain numbers with their units in the names; what is not determined is None."""
@@ -242,23 +242,7 @@ def align_source(
             f"{source} is a scenario, which describes its own sensors; columns and grade are for logs "
             f"({', '.join(SUFFIXES)}). Another grade: --set imu.grade=NAME."
         )
-    from sinssim import rotation
-    from sinssim.scenario import load_scenario
-    from sinssim.sensors.imu.emulate import draw_gyro_block, emulate
-    from sinssim.sensors.imu.rectification import rectified
-    from sinssim.truth.source import fly
-
-    scenario = load_scenario(source, settings)
-    trajectory = fly(scenario)
-    errors = draw_gyro_block(scenario.imu, scenario.seed)
-    felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
-    imu = _part(emulate(felt, errors, scenario.seed), start, end, source)
-    # eq. (1) finds the mean attitude of a session, the cone that of its last instant
-    state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
-    roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
-    truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
-    warmed = float(imu.time[0]) - trajectory.start
-    return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed)
+    return _align_scenario(source, settings, (start, end), method, latitude)
 
 
 def _check_is_scenario(source: str) -> None:
@@ -277,6 +261,32 @@ def _check_is_scenario(source: str) -> None:
         "under another name has to be renamed, and described with --columns. A scenario is a .toml file, or one of "
         "`sinssim list scenarios`."
     )
+
+
+def _align_scenario(
+    source: str,
+    settings: tuple[str, ...],
+    span: tuple[float | None, float | None],
+    method: Method,
+    latitude: float | None,
+) -> AlignmentReport:
+    from sinssim import rotation
+    from sinssim.scenario import load_scenario
+    from sinssim.sensors.imu.emulate import draw_gyro_block, emulate
+    from sinssim.sensors.imu.rectification import rectified
+    from sinssim.truth.source import fly
+
+    scenario = load_scenario(source, settings)
+    trajectory = fly(scenario)
+    errors = draw_gyro_block(scenario.imu, scenario.seed)
+    felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
+    imu = _part(emulate(felt, errors, scenario.seed), *span, source)
+    # eq. (1) finds the mean attitude of a session, the cone that of its last instant
+    state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
+    roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
+    truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
+    warmed = float(imu.time[0]) - trajectory.start
+    return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed)
 
 
 def _align_log(

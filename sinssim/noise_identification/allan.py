@@ -130,7 +130,7 @@ def degrees_of_freedom(
     Returns:
         ν, (M,); infinite where there is no noise at all.
     """
-    found = np.empty(len(samples))
+    freedom = np.empty(len(samples))
     smooth = [(term, c) for term, c in terms if c > 0.0 and term.symbol != "Q"]
     quantum = next((c for term, c in terms if term.symbol == "Q"), 0.0)
     for i, m in enumerate(samples.tolist()):
@@ -154,8 +154,8 @@ def degrees_of_freedom(
         s0 += 6.0 * quantum**2
         mean = ramp * (m * interval) ** 2
         spread = 2.0 * squares + 4.0 * mean**2 * max(plain, 0.0)
-        found[i] = 2.0 * number * (s0 + mean**2) ** 2 / spread if spread > 0.0 else np.inf
-    return found
+        freedom[i] = 2.0 * number * (s0 + mean**2) ** 2 / spread if spread > 0.0 else np.inf
+    return freedom
 
 
 def _lags(m: int, last: int) -> tuple[Array, Array]:

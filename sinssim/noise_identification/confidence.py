@@ -128,12 +128,12 @@ def ramp_band(model: Likelihood) -> tuple[float, float, float]:
     return size, ends[0], ends[1]
 
 
-def correlation_times(model: Likelihood, found: float) -> list[float]:
+def correlation_times(model: Likelihood, likeliest: float) -> list[float]:
     """Return correlation times across their own 95 % band, which the other coefficients' bands have to allow for.
 
     Args:
         model: the likelihood; its last term is the Gauss-Markov bias.
-        found: most likely correlation time, s.
+        likeliest: most likely correlation time, s.
 
     Returns:
         The most likely one and five across the band, s.
@@ -145,7 +145,7 @@ def correlation_times(model: Likelihood, found: float) -> list[float]:
     def outside(log_time: float) -> float:
         return 2.0 * (model.top - inner.extended(gauss_markov_term(math.exp(log_time))).top) - LIMIT
 
-    x = math.log(found)
+    x = math.log(likeliest)
     ends = []
     for sign, farthest in ((-1.0, math.log(model.bands.interval)), (1.0, x + math.log(1e3))):
         step = 0.2
@@ -153,4 +153,4 @@ def correlation_times(model: Likelihood, found: float) -> list[float]:
             step *= 1.6
         end = x + sign * step
         ends.append(brentq(outside, x, end, xtol=0.02) if outside(x) < 0.0 < outside(end) else end)
-    return [found, *(math.exp(end) for end in np.linspace(ends[0], ends[1], 5))]
+    return [likeliest, *(math.exp(end) for end in np.linspace(ends[0], ends[1], 5))]

@@ -131,6 +131,7 @@ def _pushes(time: Array, dvel: Array, q_ib: Array) -> tuple[Array, Array]:
     return push, shift
 
 
+# Long: half of it says what its nine arguments are.
 def navigate_by_attitude(
     time: ArrayLike,
     dvel: ArrayLike,
@@ -165,21 +166,8 @@ def navigate_by_attitude(
             unknown model.
         RunError: the numbers overflow.
     """
-    time, dvel, q_ib = doubles("time", time), doubles("dvel", dvel), doubles("q_ib", q_ib)
+    time, dvel, q_ib, defect = _checked(time, dvel, q_ib)
     count = len(dvel)
-    if count < 5 or time.shape != (count + 1,) or dvel.shape != (count, 3) or q_ib.shape != (count + 1, 4):
-        raise InputError(
-            f"navigating by measured attitude: time {time.shape}, dvel {dvel.shape} and q_ib {q_ib.shape} do not "
-            "belong together: N ≥ 5 intervals have N+1 edges in time, (N, 3) increments and (N+1, 4) attitudes."
-        )
-    check_finite("time", time, "s")
-    check_finite("dvel", dvel, "m/s", time)
-    check_finite("q_ib", q_ib, "")
-    check_increasing("time", time)
-    defect = np.abs(np.linalg.norm(q_ib, axis=1) - 1.0)
-    if not defect.max() < _UNIT:
-        row = int(np.argmax(defect))
-        raise InputError(f"q_ib[{row}] = {q_ib[row]} at t = {time[row]:.6f} s must be a unit quaternion, scalar first.")
     baro_time_constant = checked_channel(vertical, height, baro_time_constant)
     reference, climb = height_reference(vertical, height, time)
     body = earth.ellipsoid_by_name(ellipsoid)
@@ -207,6 +195,26 @@ def navigate_by_attitude(
             time=float(time[row]),
         )
     return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, MEASURED_ATTITUDE)
+
+
+def _checked(time: ArrayLike, dvel: ArrayLike, q_ib: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    """Return the arrays, and the defect of the norm of each attitude, after checking them."""
+    time, dvel, q_ib = doubles("time", time), doubles("dvel", dvel), doubles("q_ib", q_ib)
+    count = len(dvel)
+    if count < 5 or time.shape != (count + 1,) or dvel.shape != (count, 3) or q_ib.shape != (count + 1, 4):
+        raise InputError(
+            f"navigating by measured attitude: time {time.shape}, dvel {dvel.shape} and q_ib {q_ib.shape} do not "
+            "belong together: N ≥ 5 intervals have N+1 edges in time, (N, 3) increments and (N+1, 4) attitudes."
+        )
+    check_finite("time", time, "s")
+    check_finite("dvel", dvel, "m/s", time)
+    check_finite("q_ib", q_ib, "")
+    check_increasing("time", time)
+    defect = np.abs(np.linalg.norm(q_ib, axis=1) - 1.0)
+    if not defect.max() < _UNIT:
+        row = int(np.argmax(defect))
+        raise InputError(f"q_ib[{row}] = {q_ib[row]} at t = {time[row]:.6f} s must be a unit quaternion, scalar first.")
+    return time, dvel, q_ib, defect
 
 
 def navigate_set(imu: ImuData, attitude: Array | None, initial: NavState, **options: Any) -> NavSolution:

@@ -45,6 +45,7 @@ _SAMPLE_BYTES = 300  # that a sample of a block's highest rate takes, with the s
 _FLIGHT_SPEED = 250.0  # how many times faster than real time JSBSim flies
 
 
+# Long: what is left of a study that stops is decided where it stops.
 def compare(
     study: Study,
     directory: Path | str | None = None,

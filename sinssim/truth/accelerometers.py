@@ -28,5 +28,5 @@ def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: fl
     places = np.asarray(position, dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3 or not len(places) or not np.isfinite(places).all():
         raise InputError(f"accelerometers need (K, 3) finite positions, K ≥ 1; got an array of shape {places.shape}.")
-    found = [Vibrating(trajectory, lever_arm=place).increments(rate_hz) for place in places]
-    return found[0].time, np.stack([imu.dvel for imu in found], axis=1)
+    each = [Vibrating(trajectory, lever_arm=place).increments(rate_hz) for place in places]
+    return each[0].time, np.stack([imu.dvel for imu in each], axis=1)
