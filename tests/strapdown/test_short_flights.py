@@ -69,10 +69,10 @@ BOUNDS = {
 }
 
 
-def navigated(extra: Array | float = 0.0, **options: Any) -> NavSolution:
-    """Navigate along the flight, or along another with its rates and forces and an extra velocity at the start."""
-    imu = ImuData(FLIGHT.time, FLIGHT.dtheta, FLIGHT.dvel)
-    velocity = FLIGHT.velocity_ned[0] + extra
+def navigated(climb: Array | float = 0.0, push: Array | float = 0.0, **options: Any) -> NavSolution:
+    """Navigate along the flight, or along another: with a velocity more at the start, and a force more throughout."""
+    imu = ImuData(FLIGHT.time, FLIGHT.dtheta, FLIGHT.dvel + push * np.diff(FLIGHT.time)[:, None])
+    velocity = FLIGHT.velocity_ned[0] + climb
     first = NavState(FLIGHT.latitude[0], FLIGHT.longitude[0], FLIGHT.height[0], velocity, FLIGHT.q_nb[0])
     height = None if options.get("vertical", "free") == "free" else FLIGHT.height
     return navigate(imu, first, **{"gravity": "somigliana", "height": height, **options})
@@ -146,15 +146,16 @@ def test_across_the_antimeridian(heading: float, side: float) -> None:
     np.testing.assert_allclose(found, np.mod(flight.longitude + np.pi, 2.0 * np.pi) - np.pi, rtol=0, atol=2e-14)
 
 
-CLIMB = np.array([0.0, 0.0, -60.0])
+CLIMB, PUSH = np.array([0.0, 0.0, -60.0]), np.array([2.0, -4.0, -6.0])
+"""Velocity at the start, m/s, and specific force in the block's axes, m/s², beyond those of the turn."""
 
 
 @pytest.fixture(scope="module")
 def climb() -> tuple[Array, Array, Array]:
-    """Return position, velocity and C_eb, Earth-fixed, at the end of the flight begun in a climb of 60 m/s.
+    """Return position, velocity and C_eb, Earth-fixed, at the end of a flight with a steep and accelerated climb.
 
-    The block feels the rates and forces of the turn, so that it flies another path: r̈ = C f + g − 2Ω × v in
-    Earth-fixed axes, by an integrator of the eighth order, in the normal field, whose gravity has a part to the north.
+    r̈ = C f + g − 2Ω × v in Earth-fixed axes, by an integrator of the eighth order, in the normal field, whose gravity
+    has a part to the north.
     """
     spin = np.array([0.0, 0.0, OMEGA_IE])
 
@@ -169,7 +170,7 @@ def climb() -> tuple[Array, Array, Array]:
         gravity = np.array([outward * r[0] / rho, outward * r[1] / rho, along])
         turn = rate - c.T @ spin
         q_dot = 0.5 * np.array([-q[1:] @ turn, *(q[0] * turn + np.cross(q[1:], turn))])
-        return np.concatenate([v, c @ force + gravity - 2.0 * np.cross(spin, v), q_dot])
+        return np.concatenate([v, c @ (force + PUSH) + gravity - 2.0 * np.cross(spin, v), q_dot])
 
     place = FLIGHT.latitude[0], FLIGHT.longitude[0]
     c_en = ned_axes(*place).T
@@ -188,7 +189,7 @@ def climb() -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("frame", FRAMES)
 def test_every_frame_climbs(frame: str, climb: tuple[Array, Array, Array]) -> None:
     """Height, and with it the Earth's curvature and gravity, changes by metres in every interval."""
-    end = navigated(frame=frame, gravity="normal", extra=CLIMB).state(-1)
+    end = navigated(frame=frame, gravity="normal", climb=CLIMB, push=PUSH).state(-1)
     c_en = ned_axes(end.latitude, end.longitude).T
     position, velocity, c_eb = climb
     np.testing.assert_allclose(geodetic_to_ecef(end.latitude, end.longitude, end.height), position, rtol=0, atol=1.2e-7)
