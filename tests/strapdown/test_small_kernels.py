@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.rotation import cross_k
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
 from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, into_w_k, transport_k, turned_k
+from sinssim.strapdown.frames.inertial import _gravitation_rate_k
 from sinssim.strapdown.increments.coning_sculling import logarithm_k
 
 
@@ -47,6 +48,21 @@ def test_sine_and_cosine_after_a_change(change: float) -> None:
     for angle in (-3.0, 0.1, 1.5):
         found = _turned_k(angle, change, np.sin(angle), np.cos(angle))
         np.testing.assert_allclose(found, [np.sin(angle + change), np.cos(angle + change)], rtol=0, atol=4e-16)
+
+
+def test_gravitation_changes_along_a_motion() -> None:
+    """d/dt of −GM r/|r|³, by central differences of the fourth order."""
+    gm, step = 3.986004418e14, 1.0
+
+    def central(r: np.ndarray) -> np.ndarray:
+        return -gm * r / np.linalg.norm(r) ** 3
+
+    for r, v in np.random.default_rng(5).uniform(1.0, 2.0, (20, 2, 3)) * [[5e6], [3e3]]:
+        near, wide = (central(r + n * step * v) - central(r - n * step * v) for n in (1, 2))
+        expected = (8.0 * near - wide) / (12.0 * step)
+        np.testing.assert_allclose(
+            _gravitation_rate_k(gm, *r, *v), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
+        )
 
 
 def twist_matrix(twist):
