@@ -44,7 +44,10 @@ class CopiedTree:
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="sinssim-mutation-")) / ROOT.name
         shutil.copytree(ROOT, self.path, ignore=_LEFT_OUT)
-        self.environment = {"PYTHONPATH": str(self.path), "SINSSIM_CACHE": str(self.path / "cache")}
+        # Indices are checked: what lies beside an array would decide what a mutant that reads there does.
+        self.environment = {
+            "PYTHONPATH": str(self.path), "SINSSIM_CACHE": str(self.path / "cache"), "NUMBA_BOUNDSCHECK": "1",
+        }  # fmt: skip
 
     def __enter__(self) -> CopiedTree:
         return self

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba.core import config
 from numba.core.caching import IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
 
@@ -35,7 +36,7 @@ def key(value: Any) -> str:
         if id(value) not in _seen:
             _seen[id(value)] = "itself"  # for a kernel that calls itself
             options = sorted((name, str(option)) for name, option in value.targetoptions.items())
-            _seen[id(value)] = _digest("kernel", str(options), key(value.py_func))
+            _seen[id(value)] = _digest("kernel", str(options), str(config.BOUNDSCHECK), key(value.py_func))
         return _seen[id(value)]
     if isinstance(value, types.FunctionType):
         names = sorted(_names(value.__code__))

@@ -69,11 +69,12 @@ BOUNDS = {
 }
 
 
-def navigated(climb: Array | float = 0.0, push: Array | float = 0.0, **options: Any) -> NavSolution:
-    """Navigate along the flight, or along another: with a velocity more at the start, and a force more throughout."""
+START = NavState(FLIGHT.latitude[0], FLIGHT.longitude[0], FLIGHT.height[0], FLIGHT.velocity_ned[0], FLIGHT.q_nb[0])
+
+
+def navigated(first: NavState = START, push: Array | float = 0.0, **options: Any) -> NavSolution:
+    """Navigate along the flight, or along another: from another start, and with a force more throughout."""
     imu = ImuData(FLIGHT.time, FLIGHT.dtheta, FLIGHT.dvel + push * np.diff(FLIGHT.time)[:, None])
-    velocity = FLIGHT.velocity_ned[0] + climb
-    first = NavState(FLIGHT.latitude[0], FLIGHT.longitude[0], FLIGHT.height[0], velocity, FLIGHT.q_nb[0])
     height = None if options.get("vertical", "free") == "free" else FLIGHT.height
     return navigate(imu, first, **{"gravity": "somigliana", "height": height, **options})
 
@@ -146,8 +147,9 @@ def test_across_the_antimeridian(heading: float, side: float) -> None:
     np.testing.assert_allclose(found, np.mod(flight.longitude + np.pi, 2.0 * np.pi) - np.pi, rtol=0, atol=2e-14)
 
 
-CLIMB, PUSH = np.array([0.0, 0.0, -60.0]), np.array([2.0, -4.0, -6.0])
-"""Velocity at the start, m/s, and specific force in the block's axes, m/s², beyond those of the turn."""
+CLIMB = replace(START, height=29.9e3, velocity_ned=START.velocity_ned + np.array([0.0, 0.0, -60.0]))
+PUSH = np.array([2.0, -4.0, -6.0])
+"""Specific force in the block's axes, m/s², beyond that of the turn."""
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +157,7 @@ def climb() -> tuple[Array, Array, Array]:
     """Return position, velocity and C_eb, Earth-fixed, at the end of a flight with a steep and accelerated climb.
 
     r̈ = C f + g − 2Ω × v in Earth-fixed axes, by an integrator of the eighth order, in the normal field, whose gravity
-    has a part to the north.
+    has a part to the north. The engines compute it by polynomials up to 30 km and in closed form above.
     """
     spin = np.array([0.0, 0.0, OMEGA_IE])
 
@@ -172,16 +174,10 @@ def climb() -> tuple[Array, Array, Array]:
         q_dot = 0.5 * np.array([-q[1:] @ turn, *(q[0] * turn + np.cross(q[1:], turn))])
         return np.concatenate([v, c @ (force + PUSH) + gravity - 2.0 * np.cross(spin, v), q_dot])
 
-    place = FLIGHT.latitude[0], FLIGHT.longitude[0]
-    c_en = ned_axes(*place).T
-    q_eb = Rotation.from_matrix(c_en) * Rotation.from_quat(FLIGHT.q_nb[0], scalar_first=True)
-    start = np.concatenate(
-        [
-            geodetic_to_ecef(*place, FLIGHT.height[0]),
-            c_en @ (FLIGHT.velocity_ned[0] + CLIMB),
-            q_eb.as_quat(scalar_first=True),
-        ]
-    )
+    c_en = ned_axes(CLIMB.latitude, CLIMB.longitude).T
+    q_eb = Rotation.from_matrix(c_en) * Rotation.from_quat(CLIMB.q_nb, scalar_first=True)
+    place = geodetic_to_ecef(CLIMB.latitude, CLIMB.longitude, CLIMB.height)
+    start = np.concatenate([place, c_en @ CLIMB.velocity_ned, q_eb.as_quat(scalar_first=True)])
     end = solve_ivp(slope, (0.0, FLIGHT.time[-1]), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
     return end[:3], end[3:6], matrix(end[6:]) / (end[6:] @ end[6:])
 
@@ -189,7 +185,7 @@ def climb() -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("frame", FRAMES)
 def test_every_frame_climbs(frame: str, climb: tuple[Array, Array, Array]) -> None:
     """Height, and with it the Earth's curvature and gravity, changes by metres in every interval."""
-    end = navigated(frame=frame, gravity="normal", climb=CLIMB, push=PUSH).state(-1)
+    end = navigated(frame=frame, gravity="normal", first=CLIMB, push=PUSH).state(-1)
     c_en = ned_axes(end.latitude, end.longitude).T
     position, velocity, c_eb = climb
     np.testing.assert_allclose(geodetic_to_ecef(end.latitude, end.longitude, end.height), position, rtol=0, atol=1.2e-7)
