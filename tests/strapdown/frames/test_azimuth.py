@@ -1,0 +1,44 @@
+"""Which azimuth each frame keeps, and where the transverse one is refused."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.errors import RunError
+from sinssim.strapdown.frames.azimuth import azimuth_rule, check
+
+
+def northwards(*longitude_deg: float) -> Any:
+    """Return what the check reads of a solution along the equator; that begins northwards: its route is a meridian."""
+    rows = len(longitude_deg)
+    return SimpleNamespace(
+        time=0.5 * np.arange(rows),
+        latitude=np.zeros(rows),
+        longitude=np.radians(longitude_deg),
+        velocity=np.tile([100.0, 0.0, 0.0], (rows, 1)),
+        route=None,
+    )
+
+
+def test_the_rule_of_each_frame_and_the_pole_of_its_route() -> None:
+    problem = northwards(30.0, 40.0)
+    rules = [azimuth_rule(problem, frame) for frame in ("wander", "free-azimuth", "transverse")]
+    assert [rule for rule, _ in rules] == [0, 1, 2]
+    assert not rules[0][1].any()
+    assert not rules[1][1].any()
+    # at right angles to the meridian of 30°
+    np.testing.assert_allclose(np.abs(rules[2][1]), [0.5, np.sqrt(0.75), 0.0], atol=1e-15)
+
+
+def test_the_transverse_frame_alone_is_refused_at_the_pole_of_its_route() -> None:
+    problem = northwards(30.0, 100.0, 120.0, 130.0)
+    for frame in ("wander", "free-azimuth"):
+        check(problem, frame)
+    check(northwards(30.0, 100.0, 119.0, 130.0), "transverse")
+    with pytest.raises(RunError, match=r"transverse frame cannot be used .* t = 1\.00 s") as found:
+        check(problem, "transverse")
+    assert found.value.time == 1.0
