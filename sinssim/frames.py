@@ -117,11 +117,11 @@ def check_curvature(frame: str, curvature: str) -> None:
         curvature: one of `CURVATURES`.
 
     Raises:
-        InputError: they would change nothing.
+        InputError: they would have no effect.
     """
     if curvature != "exact" and not FRAME_REGISTRY[frame].has_radii:
         raise InputError(
-            f'curvature = "{curvature}" would change nothing: frame = "{frame}" has no radii of curvature; '
+            f'curvature = "{curvature}" would have no effect: frame = "{frame}" has no radii of curvature; '
             f"{listed(frames_that(lambda entry: entry.has_radii))} have."
         )
 

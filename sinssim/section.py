@@ -50,7 +50,7 @@ def exclude_each_other(section: Section, fixed: str, sigma: str) -> None:
     Args:
         section: a table of a scenario file.
         fixed: key of the error itself.
-        sigma: key of the 1σ to draw it from.
+        sigma: key of the 1σ of a random error.
 
     Raises:
         ValueError: both are.
@@ -58,7 +58,7 @@ def exclude_each_other(section: Section, fixed: str, sigma: str) -> None:
     stated = getattr(section, sigma) != type(section).model_fields[sigma].default
     if stated and getattr(section, fixed) is not None:
         raise ValueError(
-            f"{fixed} (the error itself) and {sigma} (1σ to draw it from) are both given: keep one of them"
+            f"{fixed} (the error itself) and {sigma} (1σ of a random error) are both given: keep one of them"
         )
 
 

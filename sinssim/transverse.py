@@ -72,7 +72,7 @@ def route_pole(
         values = vector("route (latitude and longitude of A and of B)", route, 4, "rad")
         pole = np.cross(normal(values[0], values[1]), normal(values[2], values[3]))
         if float(np.linalg.norm(pole)) < 1e-9:
-            raise InputError(f"route = {route}: A and B coincide or lie opposite; they fix no great circle.")
+            raise InputError(f"route = {route}: A and B coincide or are antipodal; they determine no great circle.")
     return np.asarray(pole / np.linalg.norm(pole))
 
 

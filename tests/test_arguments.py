@@ -132,8 +132,8 @@ def test_read_only_arrays_compile_nothing_anew() -> None:
         (lambda: sinssim.navigate(IMU, None), "initial must be NavState"),
         (lambda: sinssim.navigate(IMU, START, algorithm=["quaternion"]), "unknown algorithm"),
         (lambda: sinssim.navigate(IMU, START, rates_hz=100.0), r"rates_hz .* must be 3 finite numbers, Hz"),
-        (lambda: sinssim.emulate(IMU, None), "describes no sensor block"),
-        (lambda: sinssim.load_scenario("parked", 3), "overrides = 3 must be settings in a list"),
+        (lambda: sinssim.emulate(IMU, None), "does not describe a sensor block"),
+        (lambda: sinssim.load_scenario("parked", 3), "overrides = 3 must be a list of settings"),
     ],
 )
 def test_wrong_arguments_are_named(call: Any, said: str) -> None:
@@ -194,7 +194,7 @@ def test_sections_answer_as_a_scenario_does() -> None:
         (lambda: angle_error(None, 0.0, [0.0, 1.0]), "gyro must be LaserGyro, not None"),
         (lambda: angle_error(RING, 1j, [0.0, 1.0]), "rate = 1j must be one finite number, rad/s"),
         (lambda: angle_error(RING, 0.0, ["a", "b"]), "angles is no array of numbers: it holds text"),
-        (lambda: angle_error(RING, 1e9, [0.0, 1.0]), "takes more than .* steps over 1 swings; give a lower rate"),
+        (lambda: angle_error(RING, 1e9, [0.0, 1.0]), "needs more than .* steps over 1 swings; use a lower rate"),
         (lambda: emulate_accelerometers(TIME, None, CUBE.direction, SECTION), "force = None is no array of numbers"),
         (lambda: emulate_accelerometers(TIME, FORCE, 2.0 * CUBE.direction, SECTION), "must be unit vectors"),
         (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, None), "section must be ImuSection"),

@@ -1,4 +1,4 @@
-"""The command line: one command a file in `commands/`, the terminal, and the process around both."""
+"""The command line: one file per command in `commands/`, the terminal, and the process around both."""
 
 from __future__ import annotations
 

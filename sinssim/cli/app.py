@@ -1,4 +1,4 @@
-"""The application: its commands are the files of `commands/`, so a new command is a new file there."""
+"""The application: its commands are the files of `commands/`; a new file there is a new command."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sinssim import __version__
 from sinssim.cli import commands
 
 _FIRST = ("run", "view", "check", "compare")
-"""Commands at the top of the list in `sinssim --help`; the others follow by name."""
+"""Commands at the top of the list in `sinssim --help`; the others follow in alphabetical order."""
 
 app = typer.Typer(
     name="sinssim",
@@ -56,5 +56,5 @@ def _main(
 
 
 for _name in command_names():
-    # A file's name is its command's: an underscore stands for a hyphen.
+    # The name of a file is that of its command, with underscores for hyphens.
     app.command(_name.replace("_", "-"))(importlib.import_module(f"{commands.__name__}.{_name}").command)

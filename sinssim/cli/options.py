@@ -22,7 +22,7 @@ def want_traceback(value: bool) -> bool:
         value: whether an error shows Python's traceback.
 
     Returns:
-        The same.
+        The value.
     """
     global _traceback
     _traceback = value
@@ -49,7 +49,7 @@ Settings = Annotated[
 ]
 OutFolder = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Directory to write.", show_default="runs/<name>"),
+    typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>"),
 ]
 ColumnsFile = Annotated[
     Path | None,

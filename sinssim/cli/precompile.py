@@ -1,7 +1,7 @@
-"""Compiles ahead what the shipped scenarios need, by using each kernel once: `python -m sinssim.cli.precompile`.
+"""Compiles the kernels of the shipped scenarios by using each once: `python -m sinssim.cli.precompile`.
 
-Everything else is compiled when it is first used, for a second or two each: the other attitude algorithms and frames,
-and what studies compare. The progress bars say so.
+All other kernels are compiled when first used, in a second or two each: those of the other attitude algorithms and
+frames, and of studies. The progress bars show it.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from sinssim.truth.curve import Curve
 
 
 def main() -> None:
-    """Run a parked vehicle through every algorithm, fly half a second of a curve, and rehearse every shipped scenario.
+    """Navigate a parked vehicle by every algorithm, fly half a second of a curve, and rehearse every shipped scenario.
 
-    Rehearsals take hardly longer than what they compile.
+    Rehearsals take hardly longer than the compilation.
     """
     scenario = Scenario.model_validate(
         {
@@ -43,7 +43,7 @@ def main() -> None:
     increments = curve.increments(100.0)
     curve.state(increments.time)
     curve.rates(increments.time)
-    inertial_curve(increments)  # a filter's alignment in motion takes longer than a rehearsal
+    inertial_curve(increments)  # a filter's alignment in motion lasts longer than a rehearsal
 
     for file in sorted(package_content("scenarios").glob("*.toml")):
         plan = load_scenario(str(file))

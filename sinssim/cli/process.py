@@ -1,4 +1,4 @@
-"""The command line as a process: signals, errors as one paragraph on standard error, exit codes."""
+"""The process of the command line: signals, errors as one paragraph on standard error, exit codes."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from sinssim.system.signals import interruptible
 E = TypeVar("E", bound=BaseException)
 
 READER_GONE = 128 + 13
-"""Exit code when whoever reads standard output has enough: that of a program that SIGPIPE ends (`yes | head -1`)."""
+"""Exit code if the reader of standard output closes it: that of a program ended by SIGPIPE (`yes | head -1`)."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; errors raised on purpose become one paragraph on standard error and an exit code.
+    """Run the command line; expected errors become one paragraph on standard error and an exit code.
 
     Args:
-        arguments: command-line arguments without the program's name; those of the process by default.
+        arguments: command-line arguments without the program's name; by default those of the process.
 
     Raises:
         SystemExit: always, with the exit code.
     """
     want_traceback(False)
     standard_streams()
-    # A shell's `&` makes a program ignore SIGINT: the Ctrl-C then is another program's.
+    # A shell's `&` makes a program ignore SIGINT: Ctrl-C is then meant for another program.
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     try:
         with interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
@@ -53,11 +53,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except MemoryError as error:
         if traceback_wanted():
             raise
-        _fail(f"not enough memory: {error}. Fewer samples need less: a shorter scenario or log, or a lower rate.", 1)
-    except OSError as error:  # standard output on a full disk, no room for temporary files
+        _fail(f"not enough memory: {error}. A shorter scenario or log, or a lower rate, needs less.", 1)
+    except OSError as error:  # for example standard output on a full disk, no space for temporary files
         if traceback_wanted():
             raise
-        _fail(f"the operating system refused: {error}.", 1)
+        _fail(f"the operating system reported an error: {error}.", 1)
 
 
 def _interrupted(interrupt: BaseException) -> NoReturn:
@@ -66,7 +66,7 @@ def _interrupted(interrupt: BaseException) -> NoReturn:
 
 
 def _behind(end: BaseException, kind: type[E]) -> E | None:
-    """Return the error of a kind that ended the command line, if one did: typer makes an exit code of some."""
+    """Return the error of a kind that ended the command line, if any: typer converts some to exit codes."""
     cause: BaseException | None = end
     while cause is not None and not isinstance(cause, kind):
         cause = cause.__cause__ or cause.__context__

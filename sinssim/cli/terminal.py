@@ -1,4 +1,4 @@
-"""The terminal: progress bars, the tables' console, JSON, and how this program is called."""
+"""The terminal: progress bars, the console for tables, JSON, and the name of this program."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _STAGES = {
     "filter": "Filtering",
     "record": "Recording",
 }
-"""What the bar of a run's stage says, in the order of the stages."""
+"""Text of the bar of each stage of a run, in order."""
 
 Progress = Callable[[str, float], None]
 
@@ -37,7 +37,7 @@ def stage_bars(show: bool) -> Iterator[Progress | None]:
         show: whether bars are wanted.
 
     Yields:
-        What takes a stage and its fraction done; None without bars.
+        A function of a stage and its fraction done; None without bars.
     """
     if not show or not sys.stderr.isatty():
         yield None
@@ -47,7 +47,7 @@ def stage_bars(show: bool) -> Iterator[Progress | None]:
 
     columns = (TextColumn("{task.description:<24}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as bars:
-        # In the order of the stages, each from the moment it begins.
+        # In the order of the stages; each bar appears when its stage begins.
         tasks = {stage: bars.add_task(text, total=1.0, start=False, visible=False) for stage, text in _STAGES.items()}
 
         def report(stage: str, fraction: float) -> None:
@@ -67,7 +67,7 @@ def one_bar(show: bool) -> Iterator[Progress | None]:
         show: whether a bar is wanted.
 
     Yields:
-        What takes the text beside the bar and the fraction done; None without a bar.
+        A function of the text beside the bar and the fraction done; None without a bar.
     """
     if not show or not sys.stderr.isatty():
         yield None
@@ -84,7 +84,7 @@ def one_bar(show: bool) -> Iterator[Progress | None]:
 
 @contextmanager
 def _compilation_bar(bars: Bars) -> Iterator[None]:
-    """Show one more bar while kernels are compiled, which the cache keeps for later runs."""
+    """Show an additional bar while kernels are compiled; the cache keeps them for later runs."""
     from sinssim.jit import compilation
 
     task = bars.add_task("Compiling, once", total=None, start=False, visible=False)
@@ -102,7 +102,8 @@ def console(least_width: int = 0) -> Console:
     """Return the console that tables are printed on.
 
     Args:
-        least_width: characters a line holds at least. Digits are never cut off: on a narrower terminal, lines wrap.
+        least_width: minimum number of characters per line. Digits are never truncated; on a narrower terminal, lines
+            wrap.
 
     Returns:
         The console on standard output.
@@ -114,28 +115,28 @@ def console(least_width: int = 0) -> Console:
 
 
 def print_json(value: object) -> None:
-    """Print a result as JSON; characters that standard output cannot hold are escaped, so that none is lost.
+    """Print a result as JSON; characters that standard output cannot represent are escaped.
 
     Args:
-        value: what JSON can hold.
+        value: a value that JSON can hold.
     """
     print(json.dumps(value, indent=2, ensure_ascii=not holds_everything(sys.stdout)))
 
 
 def program_name() -> str:
-    """Return what to type for this program: its name if the shell finds it, else the way it was called."""
+    """Return the command for this program: its name if the shell finds it, otherwise the way it was called."""
     if shutil.which("sinssim"):
         return "sinssim"
     return sys.argv[0] if Path(sys.argv[0]).name == "sinssim" else f"{Path(sys.executable).name} -m sinssim"
 
 
 def notes_of(error: BaseException) -> str:
-    """Return the notes that were added to an error on its way: what is left of the run, and where.
+    """Return the notes that were added to an error, about the recorded part of the run and its place.
 
     Args:
-        error: any.
+        error: an error.
 
     Returns:
-        One text; nothing without notes.
+        The notes as one text; empty without notes.
     """
     return " ".join(getattr(error, "__notes__", ()))

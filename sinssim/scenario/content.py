@@ -1,9 +1,9 @@
-"""Finds content: aircraft, scenarios, studies and views, which are files in folders.
+"""Finds content, which is files in folders: aircraft, scenarios, studies and views.
 
-One lookup serves a checkout, an installed package and a folder of the user's own, in this order: a path that was
-given, the folder KIND below the current folder, the content that comes with the package.
+The lookup is the same for a checkout, an installed package and a user's folder. It tries, in this order, the given
+path, the folder KIND below the current folder, and the content of the package.
 
-Views are code: the current folder is never searched for them, only the folders that `SINSSIM_VIEWS` names.
+Views are code. They are never searched in the current folder, only in the folders that `SINSSIM_VIEWS` names.
 """
 
 from __future__ import annotations
@@ -47,47 +47,47 @@ def package_content(kind: Kind) -> Path:
 
 
 def _entry(folder: Path, kind: Kind, name: str) -> Path:
-    """Return the path that content of this name has in a folder."""
+    """Return the path of the content with this name in a folder."""
     if kind == "aircraft":
         return folder / name / "aircraft.toml"
     return folder / (name + _SUFFIXES[kind])
 
 
 def _own_folders(kind: Kind) -> list[Path]:
-    """Return the folders of a user's own content, which takes precedence over the package's."""
+    """Return the folders of the user's own content, which takes precedence over the package's."""
     if kind != "viz":
         return [Path.cwd() / _FOLDERS[kind]]
     named = [Path(name).expanduser() for name in os.environ.get("SINSSIM_VIEWS", "").split(os.pathsep) if name]
     for folder in named:
         if not (folder.is_absolute() and folder.is_dir()):
             _warn_once(folder)
-    return [folder for folder in reversed(named) if folder.is_absolute()]  # the first one named wins
+    return [folder for folder in reversed(named) if folder.is_absolute()]  # the first folder takes precedence
 
 
 @cache
 def _warn_once(folder: Path) -> None:
-    what = "does not exist" if folder.is_absolute() else "is no absolute path"
-    logger.warning("SINSSIM_VIEWS names the folder %s, which %s: no view is taken from it.", folder, what)
+    what = "does not exist" if folder.is_absolute() else "is not an absolute path"
+    logger.warning("SINSSIM_VIEWS names the folder %s, which %s: the folder is ignored.", folder, what)
 
 
 @cache
 def warn_of_two(what: str, name: str, used: Path, left_out: Path) -> None:
-    """Warn once that two of a user's own files have one name.
+    """Warn once that two of the user's own files have the same name.
 
     Args:
-        what: what they are: "view", for example.
+        what: kind of content, for example "view".
         name: their name.
         used: the file that is used.
-        left_out: the other one.
+        left_out: the file that is ignored.
     """
-    logger.warning("There are two %ss named %s: %s is used, %s is left out.", what, name, used, left_out)
+    logger.warning("There are two %ss named %s: %s is used, %s is ignored.", what, name, used, left_out)
 
 
 def list_content(kind: Kind) -> dict[str, Path]:
-    """List content by name; a user's own takes precedence over the package's.
+    """List content by name; the user's own content takes precedence over the package's.
 
-    The user's own lies in the current folder; own views, which are code, lie in the folders that the environment
-    variable `SINSSIM_VIEWS` names.
+    The user's content lies in the current folder. The user's views, which are code, lie in the folders that the
+    environment variable `SINSSIM_VIEWS` names.
 
     Args:
         kind: "aircraft", "scenarios", "studies" or "viz".
@@ -110,7 +110,7 @@ def list_content(kind: Kind) -> dict[str, Path]:
 
 
 def _is_file(path: Path) -> bool:
-    """Return whether a file exists; a name that the system refuses does not exist."""
+    """Return whether a file exists; a name that the system refuses counts as missing."""
     try:
         return path.is_file()
     except OSError:
@@ -123,17 +123,17 @@ def find_content(kind: Kind, name: str) -> Path:
     Args:
         kind: "aircraft", "scenarios", "studies" or "viz".
         name: a path (of a file, or of an aircraft's folder), or a name as in `sinssim list`; a path such as
-            "scenarios/first_flight.toml" that does not exist here also finds what comes with the package.
+            "scenarios/first_flight.toml" that does not exist also finds the package's file.
 
     Returns:
         The file: a scenario's or study's TOML file, a view's Python file, an aircraft's aircraft.toml.
 
     Raises:
-        InputError: there is no such file or name; the message lists the names that there are.
+        InputError: there is no such file or name; the message lists the known names.
     """
     suffix = _SUFFIXES[kind]
     given = Path(name)
-    with suppress(RuntimeError):  # there is no user of that name
+    with suppress(RuntimeError):  # there is no system user of that name
         given = given.expanduser()
     if kind == "aircraft" and _is_file(given / "aircraft.toml"):
         return given / "aircraft.toml"
@@ -144,9 +144,9 @@ def find_content(kind: Kind, name: str) -> Path:
     if plain in known and str(given.parent) in (".", _FOLDERS[kind]):
         return known[plain]
     if _is_file(given) and suffix:
-        raise InputError(f"{name} is no {_SINGULAR[kind]}: the name of a {_SINGULAR[kind]} file ends in {suffix}.")
+        raise InputError(f"{name} is not a {_SINGULAR[kind]}: the name of a {_SINGULAR[kind]} file ends in {suffix}.")
     if given.parent != Path(".") or (suffix and name.endswith(suffix)):
         raise InputError(
-            f"no {_SINGULAR[kind]} file {shortened(name)!r} in {Path.cwd()}; by name there are: {', '.join(known)}."
+            f"there is no {_SINGULAR[kind]} file {shortened(name)!r} in {Path.cwd()}. Known names: {', '.join(known)}."
         )
     raise unknown_name(_SINGULAR[kind], name, known)

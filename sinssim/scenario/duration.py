@@ -15,9 +15,8 @@ from sinssim.truth.flight.leg import LegBase
 from sinssim.units import KNOT
 
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
-"""What every sample takes of memory while a run is recorded (420 without a run directory): increments, true and
-measured, states, true and navigated, errors, and copies on their way to the files; each further algorithm a solution
-and its errors."""
+"""Memory per sample while a run is recorded, bytes (420 without a run directory): true and measured increments, true
+and navigated states, errors, and copies being written; each further algorithm adds a solution and its errors."""
 
 
 def plan_at_start(flight: FlightSection) -> DeadReckoning:
@@ -27,10 +26,10 @@ def plan_at_start(flight: FlightSection) -> DeadReckoning:
         flight: the flight.
 
     Returns:
-        State that the first leg begins with.
+        The state at the beginning of the first leg.
 
     Raises:
-        InputError: the aircraft's description is not right.
+        InputError: the aircraft's description is invalid.
     """
     aircraft = load_aircraft(flight.aircraft)
     start = flight.start
@@ -57,7 +56,7 @@ def reckon_legs(flight: FlightSection) -> Iterator[tuple[LegBase, float, DeadRec
         Each leg, its estimated duration in s, and the state at its end, which the next leg updates in place.
 
     Raises:
-        InputError: the aircraft's description is not right.
+        InputError: the aircraft's description is invalid.
     """
     plan = plan_at_start(flight)
     for leg in flight.legs:
@@ -67,7 +66,7 @@ def reckon_legs(flight: FlightSection) -> Iterator[tuple[LegBase, float, DeadRec
 
 
 def leg_durations(flight: FlightSection) -> list[float]:
-    """Estimate the duration of each leg of a flight without transitions and gusts; see `dead_reckoning`.
+    """Estimate the duration of each leg of a flight, neglecting transitions and gusts; see `dead_reckoning`.
 
     Args:
         flight: the flight.
@@ -76,7 +75,7 @@ def leg_durations(flight: FlightSection) -> list[float]:
         One duration per leg, s.
 
     Raises:
-        InputError: the aircraft's description is not right, or the wind keeps a waypoint out of reach.
+        InputError: the aircraft's description is invalid, or the wind makes a waypoint unreachable.
     """
     durations = []
     for number, (leg, seconds, plan) in enumerate(reckon_legs(flight), start=1):
@@ -84,14 +83,14 @@ def leg_durations(flight: FlightSection) -> list[float]:
         if not math.isfinite(seconds):
             raise InputError(
                 f"flight.legs.{number} ({leg.type}) cannot be flown: the wind, {flight.wind.north_mps:g} m/s north and "
-                f"{flight.wind.east_mps:g} m/s east, is stronger than the airspeed of {plan.true_airspeed():.3g} m/s "
-                "can make good; less wind or more airspeed is needed."
+                f"{flight.wind.east_mps:g} m/s east, is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. "
+                "Give less wind or more airspeed."
             )
     return durations
 
 
 def planned_turning(flight: FlightSection) -> float:
-    """Estimate the rotation by a flight's manoeuvres: turns, rolling in and out, loops, rolls, doublets.
+    """Estimate the rotation in a flight's manoeuvres: turns, rolling in and out, loops, rolls, doublets.
 
     Args:
         flight: the flight.
@@ -100,22 +99,22 @@ def planned_turning(flight: FlightSection) -> float:
         ∫ω² dt of the manoeuvres, rad²/s.
 
     Raises:
-        InputError: the aircraft's description is not right.
+        InputError: the aircraft's description is invalid.
     """
     return [plan.turning for _, _, plan in reckon_legs(flight)][-1]
 
 
 def check_times(scenario: Scenario) -> None:
-    """Raise for a run that is too short or too long for its sensors, as far as that is known before it.
+    """Raise for a run that is too short or too long for its sensors, as far as this is known beforehand.
 
-    How long a flight lasts is an estimate: twice that and ten minutes more are let pass.
+    The duration of a flight is an estimate, so up to twice the estimate plus ten minutes is accepted.
 
     Args:
         scenario: the scenario.
 
     Raises:
-        InputError: a fault that lies outside the run, samples that are too far apart for it, or more than this machine
-            can hold.
+        InputError: a fault lies outside the run, the run is shorter than a sample, or the samples exceed this machine's
+            memory.
     """
     imu, lasts = scenario.imu, expected_duration(scenario)
     about, longest = "lasts", lasts
@@ -144,7 +143,7 @@ def check_times(scenario: Scenario) -> None:
 
 
 def sample_bytes(scenario: Scenario) -> float:
-    """Return the memory of one sample of a run, bytes."""
+    """Return the memory per sample of a run, bytes."""
     return _SAMPLE_BYTES + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1)
 
 
@@ -155,13 +154,13 @@ def expected_duration(scenario: Scenario) -> float:
         scenario: the scenario.
 
     Returns:
-        Duration, s: exact except for a flight, there about right.
+        Duration, s: exact except for a flight, for which it is an estimate.
 
     Raises:
-        InputError: the aircraft's description is not right.
+        InputError: the aircraft's description is invalid.
     """
     if scenario.flight is not None:
         return sum(leg_durations(scenario.flight))
     source = scenario.parked or scenario.great_circle or scenario.motion
-    assert source is not None  # one of the four is always there
+    assert source is not None  # a scenario always has one of the four
     return source.duration_s

@@ -19,18 +19,18 @@ from sinssim.scenario.sections.motion import (
 )
 from sinssim.units import ARCSEC, DEG, G0
 
-_RADIUS = 6.371e6  # of the Earth, m
-_AIRLINER = 250.0  # m/s: speeds over ground are of this order at most, and what follows from them is small
-_SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), span of a wing of middle size, m
+_RADIUS = 6.371e6  # radius of the Earth, m
+_AIRLINER = 250.0  # m/s: largest usual ground speed; its effects are small
+_SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), and a medium wing span, m
 
 
 class Excitation(NamedTuple):
     """Rotation and acceleration that excite the errors of the inertial sensors.
 
     Attributes:
-        duration: of the run, s.
-        rate: ∫ω² dt over it, rad²/s; ω is the rate against inertial space.
-        force: ∫f² dt over it, m²/s³; at least what gravity makes.
+        duration: duration of the run, s.
+        rate: ∫ω² dt over the run, rad²/s; ω is the rate relative to inertial space.
+        force: ∫f² dt over the run, m²/s³; at least the effect of gravity.
     """
 
     duration: float
@@ -41,8 +41,8 @@ class Excitation(NamedTuple):
 def excitation(scenario: Scenario) -> Excitation:
     """Estimate the rotation and acceleration of a scenario's motion.
 
-    The Earth's rate, and what a speed over the curved Earth adds; the manoeuvres of a flight and its turbulence, or the
-    motion's own rates; angular vibration; and gravity. It is right to a factor of a few.
+    The estimate contains the Earth's rate and the transport rate, a flight's manoeuvres and turbulence or the rates of
+    another motion, angular vibration, and gravity. It is accurate to a factor of a few.
 
     Args:
         scenario: the scenario.
@@ -69,13 +69,13 @@ def excitation(scenario: Scenario) -> Excitation:
 
 
 def _gusts(flight: FlightSection) -> float:
-    """Return the 1σ of the roll rate by turbulence, rad/s: 1.9 σ_w/√(L b) (MIL-F-8785C)."""
+    """Return the 1σ of the roll rate in turbulence, rad/s: 1.9 σ_w/√(L b) (MIL-F-8785C)."""
     turbulence = flight.turbulence
     return 0.0 if turbulence is None else 1.9 * _gust_speed(turbulence) / math.sqrt(_SCALE * _SPAN)
 
 
 def _gust_speed(turbulence: Turbulence) -> float:
-    """Return the 1σ of the vertical gusts, m/s: a tenth of the wind near the ground, or by the severity above."""
+    """Return the 1σ of the vertical gusts, m/s: a tenth of the wind near the ground, above it by the severity."""
     return max(0.1 * turbulence.wind_at_6m_mps, turbulence.severity - 1.0)
 
 
@@ -89,7 +89,7 @@ def _of_motion(motion: MotionSection) -> float:
     elif isinstance(motion, ScullingMotion):
         rate = math.sqrt(2.0) * math.pi * motion.frequency_hz * motion.angle_deg * DEG
     elif isinstance(motion, SpinConeMotion):
-        about, along = motion.precession_deg_s, motion.spin_deg_s  # a cone's angle apart
+        about, along = motion.precession_deg_s, motion.spin_deg_s  # separated by the cone's angle
         rate = math.sqrt(about**2 + along**2 + 2.0 * about * along * math.cos(motion.angle_deg * DEG)) * DEG
     else:
         rocking = math.sqrt(2.0) * math.pi * motion.frequency_hz * motion.angle_deg

@@ -8,7 +8,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.sensors.aiding.barometer import BarometerSection
 
 _E_FOLD_S = math.sqrt(6.371e6 / (2.0 * 9.81))
-"""√(R/2g): time in which an error of free height grows e-fold, s. Gravity falls by 2g/R per metre."""
+"""√(R/2g): time in which an error of unaided height grows e-fold, s. Gravity falls by 2g/R per metre."""
 
 
 def height_words(scenario: Scenario) -> str:
@@ -23,14 +23,15 @@ def height_words(scenario: Scenario) -> str:
     navigation, aiding = scenario.navigation, scenario.aiding
     if navigation.vertical == "free":
         return (
-            f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and in the long run spoil the horizontal "
-            'solution, too (navigation.vertical = "baro-loop" holds it)'
+            f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and in time degrade the horizontal "
+            'solution, too (navigation.vertical = "baro-loop" stabilises it)'
         )
     if navigation.vertical == "truth":
-        return "the true height, always: the height has no error, and spoils nothing of the horizontal solution"
+        return "the true height: the height has no error and does not affect the horizontal solution"
     held = (
-        f"held by the loop of {navigation.baro_time_constant_s:g} s, so that it does not spoil the horizontal solution"
+        f"stabilised by the loop of {navigation.baro_time_constant_s:g} s, so that it does not degrade the horizontal "
+        "solution"
     )
     if aiding is not None and aiding.sensor(BarometerSection) is not None:
         return f"{held}; its error is that of [aiding.baro]"
-    return f"{held}; it goes by a perfect altimeter (the true height), as there is no [aiding.baro]"
+    return f"{held}; without [aiding.baro], its reference is a perfect altimeter (the true height)"

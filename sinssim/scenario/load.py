@@ -1,4 +1,4 @@
-"""Loads a scenario: reads the TOML file, applies overriding values, checks it, and reports every mistake."""
+"""Loads a scenario: reads the TOML file, applies overrides, checks it, and reports every mistake."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
 
     Args:
         path: path of a TOML file, or the name of a scenario as in `sinssim list scenarios`.
-        overrides: settings "key.path=value" that replace what the file says, for example
+        overrides: settings "key.path=value" that replace values of the file, for example
             "imu.grade=tactical" or "flight.legs.2.altitude_m=9000" (legs are counted from 1); values as in TOML,
             a plain word needs no quotes.
 
@@ -27,17 +27,17 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
         The scenario.
 
     Raises:
-        InputError: the file cannot be read or holds mistakes; the message names all of them, each with its key,
-            line and what would be right.
+        InputError: the file cannot be read or has mistakes; the message lists all of them, each with its key, its line
+            and the correct form.
     """
     file = find_content("scenarios", str(path))
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
     _views_from(data, file.parent)
-    overrides = (overrides,) if isinstance(overrides, str) else overrides  # a str is a sequence of strings, too
+    overrides = (overrides,) if isinstance(overrides, str) else overrides  # a str is a sequence of strings itself
     if not isinstance(overrides, Sequence) or not all(isinstance(setting, str) for setting in overrides):
         shown = shortened(repr(overrides))
-        raise InputError(f'overrides = {shown} must be settings in a list, for example ["imu.rate_hz=200"].')
+        raise InputError(f'overrides = {shown} must be a list of settings, for example ["imu.rate_hz=200"].')
     overridden = {override(data, setting) for setting in overrides}
     _views_from(data, Path.cwd())
     return validate(Scenario, data, text, str(path), overridden)
@@ -61,7 +61,7 @@ def override(data: dict[str, Any], setting: str) -> str:
         The key's path.
 
     Raises:
-        InputError: it is not of this form, or there is no such entry of an array.
+        InputError: the setting does not have this form, or the array has no such entry.
     """
     path, equals, written = setting.partition("=")
     path, written = path.strip(), written.strip()
@@ -98,6 +98,6 @@ def _step(here: Any, name: str, path: str, setting: str) -> Any:
 def _index(array: list[Any], name: str, path: str, setting: str) -> int:
     if not name.isdecimal() or not 1 <= int(name) <= len(array):
         raise InputError(
-            f"--set {setting}: {shortened(path)} has entries 1 to {len(array)}; {shortened(name)!r} is none of them."
+            f"--set {setting}: {shortened(path)} has entries 1 to {len(array)}; {shortened(name)!r} is not one of them."
         )
     return int(name) - 1

@@ -1,4 +1,4 @@
-"""Describes mistakes in a scenario file: key, line, what is wrong, and what would be right."""
+"""Describes mistakes in a scenario file: key, line, what is wrong, and the correct form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pydantic_core import ErrorDetails
 from sinssim.errors import InputError, shortened
 from sinssim.sensors.imu import datasheet
 
-# Units that people may write, as (dimension, factor to the dimension's own unit).
+# Units that keys may have, as (dimension, factor to the dimension's base unit).
 _UNITS: dict[str, tuple[str, float]] = {
     "m": ("length", 1.0),
     "km": ("length", 1000.0),
@@ -48,8 +48,8 @@ _UNITS: dict[str, tuple[str, float]] = {
     "percent": ("ratio", 1e4),
 }
 
-_SHOWN = 12  # mistakes listed at once
-_DESCRIBED = 200  # mistakes put into words: twenty thousand in one array would take seconds
+_SHOWN = 12  # mistakes listed in one message
+_DESCRIBED = 200  # mistakes described: twenty thousand in one array would take seconds
 
 _BOUNDS = {
     "greater_than": "greater than",
@@ -82,14 +82,14 @@ def report(
     """Return pydantic's errors as one message.
 
     Args:
-        error: what it found.
+        error: pydantic's error.
         model: the model of the whole file.
-        lines: as `describe`.
-        overridden: as `describe`.
-        source: what to call the file.
+        lines: as for `describe`.
+        overridden: as for `describe`.
+        source: name of the file in the message.
 
     Returns:
-        One sentence, or a heading and a line for each of the first mistakes.
+        One sentence, or a heading with a line for each of the first mistakes.
     """
     mistakes, others = describe(error.errors(include_url=False), model, lines, overridden)
     sentences = [text if text.endswith(("?", ".")) else text + "." for text in dict.fromkeys(mistakes)]
@@ -111,14 +111,14 @@ def describe(
     Args:
         errors: the findings.
         model: the model of the whole file.
-        lines: line number by path of every key and table of the file, as `key_lines` gives it.
-        overridden: paths of the keys that were set from outside the file.
+        lines: line number of every key and table of the file by path, from `key_lines`.
+        overridden: paths of the overridden keys.
 
     Returns:
-        One sentence per mistake, of the first two hundred: the line where it stands, the key's path, what is wrong and
-        what would be right. And how many more mistakes there are.
+        One sentence for each of the first two hundred mistakes, with its line, the key's path, what is wrong and the
+        correct form; and the number of further mistakes.
     """
-    # An array with a bad entry is also reported as too short, and the right key as missing where it is misspelt.
+    # pydantic also reports an array with a bad entry as too short, and a misspelt key as missing.
     parents = {error["loc"][:length] for error in errors for length in range(len(error["loc"]))}
     meant = {
         (*error["loc"][:-1], key)
@@ -158,7 +158,7 @@ def _place(
 
 
 def _as_written(path: tuple[str, ...], keys: Iterable[tuple[str, ...]]) -> tuple[str, ...]:
-    """Return the key that stands in the file for an error that was given in another unit than the schema's."""
+    """Return the key as written in the file, for an error term given in another unit than the schema's."""
     for key in keys:
         size = len(key)
         if size <= len(path) and key[:-1] == path[: size - 1] and key[-1] != path[size - 1]:
@@ -208,13 +208,13 @@ def _sentence(
         return f"{name}{'.' + key if key else ''} = '{given}' is not known.{hint} Known: {', '.join(known)}"
     if kind == "union_tag_not_found":
         key = str(context["discriminator"]).strip("'")
-        return f"{name} has no {key}, which says what kind it is: {', '.join(_kinds(error['loc'], model))}"
+        return f"{name} lacks the key {key}; it must be one of: {', '.join(_kinds(error['loc'], model))}"
     message = str(context["error"]) if kind == "value_error" else error["msg"]
     return shortened(f"{name}: {message}".removeprefix(": "), 1000).removesuffix(".")
 
 
 def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | None:
-    """Return the key that was meant: the same quantity in another unit, or the nearest spelling."""
+    """Return the intended key: the same quantity in another unit, or the nearest spelling."""
     known = sorted({field for holder in holders for field in holder.model_fields})
     stem, _ = _split_unit(path[-1])
     same = [field for field in known if _split_unit(field)[0] == stem and _split_unit(field)[1]]
@@ -225,7 +225,7 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
     name, table, meant = ".".join(path), ".".join(path[:-1]), _nearest(path, holders)
     try:
         datasheet.line(path[-1])
-    except InputError as error:  # an error of the sensor block, in a unit that is none
+    except InputError as error:  # an error of the sensor block, with an unknown unit
         return f"unknown key '{name}' (= {_show(value)}): {str(error).removesuffix('.')}"
     if meant is None:
         place = f"[{table}]" if table else "The file's top level"
@@ -276,7 +276,7 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
     """Follow a location through the models.
 
     Returns:
-        The path as written in the file, entries of arrays counted from 1, and the models that may hold its last key.
+        The path as written in the file, with array entries counted from 1, and the models that may hold its last key.
     """
     path: list[str] = []
     here: list[Any] = [model]
@@ -288,7 +288,7 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
         elif any(part in kind.model_fields for kind in models) or not any(part in _tags(kind) for kind in models):
             path.append(shortened(part))
             holders = models or holders
-        # else: a location names the member of a union by its tag, a file does not
+        # else: a location contains the tag of a union's member, a file does not
         here = _below(here, part)
     return tuple(path), holders
 
@@ -303,7 +303,7 @@ def _below(here: list[Any], part: int | str) -> list[Any]:
 
 
 def _types(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[Any]:
-    """Return the types that a location may have."""
+    """Return the possible types at a location."""
     here: list[Any] = [model]
     for part in loc:
         here = _below(here, part)
@@ -340,7 +340,7 @@ def _entries(annotation: Any) -> Iterator[Any]:
 
 
 def _tags(model: type[BaseModel]) -> list[str]:
-    """Return the values by which a model is chosen in a union: those of its `type` or `on`."""
+    """Return the values of `type` or `on` that select a model in a union."""
     fields = [model.model_fields[key] for key in ("type", "on") if key in model.model_fields]
     return [tag for field in fields if get_origin(field.annotation) is Literal for tag in get_args(field.annotation)]
 
@@ -350,9 +350,9 @@ _KEY = re.compile(r"\s*([\w.\-\"']+(?:\s*\.\s*[\w\-\"']+)*)\s*=")
 
 
 def key_lines(text: str) -> dict[tuple[str, ...], int]:
-    """Find the lines on which the keys and tables of a TOML text stand.
+    """Find the lines of the keys and tables of a TOML text.
 
-    Keys inside inline tables and arrays are not looked for: their table's line stands for them.
+    Keys inside inline tables and arrays are not searched; the line of their table is used.
 
     Args:
         text: a valid TOML text.
@@ -363,7 +363,7 @@ def key_lines(text: str) -> dict[tuple[str, ...], int]:
     found: dict[tuple[str, ...], int] = {}
     counts: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
-    inside = ""  # the quotes of the multi-line string that we are in
+    inside = ""  # the quotes of the current multi-line string
     for number, line in enumerate(text.splitlines(), start=1):
         if not inside:
             if header := _HEADER.match(line):

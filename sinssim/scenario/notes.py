@@ -1,4 +1,4 @@
-"""Notes on a scenario: keys without effect, times that the run does not reach, defaults that are taken."""
+"""Notes on a scenario: keys without effect, times beyond the end of the run, defaults in use."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
 
 FLICKER_SAMPLES = 2.5e6
-"""Flicker has its Allan deviation of 0.664 B up to so many samples; see `sinssim.sensors.noise.flicker`."""
+"""Number of samples up to which flicker has its Allan deviation of 0.664 B; see `sinssim.sensors.noise.flicker`."""
 
 
 def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
@@ -19,7 +19,7 @@ def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
 
     Args:
         imu: the [imu] section.
-        end: when the run ends, s.
+        end: end of the run, s.
 
     Yields:
         Whole sentences, each with its key.
@@ -31,22 +31,22 @@ def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
             by_temperature.append("laser_gyro.gas_flow_mps")
         for name in by_temperature:
             yield (
-                f"imu.{name} changes nothing: temperature_start_c and temperature_steady_c are 0, the temperature of "
+                f"imu.{name} has no effect: temperature_start_c and temperature_steady_c are 0, the temperature of "
                 "the calibration."
             )
     if imu.temperature_start_c == imu.temperature_steady_c and "warm_up_time_s" in imu.model_fields_set:
-        yield "imu.warm_up_time_s changes nothing: temperature_start_c and temperature_steady_c are the same."
+        yield "imu.warm_up_time_s has no effect: temperature_start_c and temperature_steady_c are equal."
     for triad in ("gyro", "accel"):
         keys = {term.field: term.key for term in of_triad(triad)}
         instability, correlation_time = keys["instability"], keys["correlation_time"]
         value = getattr(imu, instability)
         of_grade = getattr(find_grade(imu.grade), triad).instability
         if getattr(imu, correlation_time) is not None and not (of_grade if value is None else value):
-            yield f"imu.{correlation_time} changes nothing: there is no {instability}."
+            yield f"imu.{correlation_time} has no effect: there is no {instability}."
     for number, fault in enumerate(imu.faults, start=1):
         to = None if fault.type == "spike" else fault.to_s
         if to is not None and to > end:
-            yield f"imu.faults.{number}.to_s = {to:g}: the run ends at {end:.6g} s, and with it the {fault.type}."
+            yield f"imu.faults.{number}.to_s = {to:g}: the {fault.type} ends with the run, at {end:.6g} s."
 
 
 def _says(imu: ImuSection, name: str) -> bool:
@@ -55,18 +55,18 @@ def _says(imu: ImuSection, name: str) -> bool:
 
 
 def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
-    """Yield notes on outages, faults, stops and alignments that begin or end after the run.
+    """Yield notes on outages, faults, stops and alignments beyond the end of the run.
 
     Args:
         scenario: the scenario.
-        end: when the run ends, s.
+        end: end of the run, s.
 
     Yields:
         Whole sentences, each with its key.
     """
     wanted = None if scenario.filter is None else scenario.filter.alignment_s
     if wanted is not None and wanted >= end:
-        yield f"filter.alignment_s = {wanted:g}: the run ends at {end:.0f} s, and the alignment takes longer."
+        yield f"filter.alignment_s = {wanted:g}: the alignment takes longer than the run, which ends at {end:.0f} s."
     for name, sensor in (scenario.aiding.sensors() if scenario.aiding else {}).items():
         times = [(f"outages_s.{i}", begin) for i, (begin, _) in enumerate(sensor.outages_s, start=1)]
         times += [(f"during_s.{i}", b) for i, (b, _) in enumerate(getattr(sensor, "during_s", None) or (), start=1)]
@@ -75,11 +75,11 @@ def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
                 times += [(f"{kind}.{i}", fault.from_s) for i, fault in enumerate(faults, start=1)]
         for key, begin in times:
             if begin >= end:
-                yield f"aiding.{name}.{key} begins at {begin:g} s, and the run ends at {end:.0f} s: it never happens."
+                yield f"aiding.{name}.{key} begins at {begin:g} s, but the run ends at {end:.0f} s: it has no effect."
         if sensor.latency_s >= end:
             yield (
-                f"aiding.{name}.latency_s = {sensor.latency_s:g}: the run ends at {end:.0f} s, and no reading arrives "
-                "before."
+                f"aiding.{name}.latency_s = {sensor.latency_s:g}: no reading arrives before the end of the run at "
+                f"{end:.0f} s."
             )
 
 
@@ -88,7 +88,7 @@ def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:
 
     Args:
         imu: the [imu] section.
-        duration: of the run, s.
+        duration: duration of the run, s.
 
     Yields:
         Whole sentences, each with its key.
@@ -98,8 +98,8 @@ def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:
         instability = getattr(imu, keys["instability"])
         if instability and getattr(imu, keys["correlation_time"]) is None:
             yield (
-                f"imu.{keys['instability']} = {instability:g} has no {keys['correlation_time']} beside it: "
-                f"{CORRELATION_TIME:g} s is taken."
+                f"imu.{keys['instability']} = {instability:g} is given without {keys['correlation_time']}: "
+                f"{CORRELATION_TIME:g} s is used."
             )
         flicker = getattr(imu, keys["flicker"])
         if flicker and duration * imu.rate_hz > FLICKER_SAMPLES:

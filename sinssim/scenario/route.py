@@ -31,15 +31,15 @@ class _Approach(NamedTuple):
 
 
 def check_route(scenario: Scenario) -> None:
-    """Raise for a plan that comes too near to the pole of its route, as far as that is known before the flight.
+    """Raise for a plan that comes too near to the pole of its route, as far as this is known before the flight.
 
-    Known are the places of a vehicle at rest, all of a great circle, and of a flight its start and its waypoints.
+    The place of a vehicle at rest and a great circle are known completely; of a flight, the start and the waypoints.
 
     Args:
         scenario: the scenario.
 
     Raises:
-        InputError: it does; the message says where, when and how near.
+        InputError: the motion comes too near; the message says where, when and how near.
     """
     navigation = scenario.navigation
     if not FRAME_REGISTRY[navigation.frame].takes_route or navigation.route_deg is None:
@@ -60,10 +60,10 @@ def check_route_flown(scenario: Scenario, time: Array, truth: NavState) -> None:
     Args:
         scenario: the scenario.
         time: edges of the samples, (N+1,) s.
-        truth: true states there.
+        truth: true states at these times.
 
     Raises:
-        InputError: it does; the message says where, when and how near.
+        InputError: the motion comes too near; the message says where, when and how near.
     """
     navigation = scenario.navigation
     if not FRAME_REGISTRY[navigation.frame].takes_route:
@@ -83,7 +83,7 @@ def check_route_flown(scenario: Scenario, time: Array, truth: NavState) -> None:
 
 
 def _step(scenario: Scenario) -> float:
-    """Return the shortest step that one of the scenario's algorithms takes, s."""
+    """Return the shortest step of the scenario's algorithms, s."""
     known = [REGISTRY[name].samples for name in scenario.navigation.algorithms if name in REGISTRY]
     return min(known, default=1) / scenario.imu.rate_hz
 
@@ -99,7 +99,8 @@ def _approaches(scenario: Scenario, pole: Array) -> Iterator[_Approach]:
 
 
 def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
-    """Start, end, and where between them the circle n₀ cos u + t₀ sin u comes nearest to the pole or its opposite."""
+    """Yield start, end, and the nearest points of the circle n₀ cos u + t₀ sin u to the pole or its opposite
+    between."""
     lat, lon, course = (math.radians(v) for v in (circle.latitude_deg, circle.longitude_deg, circle.course_deg))
     up = normal(lat, lon)
     north = np.array([-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat)])
@@ -115,7 +116,7 @@ def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
 
 
 def _on_flight(flight: FlightSection) -> Iterator[_Approach]:
-    """The start, and every waypoint, which is passed within its radius."""
+    """Yield the start, and every waypoint, which is passed within its radius."""
     start = plan_at_start(flight)
     wind = math.hypot(flight.wind.north_mps, flight.wind.east_mps)
     yield _Approach(start.latitude, start.longitude, 0.0, max(0.0, start.true_airspeed() - wind), "at the start")
@@ -123,5 +124,5 @@ def _on_flight(flight: FlightSection) -> Iterator[_Approach]:
         if isinstance(leg, WaypointLeg):
             latitude, longitude = math.radians(leg.latitude_deg), math.radians(leg.longitude_deg)
             speed = max(0.0, plan.true_airspeed() - wind)
-            when = f"or less where leg {number}, the waypoint, ends"
+            when = f"or less at the end of leg {number}, a waypoint"
             yield _Approach(latitude, longitude, leg.capture_radius_m, speed, when)

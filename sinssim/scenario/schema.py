@@ -32,19 +32,21 @@ from sinssim.sensors.aiding.gnss import GnssSection
 
 
 class Scenario(Section):
-    """One run: a true motion, the IMU that senses it, and the algorithms that navigate on its readings.
+    """One run: a true motion, the IMU that measures it, and the algorithms that navigate on its readings.
 
-    Exactly one of `flight`, `parked`, `great_circle` and `motion` says what the true motion is.
+    Exactly one of `flight`, `parked`, `great_circle` and `motion` gives the true motion.
     """
 
-    name: Name = Field(description="short name; names the run directory")
+    name: Name = Field(description="short name, also the name of the run directory")
     description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of everything random: same seed, same numbers")
     flight: FlightSection | None = None
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
-    vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
+    vibration: tuple[VibrationSection, ...] = Field(
+        default=(), description="vibration of the sensor block, added to the motion"
+    )
     isolator: IsolatorSection | None = None
     truth: TruthSection = Field(default=TruthSection())
     imu: ImuSection = Field(default_factory=ImuSection)
@@ -54,7 +56,7 @@ class Scenario(Section):
     filter: FilterSection | None = None
     views: tuple[str, ...] = Field(
         default=(),
-        description="files (.py) of your own views, relative to this file, to be recorded with the run; see views.md",
+        description="files (.py) of your own views, relative to this file, recorded with the run; see views.md",
     )
 
     @field_validator("views")
@@ -63,14 +65,14 @@ class Scenario(Section):
         for view in views:
             if not (view.endswith(".py") and os.path.isfile(view)):
                 raise ValueError(
-                    f"there is no view {shortened(view)!r}; give the path of a Python file, its name ends in .py"
+                    f"there is no view {shortened(view)!r}; give the path of a Python file, with the ending .py"
                 )
         return views
 
     @model_validator(mode="before")
     @classmethod
     def _height_is_held(cls, data: Any) -> Any:
-        """Fill in the default vertical channel: baro loop for flights and with a barometer, else free."""
+        """Fill in the default vertical channel: baro loop for flights and with a barometer, free otherwise."""
         if not isinstance(data, dict):
             return data
         aiding, navigation = data.get("aiding"), data.get("navigation", {})
@@ -89,25 +91,23 @@ class Scenario(Section):
         given = [f"[{name}]" for name in sources if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                "exactly one of [flight], [parked], [great_circle] and [motion] says what the true motion is; here "
-                + (f"there are {' and '.join(given)}" if given else "there is none of them")
+                "exactly one of [flight], [parked], [great_circle] and [motion] must give the true motion; here "
+                + (f"there are {' and '.join(given)}" if given else "all of them are missing")
             )
         return self
 
     @model_validator(mode="after")
     def _filter_has_what_it_needs(self) -> Self:
         if self.filter is not None and self.aiding is None:
-            raise ValueError("[filter] has nothing to correct by: name an aiding sensor, for example [aiding.gnss]")
+            raise ValueError("[filter] needs an aiding sensor: add one, for example [aiding.gnss]")
         if self.aiding is not None and self.filter is None:
             if list(self.aiding.sensors()) != ["baro"]:
-                raise ValueError("[aiding] has no [filter] that would use it: add [filter], its defaults will do")
+                raise ValueError("[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults")
             if self.navigation.vertical != "baro-loop":
-                raise ValueError(
-                    '[aiding.baro] has nothing that would use it: add [filter], or navigation.vertical = "baro-loop"'
-                )
+                raise ValueError('[aiding.baro] is not used: add [filter], or navigation.vertical = "baro-loop"')
         if self.filter is not None and self.imu.sensor_set.type != "gyros":
             raise ValueError(
-                f'[filter] corrects a set with gyros; imu.sensor_set.type = "{self.imu.sensor_set.type}" has none'
+                f'[filter] needs a sensor set with gyros; imu.sensor_set.type = "{self.imu.sensor_set.type}" has none'
             )
         return self
 
@@ -119,14 +119,14 @@ class Scenario(Section):
         for key in ("frame", "curvature", "rates_hz"):
             if getattr(section, key) != of[key].default:
                 raise ValueError(
-                    f"navigation.{key} = {_written(getattr(section, key))} does not reach [filter], which navigates in "
-                    'the frame "level" with exact curvature, all of it at the rate of the samples: leave '
-                    f"navigation.{key} out, or [filter]"
+                    f"navigation.{key} = {_written(getattr(section, key))} does not apply to [filter], which navigates "
+                    'in the frame "level" with exact curvature and entirely at the rate of the samples: remove '
+                    f"navigation.{key}, or [filter]"
                 )
         if FILTER_ALGORITHM not in section.algorithms:
             raise ValueError(
-                f"navigation.algorithms = {list(section.algorithms)} does not reach [filter], which navigates by "
-                f'"{FILTER_ALGORITHM}": add "{FILTER_ALGORITHM}" to them, or leave [filter] out'
+                f"navigation.algorithms = {list(section.algorithms)} does not apply to [filter], which navigates by "
+                f'"{FILTER_ALGORITHM}": add "{FILTER_ALGORITHM}" to them, or remove [filter]'
             )
         return self
 
@@ -150,7 +150,7 @@ class Scenario(Section):
         if source is not None and wanted >= source.duration_s:
             raise ValueError(
                 f"filter.alignment_s = {wanted:g} must be less than duration_s = {source.duration_s:g}: the filter "
-                "needs a part of the run after the alignment"
+                "needs time after the alignment"
             )
         return self
 
@@ -168,7 +168,7 @@ class Scenario(Section):
         tau, vertical = self.navigation.baro_time_constant_s, self.navigation.vertical
         if tau != BARO_TIME_CONSTANT and vertical != "baro-loop":
             raise ValueError(
-                f"navigation.baro_time_constant_s = {tau:g} would change nothing: it is that of vertical = "
+                f"navigation.baro_time_constant_s = {tau:g} would have no effect: it is a key of vertical = "
                 f'"baro-loop"; here vertical = "{vertical}"'
             )
         return self
@@ -178,14 +178,13 @@ class Scenario(Section):
         kind = self.imu.sensor_set.type
         if (kind == "attitude-sensor") != (MEASURED_ATTITUDE in self.navigation.algorithms):
             raise ValueError(
-                f'imu.sensor_set.type = "attitude-sensor" and navigation.algorithms = ["{MEASURED_ATTITUDE}"] (with '
-                f'navigation.frame = "inertial") go together; here imu.sensor_set.type = "{kind}" and '
+                f'imu.sensor_set.type = "attitude-sensor" requires navigation.algorithms = ["{MEASURED_ATTITUDE}"] '
+                f'(with navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{kind}" and '
                 f"navigation.algorithms = {list(self.navigation.algorithms)}"
             )
         if self.compensation is not None and kind != "gyros":
             raise ValueError(
-                f'[compensation] is that of three gyros and three accelerometers; imu.sensor_set.type = "{kind}" has '
-                "none"
+                f'[compensation] is for three gyros and three accelerometers; imu.sensor_set.type = "{kind}" has none'
             )
         return self
 
@@ -193,7 +192,7 @@ class Scenario(Section):
         """Return the scenario as a TOML file with every default written out.
 
         Args:
-            about_filter: lines of comment for [filter].
+            about_filter: comment lines for [filter].
 
         Returns:
             Text that loads back to an equal scenario.
@@ -206,12 +205,12 @@ class Scenario(Section):
 
 
 def _written(value: object) -> str:
-    """Write a value as TOML has it."""
+    """Write a value in TOML."""
     return f'"{value}"' if isinstance(value, str) else str(list(value) if isinstance(value, tuple) else value)
 
 
 def _without_none(value: Any) -> Any:
-    """Drop absent optional values, which TOML cannot write, and turn tuples into arrays, at any depth."""
+    """Drop missing optional values, which TOML cannot express, and turn tuples into arrays, at any depth."""
     if isinstance(value, dict):
         return {key: _without_none(item) for key, item in value.items() if item is not None}
     return [_without_none(item) for item in value] if isinstance(value, tuple) else value

@@ -25,7 +25,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         Lines of text.
 
     Raises:
-        InputError: the aircraft's description is not right, or the sensors do not suit the run.
+        InputError: the aircraft's description is invalid, or the sensors do not suit the run.
     """
     check_times(scenario)
     check_route(scenario)
@@ -56,7 +56,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"sensors     {sensor_words(scenario.imu)}"
-    yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade', 'sensor_set') or 'as the grade has it'}"
+    yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade', 'sensor_set') or 'as in the grade'}"
     if scenario.compensation is not None:
         yield f"calibrated  {given(scenario.compensation) or 'perfect'}"
     if scenario.aiding is not None:
@@ -78,7 +78,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
 
 
 def sensor_words(section: ImuSection) -> str:
-    """Name the set of sensors of a block.
+    """Describe the sensor set of a block.
 
     Args:
         section: the [imu] section.
@@ -88,30 +88,30 @@ def sensor_words(section: ImuSection) -> str:
     """
     match section.sensor_set:
         case SixAccelerometers(arm_m=arm):
-            return f"six accelerometers in the faces of a cube, {arm:g} m from its centre, and no gyro"
+            return f"six accelerometers on the faces of a cube, {arm:g} m from its centre, and no gyro"
         case AttitudeSensor() as sensor:
             return (
-                f"three accelerometers and an attitude sensor, {given(sensor, 'type') or 'drifting as its grade does'}"
+                f"three accelerometers and an attitude sensor, {given(sensor, 'type') or 'with the drift of its grade'}"
             )
         case _:
             return "three accelerometers and three gyros"
 
 
 def given(section: BaseModel, *without: str) -> str:
-    """Return the values of a table that are not the defaults.
+    """Return the values of a table that differ from the defaults.
 
     Args:
         section: the table.
         without: keys to leave out.
 
     Returns:
-        "key = value, …", "" if all are the defaults.
+        "key = value, …", "" if all are defaults.
     """
     return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
 
 
 def values_of(section: BaseModel) -> str:
-    """Return all values of a table, the defaults too.
+    """Return all values of a table, defaults included.
 
     Args:
         section: the table.

@@ -15,8 +15,8 @@ from sinssim.scenario.mistakes import key_lines, report
 
 Model = TypeVar("Model", bound=BaseModel)
 
-_DEEPEST = 20  # tables and arrays inside one another; a scenario has six
-_TOO_DEEP = f"tables or arrays stand inside one another more than {_DEEPEST} deep; a scenario needs six."
+_DEEPEST = 20  # nesting depth of tables and arrays; a scenario needs six
+_TOO_DEEP = f"tables or arrays are nested more than {_DEEPEST} deep; a scenario needs six levels."
 
 
 def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
@@ -29,7 +29,7 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
         Its text and its contents.
 
     Raises:
-        InputError: it cannot be read, or is not TOML; the message shows the line.
+        InputError: the file cannot be read or is not TOML; the message shows the line.
     """
     try:
         text = file.read_text(encoding="utf-8")
@@ -49,7 +49,7 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
         column = f", column {place[2]}" if place and place[2] else ""
         shown = shortened(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
         raise InputError(f"{file}, line {line}{column}: TOML syntax: {shortened(what)}, in:  {shown}") from error
-    except ValueError as error:  # a whole number of thousands of digits, a 30th of February
+    except ValueError as error:  # an integer of thousands of digits, a 30th of February
         raise InputError(f"{file} cannot be read: {error}.") from error
 
 
@@ -59,17 +59,17 @@ def validate(
     """Check the contents of a TOML file.
 
     Args:
-        model: what the file is to hold.
-        data: its contents.
-        text: its text, for line numbers.
-        source: what to call the file in messages.
-        overridden: paths of the keys that were set from outside the file.
+        model: the model of the file.
+        data: contents of the file.
+        text: text of the file, for line numbers.
+        source: name of the file in messages.
+        overridden: paths of the overridden keys.
 
     Returns:
         The contents as a model.
 
     Raises:
-        InputError: there are mistakes; the message lists them, each with its line, key and what would be right.
+        InputError: there are mistakes; the message lists them, each with its line, its key and the correct form.
     """
     _check_depth(data, source)
     try:

@@ -1,4 +1,4 @@
-"""Sensors: the readings that they give of the truth, by equation (2) and the error terms added to it."""
+"""Sensors: their readings of the true motion, by equation (2) and further error terms."""
 
 from __future__ import annotations
 

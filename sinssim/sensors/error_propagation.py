@@ -1,21 +1,21 @@
 """Position error of an unaided inertial navigator at rest by sensor errors: closed forms of the Schuler loop.
 
-On a vehicle that stands level at latitude φ, with R the mean radius of the Earth, ω = √(g/R) Schuler's frequency and U
-the Earth's rate, the horizontal position error after t of
+For a level vehicle at rest at latitude φ, with the mean radius R of the Earth, the Schuler frequency ω = √(g/R) and the
+Earth's rate U, the horizontal position error after the time t is, for
 
     an error of the velocity v     v · sin ωt / ω                      (1)
     a tilt ε                       ε · R (1 − cos ωt)                  (2)
     an azimuth error ζ             ζ · R U cos φ (t − sin ωt / ω)      (3)
 
 (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, ch. 12; Britting, Inertial Navigation
-Systems Analysis, 1971). A constant error of the accelerometers changes the velocity all the time, one of the
-level gyros the tilt, one of the down gyro the azimuth: its response is the integral of (1), (2) or (3), and that of a
-ramp the integral of that. White noise of density N leaves a standard deviation of N times the root of the integral of
-the square.
+Systems Analysis, 1971). A constant error of an accelerometer changes the velocity steadily, that of a level gyro the
+tilt, and that of the down gyro the azimuth. The response is therefore the integral of (1), (2) or (3), and the response
+to a ramp is the integral of that. White noise of density N causes a standard deviation of N times the root of the
+integral of the square.
 
-What is left out: the slow turn of Schuler's oscillation with the Earth (Foucault's pendulum), which changes the
-direction but not the size, and that an error of attitude stays in inertial space while the Earth turns by Ut. After an
-hour that is up to (Ut)²/2 = 3.4 % for a tilt to the east, and 1 % for all else.
+Two effects are neglected. The plane of the Schuler oscillation turns slowly (Foucault's pendulum), which changes the
+direction of the error but not its size. An error of attitude stays fixed in inertial space while the Earth rotates by
+Ut. After an hour this amounts to up to (Ut)²/2 = 3.4 % for an east tilt, and to 1 % otherwise.
 """
 
 from __future__ import annotations
@@ -78,11 +78,11 @@ class Schuler:
         return math.sqrt(self.gravity / self.radius)
 
     def impulse(self, kind: Response, t: Array) -> Array:
-        """Return the position error after a unit of velocity, tilt or azimuth, (1) to (3), m.
+        """Return the position error after a unit step of velocity, tilt or azimuth, (1) to (3), m.
 
         Args:
-            kind: which.
-            t: times since, (...) s.
+            kind: kind of error.
+            t: times since the step, (...) s.
 
         Returns:
             (...) m per m/s or per rad.
@@ -95,10 +95,10 @@ class Schuler:
         return np.asarray(self.radius * self.north_rate * (t - np.sin(w * t) / w))  # (3)
 
     def step(self, kind: Response, t: Array) -> Array:
-        """Return the position error while velocity, tilt or azimuth change at a unit rate: the integral of `impulse`.
+        """Return the position error if velocity, tilt or azimuth changes at a unit rate: the integral of `impulse`.
 
         Args:
-            kind: which.
+            kind: kind of error.
             t: times since the start, (...) s.
 
         Returns:
@@ -113,10 +113,10 @@ class Schuler:
         return np.asarray(self.radius * self.north_rate * (0.5 * t**2 - turned))
 
     def ramp(self, kind: Response, t: float) -> float:
-        """Return the position error of a rate of change that itself grows at a unit rate: the integral of `step`.
+        """Return the position error if the rate of change itself grows at a unit rate: the integral of `step`.
 
         Args:
-            kind: which.
+            kind: kind of error.
             t: time since the start, s.
 
         Returns:
@@ -131,10 +131,10 @@ class Schuler:
         return self.radius * self.north_rate * (t**3 / 6.0 - late)
 
     def white(self, kind: Response, t: float) -> float:
-        """Return the standard deviation of the position error that white noise of unit density makes.
+        """Return the standard deviation of the position error by white noise of unit density.
 
         Args:
-            kind: what the noise changes.
+            kind: the quantity that the noise changes.
             t: time since the start, s.
 
         Returns:
@@ -150,12 +150,12 @@ class Schuler:
         return self.radius * self.north_rate * math.sqrt(t**3 / 3.0 - cross + (0.5 * t - s2) / w**2)
 
     def correlated(self, kind: Response, t: float, covariance: Callable[[Array, Array], Array]) -> float:
-        """Return the standard deviation of the position error that a random rate of change makes.
+        """Return the standard deviation of the position error by a random rate of change.
 
         Args:
-            kind: what it changes.
+            kind: the quantity that changes.
             t: time since the start, s.
-            covariance: of its values at two instants, (N,) and (N,) s.
+            covariance: covariance of the rate at two instants, (N,) and (N,) s.
 
         Returns:
             The root of ∫∫ h(t − u) h(t − v) covariance(u, v) du dv, by quadrature, m.
@@ -165,12 +165,12 @@ class Schuler:
         return math.sqrt(float(weight @ covariance(first.ravel(), second.ravel()).reshape(_POINTS, _POINTS) @ weight))
 
     def driven(self, kind: Response, t: float, change: Callable[[Array], Array]) -> float:
-        """Return the position error of a rate of change that is known over time.
+        """Return the position error by a given rate of change.
 
         Args:
-            kind: what it changes.
+            kind: the quantity that changes.
             t: time since the start, s.
-            change: its values at instants, (N,) s.
+            change: the rate at instants, (N,) s.
 
         Returns:
             ∫ h(t − u) change(u) du, by quadrature, m.

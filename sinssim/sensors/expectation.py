@@ -1,13 +1,13 @@
-"""The position error that each error of a sensor block alone makes, by closed forms, without simulation.
+"""Position error by each error term of a sensor block alone, in closed form, without simulation.
 
-A level vehicle, heading north, navigates unaided from a perfect initial state; see `sinssim.sensors.error_propagation`
-for the closed forms. Errors that act only in motion are given for one manoeuvre: at the start the vehicle turns by 90°
-at 3°/s, or gathers 250 m/s to the north at a quarter of g. All standard deviations are of the length of the horizontal
-error, the root of the sum of squares of north and east; a fixed error of the scenario counts like a standard deviation
-of its size.
+A level vehicle heading north navigates unaided from an exact initial state; see `sinssim.sensors.error_propagation` for
+the closed forms. Errors that act only in motion are evaluated for one manoeuvre: at the start the vehicle turns by 90°
+at 3°/s, or accelerates to 250 m/s northwards at g/4. All standard deviations are those of the horizontal error, the
+root of the sum of squares of north and east. A fixed error of the scenario counts as a standard deviation of its
+magnitude.
 
-With b, k, M … the standard deviations, S and h the responses to a step and to an impulse of `schuler`, Δψ and V the
-turn and the speed, t′ the time since the middle of the manoeuvre:
+Symbols: b, k, M … are the standard deviations, S and h the step and impulse responses of `Schuler`, Δψ and V the turn
+and the speed, and t′ the time since the middle of the manoeuvre.
 
     gyro bias                       b S (tilt for north and east, azimuth for down)
     gyro scale factor               at rest k_i ω_i as a bias, ω = (U cos φ, 0, −U sin φ); in the turn k_z Δψ h(t′)
@@ -18,13 +18,13 @@ turn and the speed, t′ the time since the middle of the manoeuvre:
     angle random walk N, rate random walk, bias instability, flicker
                                     the root of ∫∫ h(t−u) h(t−v) C(u, v) du dv with their covariance C
     accelerometer bias              b S; misalignment M_xz g and M_yz g likewise
-    accelerometer scale factor      gathering speed k_x V h(t′); κ, K₂ and K₃ as ½κ, K₂a, K₃a²
-    misalignment, cross axis        gathering speed M_yx V h(t′), C_xz g V h(t′)
+    accelerometer scale factor      in the acceleration k_x V h(t′); κ, K₂ and K₃ as ½κ, K₂a, K₃a²
+    misalignment, cross axis        in the acceleration M_yx V h(t′), C_xz g V h(t′)
     velocity random walk            N times the root of ∫h²
-    quantum Q, sampled every T      every sample an independent error of variance Q²/12: of the tilt, which moves the
+    quantum Q, sampled every T      an independent error of variance Q²/12 in every sample: of the tilt, which moves the
                                     velocity like a random walk g Q √(T/12); of the velocity, Q √(T/12) √(∫cos² ωu du)
     temperature                     as a bias and a scale factor that follow the warm-up, in a manoeuvre with its mean;
-                                    null shift as such a bias
+                                    null shift likewise
 """
 
 from __future__ import annotations
@@ -54,20 +54,20 @@ ASSUMPTIONS = {
     TURNING: "at 3°/s at the start, then at rest",
     ACCELERATING: "northwards to 250 m/s at 0.25 g at the start, then at that speed",
 }
-"""What the vehicle does."""
+"""The motion of the vehicle."""
 
 
 @dataclass(frozen=True)
 class Term:
-    """One error of a sensor block.
+    """One error term of a sensor block.
 
     Attributes:
-        name: of the quantity, as in [imu] without the unit.
-        value: 1σ of what is drawn, or the value of a noise, in `unit`; the largest if it differs from axis to axis.
-        unit: that of scenarios.
-        si: the same in `si_unit`.
-        si_unit: SI.
-        meaning: plain words.
+        name: name of the quantity, as in [imu] without the unit.
+        value: 1σ of a random error, or the value of a noise, in `unit`; the largest if it differs between axes.
+        unit: unit of scenarios.
+        si: the value in `si_unit`.
+        si_unit: SI unit.
+        meaning: description.
     """
 
     name: str
@@ -80,11 +80,11 @@ class Term:
 
 @dataclass(frozen=True)
 class Contribution:
-    """The position error that one term alone makes.
+    """The position error by one term alone.
 
     Attributes:
-        term: which, and what of it.
-        assumes: what the vehicle does.
+        term: name of the term and of its effect.
+        assumes: motion of the vehicle.
         position: standard deviation of the horizontal position error, m.
     """
 
@@ -95,13 +95,13 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Expectation:
-    """The errors of a sensor block and the position errors they make.
+    """The error terms of a sensor block and the position errors that they cause.
 
     Attributes:
         section: the sensor block.
-        latitude: of the vehicle, rad.
-        duration: of the navigation, s.
-        terms: its errors.
+        latitude: latitude of the vehicle, rad.
+        duration: duration of the navigation, s.
+        terms: its error terms.
         contributions: position errors, the largest first.
     """
 
@@ -118,36 +118,36 @@ class Expectation:
 
     @property
     def drawn(self) -> bool:
-        """Whether every error is drawn or a noise, none fixed by the scenario."""
+        """Whether every error is random, with no value fixed by the scenario."""
         fixed = (stated(self.section, term)[0] for term in TERMS if term.drawn)
         return null_shift_of(self.section) is None and not any(np.any(value) for value in fixed)
 
     @property
     def height(self) -> float:
-        """What the accelerometer's bias alone makes of an unaided height, b (cosh(√2 ωt) − 1)/2ω², m."""
+        """Error of the unaided height by the accelerometer's bias alone, b (cosh(√2 ωt) − 1)/2ω², m."""
         (bias,) = [term.si for term in self.terms if term.name == "accel_bias"] or [0.0]
         w = Schuler.at(self.latitude).frequency
         return bias * (math.cosh(math.sqrt(2.0) * w * self.duration) - 1.0) / (2.0 * w**2)
 
 
 def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Expectation:
-    """Return the position error that each error of a sensor block makes.
+    """Return the position error by each error term of a sensor block.
 
     Args:
-        section: the [imu] section of a scenario: a grade, and what differs from it.
-        latitude: of the vehicle, rad.
-        duration: of the navigation, s, longer than the manoeuvres; the closed forms hold to about an hour.
+        section: the [imu] section of a scenario: a grade, and deviations from it.
+        latitude: latitude of the vehicle, rad.
+        duration: duration of the navigation, s, longer than the manoeuvres; the closed forms hold up to about an hour.
 
     Returns:
-        Its errors, and the position error that each alone makes.
+        The error terms, and the position error by each alone.
 
     Raises:
-        InputError: the section is of a set of sensors without gyros.
+        InputError: the sensor set of the section has no gyros.
     """
     if section.sensor_set.type != "gyros":
         raise InputError(
-            "closed forms are at hand for three gyros and three accelerometers; sensor_set.type = "
-            f'"{section.sensor_set.type}" is another set.'
+            "closed forms exist only for three gyros and three accelerometers; sensor_set.type = "
+            f'"{section.sensor_set.type}" is a different set.'
         )
     terms, sizes = [], {}
     for term in TERMS:
@@ -197,17 +197,17 @@ class _Block:
     duration: float
 
     def _rest(self, rates: Array) -> float:
-        """Return what constant errors of the gyros make, (3,) rad/s, m."""
+        """Return the position error by constant errors of the gyros, (3,) rad/s, m."""
         tilt, azimuth = (float(self.earth.step(kind, np.asarray(self.duration))) for kind in ("tilt", "azimuth"))
         return math.hypot(tilt * rates[0], tilt * rates[1], azimuth * rates[2])
 
     def _warmth(self, length: float) -> float:
-        """Return the size of the mean temperature over a manoeuvre at the start, K."""
+        """Return the magnitude of the mean temperature over a manoeuvre at the start, K."""
         instants = np.asarray(length * (np.arange(100) + 0.5) / 100.0, dtype=np.float64)
         return abs(float(warm_up(self.section).temperature(instants).mean()))
 
     def _wandering(self, kind: Response, size: dict[str, Array]) -> Iterator[tuple[str, float]]:
-        """Yield what an error that changes at random makes along one axis, m."""
+        """Yield the position errors by random changes of an error along one axis, m."""
         t = self.duration
         if size["instability"]:
             tau = float(size["correlation_time"])

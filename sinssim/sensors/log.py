@@ -1,6 +1,6 @@
 """Reads a recorded IMU log (text, Parquet or npz) into increments; a TOML file names its columns, units and axes.
 
-Without a description the columns are those of the package's own streams, `imu_measured.parquet` and its like.
+By default the columns are those of the package's own streams, such as `imu_measured.parquet`.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from sinssim.sensors.log_description import TIME_UNITS, TRIADS, UNITS, WORDS, Co
 
 __all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples", "slow"]
 
-_SLOWEST = 0.1  # between samples; a log in ms at 10 kHz or less shows this or more, and one in s at 10 Hz or less
+# interval between samples, beyond which a log may be one in ms at up to 10 kHz, or one in s at up to 10 Hz
+_SLOWEST = 0.1
 _FASTEST = 2e4  # samples per second of the fastest raw outputs
-# What no sensor reads; a shock goes to 1e5 g, and a wheel of a turbocharger to 3e4 rad/s.
+# Limits beyond any sensor; a shock reaches 1e5 g, and the wheel of a turbocharger 3e4 rad/s.
 _MOST: dict[TriadName, tuple[float, str]] = {"gyro": (1e5, "rad/s"), "accel": (1e7, "m/s²")}
 
 
@@ -33,8 +34,8 @@ class Samples:
         kind: whether the numbers are integrals over the intervals or rates.
         time: edges of the intervals, (N+1,) s; the first interval is as long as the second.
         triads: "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s².
-        quantities: other columns by name, (N,), as they stand in the log.
-        time_unit_stated: whether the log or its description says which unit its times have.
+        quantities: other columns by name, (N,), as in the log.
+        time_unit_stated: whether the log or its description gives the unit of its times.
     """
 
     kind: Literal["increments", "rates"]
@@ -55,9 +56,9 @@ def read_log(path: Path | str, description: Path | str | None = None) -> ImuData
         Increments, forward-right-down, SI; the first interval is as long as the second.
 
     Raises:
-        InputError: a file that cannot be read or does not fit into memory, a description without gyros or without
-            accelerometers, a column that is missing or not numeric, a value that is not finite, times that do not
-            increase, or whose unit is not what it is said to be.
+        InputError: the file cannot be read or does not fit into memory, the description lacks gyros or accelerometers,
+            a column is missing or not numeric, a value is not finite, or the times do not increase or have another unit
+            than stated.
     """
     samples = read_samples(path, description, TRIADS)
     gyro, accel = samples.triads["gyro"], samples.triads["accel"]
@@ -73,19 +74,19 @@ def read_samples(
     triads: Sequence[TriadName] | None = None,
     quantities: Sequence[str] = (),
 ) -> Samples:
-    """Read a recorded log as it is, rates as rates.
+    """Read a recorded log without integration: rates stay rates.
 
     Args:
         path: a text file (`TEXT`), or a .parquet or .npz file.
         description: a TOML file that names columns, units and axes; by default the package's own columns.
-        triads: those that are needed, by default those that are described; the columns of the others may be missing.
-        quantities: names of other columns, or their numbers as text where columns go by numbers.
+        triads: triads to read, by default those described; the columns of the others may be missing.
+        quantities: names of other columns, or their numbers as text if columns are numbered.
 
     Returns:
         The samples.
 
     Raises:
-        InputError: as `read_log`.
+        InputError: as for `read_log`.
     """
     path, layout, source = Path(path), LogDescription(), "the package's own columns"
     if description is not None:
@@ -97,31 +98,33 @@ def read_samples(
     needed = layout.described if triads is None else tuple(triads)
     for name in needed:
         if layout.triad(name) is None:
-            raise InputError(f"{source} describes no {WORDS[name]}, which are needed: add a table [{name}].")
+            raise InputError(f"{source} does not describe the {WORDS[name]}, which are needed: add a table [{name}].")
     if len({isinstance(column, int) for column in layout.used(needed)}) > 1:
-        raise InputError(f"{source} numbers the column of times and describes no other: add tables [gyro] and [accel].")
+        raise InputError(
+            f"{source} numbers the column of times but describes no other column: add tables [gyro] and [accel]."
+        )
     by_number = layout.numbered
     others: dict[str, Column] = {name: int(name) if by_number and name.isdecimal() else name for name in quantities}
     table = Table(path, layout, (*layout.used(needed), *others.values()))
     if description is None and needed and not set(layout.used(needed)) & set(table.names):
         raise InputError(
             f"{path} has none of the columns of imu_measured.parquet ({', '.join(map(str, layout.used(needed)))}). Its "
-            f"own are {', '.join(str(name)[:60] for name in table.names[:20]) or 'none'}: say in a TOML file what they "
-            "hold (--columns)."
+            f"own are {', '.join(str(name)[:60] for name in table.names[:20]) or 'none'}: describe in a TOML file what "
+            "they hold (--columns)."
         )
     if description is None and not needed and layout.time not in table.names:
         raise InputError(
-            f"{path} has no column {layout.time!r}. Say in a TOML file which column holds its times, for example "
+            f"{path} has no column {layout.time!r}. Name the column of its times in a TOML file, for example "
             f'time = "t" (--columns). Its columns are {", ".join(str(name)[:60] for name in table.names[:20])}.'
         )
     try:
         return _samples(table, layout, needed, others, source)
     except MemoryError as error:
-        raise InputError(f"{path} does not fit into memory: {error}. A part of it would.") from error
+        raise InputError(f"{path} does not fit into memory: {error}. Read a part of it.") from error
 
 
 def slow(time: Array) -> str | None:
-    """Return a sentence if samples come more slowly than those of an inertial sensor, None if they do not.
+    """Return a warning if samples are slower than those of an inertial sensor, None if they are not.
 
     Args:
         time: edges of the intervals, (N+1,) s.
@@ -133,8 +136,8 @@ def slow(time: Array) -> str | None:
     if interval <= 1.0:
         return None
     return (
-        f"The samples are {interval:.4g} s apart, as those of averages are. If the sensors are sampled faster, the "
-        "unit of the log's times is not what it is said to be (time_unit)."
+        f"The samples are {interval:.4g} s apart, which is usual only for averages. If the sensors are sampled faster, "
+        "the unit of the log's times is wrong (time_unit)."
     )
 
 
@@ -147,7 +150,7 @@ def _samples(
     if layout.rate_hz is not None:
         edges = np.arange(max(lengths.values()) + 1) / layout.rate_hz
     elif layout.time is None:
-        raise InputError(f"{source}: neither a time column nor rate_hz says when the samples were taken.")
+        raise InputError(f"{source}: the times of the samples are missing: give a time column or rate_hz.")
     else:
         edges = _edges(table, layout, inertial=bool(triads))
     if set(lengths.values()) != {len(edges) - 1}:
@@ -161,39 +164,39 @@ def _samples(
         if not np.max(rates) <= most:
             k = int(np.argmax(~(rates <= most)))
             raise InputError(
-                f"{table.place(k)}: the {WORDS[name]} read {rates[k]:.4g} {unit}, and none reads more than {most:g}. "
-                "Units, times or kind (increments or rates) of the log are not what they are said to be."
+                f"{table.place(k)}: the {WORDS[name]} read {rates[k]:.4g} {unit}, but no such sensor exceeds {most:g}. "
+                "Units, times or kind (increments or rates) of the log are wrong."
             )
     stated = layout.rate_hz is not None or layout.stated_time_unit is not None
     return Samples(layout.kind, edges, values, quantities, stated)
 
 
 def _edges(table: Table, layout: LogDescription, inertial: bool) -> Array:
-    """Return the edges of the intervals by the time column, (N+1,) s."""
+    """Return the edges of the intervals from the time column, (N+1,) s."""
     path, unit, column = table.path, layout.stated_time_unit, layout.time
-    assert column is not None  # the caller has looked
+    assert column is not None  # checked by the caller
     ends = table.column(column) * TIME_UNITS[unit or "s"]
     if len(ends) < 2:
         raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
-    if np.max(np.abs(ends)) > 1e15:  # beyond, half a second is less than the last digit of a double
-        raise InputError(f"{path}: its times go to {np.max(np.abs(ends)):.3g} s, which is no time of a log.")
+    if np.max(np.abs(ends)) > 1e15:  # beyond this, half a second is less than the last digit of a double
+        raise InputError(f"{path}: its times reach {np.max(np.abs(ends)):.3g} s, which is impossible for a log.")
     edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
     steps = np.diff(edges)
     if not np.min(steps) > 0.0:
         k = int(np.argmax(steps <= 0.0))
-        k += k == 0  # the first interval is the second one's copy
+        k += k == 0  # the first interval is a copy of the second
         raise InputError(f"{table.place(k)}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
     interval = float(np.median(steps))
     if inertial and unit is None and interval >= _SLOWEST:
         raise InputError(
             f"{path}: the times in {column!r} are {interval:.6g} apart, which in seconds is slow for inertial sensors. "
-            f'Which unit have they? Write time_unit = "ms" (or "us", "ns"), or time_unit = "s" if it is seconds.'
+            f'Give their unit: time_unit = "ms" (or "us", "ns"), or time_unit = "s" for seconds.'
         )
     if unit not in (None, "s") and interval * _FASTEST < 1.0:
         raise InputError(
             f"{path}: the times in {column!r} are {interval / TIME_UNITS[unit or 's']:.6g} {unit} apart: "
-            f"{1.0 / interval:.3g} samples per second, and no sensor gives more than {_FASTEST:g}. Their unit is "
-            "another one (time_unit)."
+            f"{1.0 / interval:.3g} samples per second, but no sensor gives more than {_FASTEST:g}. Their unit is "
+            "wrong (time_unit)."
         )
     return edges
 
@@ -201,7 +204,7 @@ def _edges(table: Table, layout: LogDescription, inertial: bool) -> Array:
 def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
     """Return one triad, forward-right-down, SI, (N, 3)."""
     triad = layout.triad(name)
-    assert triad is not None  # the caller has looked
+    assert triad is not None  # checked by the caller
     if isinstance(triad.columns, str):
         values = table.column(triad.columns, 3)
     else:

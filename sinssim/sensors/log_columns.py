@@ -1,4 +1,4 @@
-"""The columns of a log file (text, Parquet or npz) as arrays of doubles, refused where memory would not hold them."""
+"""Reads the columns of a log file (text, Parquet or npz) as arrays of doubles; files beyond the memory are refused."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
 SUFFIXES = (*TEXT, ".parquet", ".npz")
 """Suffixes of the files that can be a log."""
 
-_COPIES = 4  # of every number at once: as read, by columns, in the block's axes and in SI, as increments
-_BYTES_OF_TEXT = 8  # of memory for a byte of text: a number takes two bytes or more, a line of a list of lines 60
+_COPIES = 4  # copies of every number at once: as read, by columns, in the block's axes and in SI, as increments
+_BYTES_OF_TEXT = 8  # bytes of memory per byte of text: a number has at least two bytes, an entry in a list of lines 60
 _SHOWN = 20  # names of columns listed in a message
 _LONGEST = 60  # characters of a name or value in a message
 
@@ -34,11 +34,11 @@ class Table:
 
     Args:
         path: a text file (`TEXT`), or a .parquet or .npz file.
-        layout: what the columns hold.
+        layout: description of the columns.
         wanted: the columns to read.
 
     Raises:
-        InputError: the file cannot be read, or does not fit into memory, or two of its columns have the same name.
+        InputError: the file cannot be read or does not fit into memory, or two of its columns have the same name.
     """
 
     def __init__(self, path: Path, layout: LogDescription, wanted: Sequence[Column]) -> None:
@@ -46,16 +46,17 @@ class Table:
         if suffix not in SUFFIXES:
             raise InputError(
                 f"{path}: a log is a text file ({', '.join(TEXT)}) or a .parquet or .npz file, not "
-                f"{suffix or 'one without a suffix'}."
+                f"{suffix or 'a file without a suffix'}."
             )
         if layout.numbered and suffix not in TEXT:
             raise InputError(
-                f"{path}: the columns of a {suffix} file have names; numbers are for text files without names."
+                f"{path}: the columns of a {suffix} file have names; only text files without names have numbered "
+                "columns."
             )
         self.path, self._layout, self._text = path, layout, suffix in TEXT
         read = _text if self._text else _parquet if suffix == ".parquet" else _npz
         try:
-            with path.open("rb"):  # whose words are clearer than pyarrow's if there is no such file
+            with path.open("rb"):  # its message for a missing file is clearer than pyarrow's
                 pass
             self.names, self._columns = read(path, layout, frozenset(wanted))
         except OSError as error:
@@ -63,14 +64,14 @@ class Table:
         except InputError:
             raise
         except MemoryError as error:
-            raise InputError(f"{path} does not fit into memory: {error}. A part of it would.") from error
-        except Exception as error:  # whatever numpy, pyarrow and zipfile raise on a file that is broken
+            raise InputError(f"{path} does not fit into memory: {error}. Read a part of it.") from error
+        except Exception as error:  # numpy, pyarrow and zipfile raise various errors for an invalid file
             reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
             kind = f"a {suffix} file"
             raise InputError(f"{path} cannot be read as {kind}: {reason[:300] or type(error).__name__}.") from error
 
     def place(self, sample: int) -> str:
-        """Return where a sample stands, for a message: "log.csv, sample 7 (line 9)"."""
+        """Return the place of a sample for a message: "log.csv, sample 7 (line 9)"."""
         if self._text:
             rows = iter(_rows(self.path, self._layout))
             if not self._layout.numbered:
@@ -85,13 +86,13 @@ class Table:
 
         Args:
             name: its name or number.
-            width: numbers a sample: 1, or 3 for an array of three columns.
+            width: numbers per sample: 1, or 3 for an array of three columns.
 
         Returns:
             (N,) or (N, 3).
 
         Raises:
-            InputError: there is no such column, or two, or it holds anything but finite numbers.
+            InputError: the column is missing or not unique, or contains anything but finite numbers.
         """
         if name not in self._columns:
             raise self._missing(name)
@@ -101,15 +102,17 @@ class Table:
             raw = raw[:, 0]
         if raw.shape[1:] != (() if width == 1 else (width,)) or raw.ndim == 0:
             wanted = "one number per sample, (N,)," if width == 1 else f"{width} numbers per sample, (N, {width}),"
-            raise InputError(f"{self.path}: the column {shown} has shape {raw.shape}, where {wanted} are needed.")
+            raise InputError(f"{self.path}: the column {shown} has shape {raw.shape}; {wanted} are needed.")
         if raw.dtype.kind in "cMmbV":
             what = {"c": "complex numbers", "b": "true and false", "V": "records"}.get(raw.dtype.kind, "dates or times")
-            raise InputError(f"{self.path}: the column {shown} holds {what} ({raw.dtype}), where numbers are needed.")
+            raise InputError(f"{self.path}: the column {shown} holds {what} ({raw.dtype}); numbers are needed.")
         try:
             values = np.asarray(raw, dtype=np.float64)
         except (TypeError, ValueError, OverflowError) as error:
             k, value = next(((k, v) for k, v in enumerate(raw.flat) if not _is_number(v)), (0, raw.flat[0]))
-            hint = " If it belongs to a heading, skip that (skip_lines) and number the columns." if k == 0 else ""
+            hint = (
+                " If it belongs to a heading, skip the heading (skip_lines) and number the columns." if k == 0 else ""
+            )
             raise InputError(
                 f"{self.place(k // width)}: the column {shown} holds {_short(repr(value))}, not a number.{hint}"
             ) from error
@@ -139,7 +142,7 @@ Columns = tuple[list[Column], dict[Column, NDArray[Any]]]
 
 def _npz(path: Path, layout: LogDescription, wanted: frozenset[Column]) -> Columns:
     if not zipfile.is_zipfile(path):
-        raise ValueError("it is no archive of arrays, as numpy.savez writes one")
+        raise ValueError("it is not an archive of arrays as written by numpy.savez")
     with zipfile.ZipFile(path) as archive:
         names: list[Column] = [name.removesuffix(".npy") for name in archive.namelist()]
         members = [info for info in archive.infolist() if info.filename.removesuffix(".npy") in wanted]
@@ -148,9 +151,9 @@ def _npz(path: Path, layout: LogDescription, wanted: frozenset[Column]) -> Colum
         for info in members:
             with archive.open(info) as file:
                 shape, _, kind = _header(file)
-                # what a header promises is believed only if the archive holds as much
+                # the size in a header is used only if the archive is large enough
                 if np.prod(shape, dtype=float) * kind.itemsize > info.file_size:
-                    raise ValueError(f"the array {info.filename} of shape {shape} is not all there")
+                    raise ValueError(f"the array {info.filename} of shape {shape} is incomplete")
             with archive.open(info) as file:
                 found[info.filename.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
     return names, {name: values for name, values in found.items() if names.count(name) == 1}
@@ -176,7 +179,7 @@ def _parquet(path: Path, layout: LogDescription, wanted: frozenset[Column]) -> C
 
 
 def _text(path: Path, layout: LogDescription, wanted: frozenset[Column]) -> Columns:
-    """Read a text file with pyarrow, runs of blanks made single ones first if they are the delimiter."""
+    """Read a text file with pyarrow; if blanks are the delimiter, runs of blanks are first reduced to single ones."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
@@ -213,7 +216,7 @@ def _check_text(path: Path, layout: LogDescription) -> None:
         first = file.read(4096)
         if first.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in first:
             raise InputError(
-                f"{path}, line 1: this is no text in UTF-8; it looks like "
+                f"{path}, line 1: this is not text in UTF-8; it looks like "
                 + ("UTF-16" if first[:2] in (b"\xff\xfe", b"\xfe\xff") else "binary data or UTF-16")
                 + ". Save it as UTF-8."
             )
@@ -221,7 +224,7 @@ def _check_text(path: Path, layout: LogDescription) -> None:
         for _ in range(layout.skip_lines):
             if not file.readline():
                 lines = sum(1 for _ in path.open("rb"))
-                raise InputError(f"{path} has {lines} lines, and skip_lines = {layout.skip_lines} leaves none of them.")
+                raise InputError(f"{path} has {lines} lines; skip_lines = {layout.skip_lines} skips all of them.")
         names = b"" if layout.numbered else file.readline(1 << 20)
     try:
         names.decode("utf-8-sig")
@@ -234,17 +237,17 @@ def _check_text(path: Path, layout: LogDescription) -> None:
 
 
 def _not_a_table(path: Path, layout: LogDescription, error: Exception) -> str:
-    """Say which line of a text file has another number of fields than the first, or else what pyarrow says."""
+    """Return an error that names the first line with a different number of fields, or pyarrow's message."""
     hint = f" (delimiter = {layout.delimiter!r}, skip_lines = {layout.skip_lines})"
     try:
         rows = iter(_rows(path, layout))
         first = next(rows, None)
         if first is None:
-            return f"{path} holds no samples: there is no line{hint}."
+            return f"{path} holds no samples: it has no lines{hint}."
         for line, fields in rows:
             if len(fields) != len(first[1]):
                 return (
-                    f"{path}, line {line}: it has {len(fields)} field{'s' * (len(fields) != 1)} where line {first[0]} "
+                    f"{path}, line {line}: it has {len(fields)} field{'s' * (len(fields) != 1)} but line {first[0]} "
                     f"has {len(first[1])}{hint}."
                 )
     except csv.Error:
@@ -255,7 +258,7 @@ def _not_a_table(path: Path, layout: LogDescription, error: Exception) -> str:
 
 def _rows(path: Path, layout: LogDescription) -> Iterator[tuple[int, list[str]]]:
     """Yield the line number and the fields of every line that is not blank."""
-    # Latin-1 takes any byte: it is only counted here
+    # Latin-1 accepts any byte, and the fields are only counted here
     with path.open(encoding="latin-1", newline="") as file:
         lines = (line for number, line in enumerate(file) if number >= layout.skip_lines)
         if layout.delimiter == WHITESPACE:
@@ -267,15 +270,15 @@ def _rows(path: Path, layout: LogDescription) -> Iterator[tuple[int, list[str]]]
 
 
 def _fits(path: Path, size: int) -> None:
-    """Refuse a file whose columns, copied as often as it takes, do not fit into the machine's memory."""
+    """Refuse a file whose columns, including copies, do not fit into the machine's memory."""
     if _COPIES * size > machine_memory():
         raise _too_large(path, _COPIES * size)
 
 
 def _too_large(path: Path, size: int) -> InputError:
     return InputError(
-        f"{path} would need {size / 1e9:.3g} GB of memory where this machine has {machine_memory() / 1e9:.3g}. Cut it "
-        "into parts, or average samples before."
+        f"{path} would need {size / 1e9:.3g} GB of memory; this machine has {machine_memory() / 1e9:.3g} GB. Split it "
+        "into parts, or average samples first."
     )
 
 

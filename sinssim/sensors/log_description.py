@@ -24,7 +24,7 @@ UNITS: dict[tuple[str, str], dict[str, float]] = {
 """Units by triad and kind of log, in SI."""
 
 WHITESPACE = "whitespace"
-"""The delimiter of columns that stand apart by any number of spaces and tabs."""
+"""The delimiter for columns separated by any number of spaces and tabs."""
 
 TriadName = Literal["gyro", "accel"]
 TRIADS: tuple[TriadName, ...] = ("gyro", "accel")
@@ -38,7 +38,8 @@ _DIRECTIONS: dict[str, tuple[int, float]] = {
     "down": (2, 1.0),
     "up": (2, -1.0),
 }
-# A unit at the end of a column's name, behind a separator or as capitals behind a small letter: t_ms, time [s], TimeUS.
+# A unit at the end of a column's name, after a separator or as capitals after a lower-case letter: t_ms, time [s],
+# TimeUS.
 _UNIT_IN_NAME = re.compile(r"(?:[\W_]|(?<=[a-z])(?=[A-Z]))((?i:m|u|µ|μ|n)?(?i:s|sec))\W*$")
 
 
@@ -72,18 +73,18 @@ class LogDescription(Section):
         default=None,
         description=f"one of {', '.join(TIME_UNITS)}; default: the one at the end of the column's name (t_ms), else s",
     )
-    # 100 kHz is the most that a scenario may have, too; a sample in three hours is slower than any logger
+    # 100 kHz is also the limit of a scenario; one sample in three hours is slower than any logger
     rate_hz: Annotated[float, Field(ge=1e-4, le=1e5)] | None = Field(
-        default=None, description="samples per second, in place of a time column"
+        default=None, description="samples per second, instead of a time column"
     )
     axes: tuple[Direction, Direction, Direction] = Field(
-        default=("forward", "right", "down"), description="where the three axes of the sensor block point"
+        default=("forward", "right", "down"), description="directions of the three axes of the sensor block"
     )
     delimiter: Annotated[str, Field(min_length=1, max_length=1)] | Literal["whitespace"] = Field(
         default=",",
         description="one character between the fields of a text file, or whitespace for any number of blanks",
     )
-    # no heading has a million lines, and the reader takes no more than two thousand million
+    # no heading has a million lines, and the reader accepts at most 2³¹
     skip_lines: int = Field(
         default=0, ge=0, le=1_000_000, description="lines of a text file before its line of names, or its numbers"
     )
@@ -103,7 +104,7 @@ class LogDescription(Section):
         named = self.unit_in_name
         if None not in (self.time_unit, named) and self.time_unit != named and self.rate_hz is None:
             raise ValueError(
-                f'time_unit = "{self.time_unit}" contradicts the name of the column, {self.time!r}, which says {named}'
+                f'time_unit = "{self.time_unit}" contradicts the name of the column, {self.time!r}, which gives {named}'
             )
         return self
 
@@ -111,25 +112,27 @@ class LogDescription(Section):
     def _consistent(self) -> Self:
         if abs(np.linalg.det(self.matrix) - 1.0) > 1e-9:
             raise ValueError(
-                f"axes = {list(self.axes)} is not a right-handed set of three perpendicular directions, "
-                'as ["forward", "right", "down"] or ["right", "forward", "up"] are'
+                f"axes = {list(self.axes)} is not a right-handed set of three perpendicular directions "
+                'such as ["forward", "right", "down"] or ["right", "forward", "up"]'
             )
         if self.rate_hz is not None and "time" in self.model_fields_set and self.time is not None:
             raise ValueError("time (a column) and rate_hz are both given: keep one of them")
         if self.delimiter.isalnum() and self.delimiter != WHITESPACE:
-            raise ValueError(f"delimiter = {self.delimiter!r} cannot stand between numbers; , ; and tab can")
+            raise ValueError(
+                f"delimiter = {self.delimiter!r} cannot separate numbers; use a comma, a semicolon or a tab"
+            )
         stated = self.described if self.gyro is not None or self.accel is not None else ()
         kinds = {isinstance(column, int) for column in self.used(stated)}
         if len(kinds) > 1:
             raise ValueError(
-                "some columns are named and others numbered: a text file has a line of names or has none (time is "
-                f"{self.time!r}; with rate_hz there need be no such column)"
+                "some columns are named and others numbered; a text file either has a line of names or has none (time "
+                f"is {self.time!r}; with rate_hz this column is not needed)"
             )
         return self
 
     @property
     def unit_in_name(self) -> str | None:
-        """The unit at the end of the time column's name, None if there is none."""
+        """The unit at the end of the time column's name; None if there is none."""
         found = _UNIT_IN_NAME.search(self.time) if isinstance(self.time, str) else None
         if found is None:
             return None
@@ -137,7 +140,7 @@ class LogDescription(Section):
 
     @property
     def stated_time_unit(self) -> str | None:
-        """The unit of time that the description states, or the column's name; None if neither does."""
+        """The unit of time from the description or the column's name; None if neither gives it."""
         return self.time_unit or self.unit_in_name
 
     def triad(self, name: TriadName) -> TriadColumns | None:
@@ -152,7 +155,7 @@ class LogDescription(Section):
         return tuple(name for name in TRIADS if self.triad(name) is not None)
 
     def used(self, triads: tuple[TriadName, ...]) -> tuple[Column, ...]:
-        """Return the columns that are read for some triads."""
+        """Return the columns that are read for given triads."""
         found: list[Column] = [] if self.time is None or self.rate_hz is not None else [self.time]
         for name in triads:
             if (triad := self.triad(name)) is not None:
@@ -161,14 +164,14 @@ class LogDescription(Section):
 
     @property
     def numbered(self) -> bool:
-        """Whether columns go by their numbers, in a text file without a line of names."""
-        if self.gyro is None and self.accel is None:  # but the time, nothing is described
+        """Whether columns are numbered, in a text file without a line of names."""
+        if self.gyro is None and self.accel is None:  # only the time is described
             return self.rate_hz is None and isinstance(self.time, int)
         return isinstance(self.used(self.described)[-1], int)
 
     @property
     def matrix(self) -> Array:
-        """What turns the log's components into forward-right-down, (3, 3)."""
+        """Matrix from the log's components to forward-right-down, (3, 3)."""
         matrix = np.zeros((3, 3))
         for column, direction in enumerate(self.axes):
             row, sign = _DIRECTIONS[direction]

@@ -55,25 +55,25 @@ def run(
 ) -> Run:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
 
-    An algorithm that fails where others do not is among the summary's failures, its numbers are None, and the run goes
-    on without it.
+    If an algorithm fails and others do not, the summary lists the failure, the numbers of the algorithm are None, and
+    the run continues without it.
 
-    A run that fails or is interrupted once the flight is done leaves a valid run directory with what there was, its
-    `summary.json` saying so; it never replaces a run that was there, but goes beside it, with `-failed` or
-    `-interrupted` at the end of its name. If the disk is full nothing is left.
+    A run that fails or is interrupted after the flight leaves a valid run directory with the results until then, and
+    its `summary.json` gives the status. It never replaces an existing run but is kept beside it, with `-failed` or
+    `-interrupted` at the end of its name. If the disk is full, nothing is left.
 
     Args:
-        scenario: what to run.
+        scenario: the scenario.
         directory: run directory to write; nothing is written if not given.
-        overwrite: whether a run that is in the directory already may be replaced.
-        progress: called with one of `STAGES` and its done fraction 0…1.
+        overwrite: whether an existing run in the directory may be replaced.
+        progress: called with one of `STAGES` and the fraction done, 0…1.
 
     Returns:
-        Everything that was computed.
+        The finished run.
 
     Raises:
-        InputError: the scenario or the directory cannot be used, a leg cannot be flown, the disk is full.
-        RunError: the navigation failed by every algorithm.
+        InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
+        RunError: navigation failed with every algorithm.
     """
     stages = Stages(progress or (lambda stage, fraction: None))
     result = Run(scenario, recorded=directory is not None)
@@ -87,7 +87,7 @@ def run(
         raise
 
 
-# Long: the stages of a run in their order, each filling its part of the run.
+# Long: the stages of a run in order, each of which fills in its part of the run.
 def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
     check_times(run.scenario)
     if run.scenario.filter is not None:
@@ -153,10 +153,10 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
 
 
 def _fly(run: Run, recorded: bool, stages: Stages) -> bool | None:
-    """Fly, and return whether the flight comes from the cache; None for another motion."""
+    """Fly, and return whether the flight came from the cache; None for another motion."""
     from sinssim.truth.source import fly
 
-    flown: list[float] = []  # a kept flight goes to 1 at once
+    flown: list[float] = []  # a cached flight jumps to 1
 
     def flying(fraction: float) -> None:
         flown.append(fraction)
@@ -177,7 +177,7 @@ def _follow(run: Run, trajectory: Trajectory) -> None:
 
 
 def _sense(run: Run) -> None:
-    """Fill in what the sensors read, and the increments freed of what the calibration knows."""
+    """Fill in the readings of the sensors, and the compensated increments."""
     from sinssim.sensors.imu.compensation import compensate
     from sinssim.sensors.sets.reading import read
 
@@ -187,10 +187,10 @@ def _sense(run: Run) -> None:
 
 
 def rehearse(scenario: Scenario, recorded: bool) -> None:
-    """Load what a run needs after its flight, and compile what is not compiled yet, by going through it once.
+    """Load the modules that a run needs after its flight, and compile missing kernels, by a short run.
 
     Args:
-        scenario: says which parts; a hundred samples of straight flight stand in for its own truth.
+        scenario: the scenario, which determines the parts; a hundred samples of straight flight replace its truth.
         recorded: whether the run will be recorded.
     """
     if recorded:
@@ -201,7 +201,7 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
     knots = interval * np.arange(101)
     position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))
     run = Run(scenario)
-    with suppress(SinssimError):  # what is wrong with the scenario shows in the run itself
+    with suppress(SinssimError):  # errors of the scenario appear in the run itself
         _follow(run, Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1))))
         _sense(run)
         _navigate(run, run.truth.height)
@@ -210,7 +210,8 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
 
 
 def _height_reference(run: Run) -> Array | HeightReadings | None:
-    """Return what the vertical channel goes by: for a loop with a barometer its readings, else the true height."""
+    """Return the height reference of the vertical channel: a barometer's readings for its loop, else the true
+    height."""
     scenario = run.scenario
     altimeter = None if scenario.aiding is None else scenario.aiding.sensor(BarometerSection)
     if scenario.navigation.vertical != "baro-loop" or altimeter is None:
@@ -219,25 +220,26 @@ def _height_reference(run: Run) -> Array | HeightReadings | None:
 
     readings = altimeter.read(Vehicle(run.trajectory, scenario.seed))[0].measurements
     if not len(readings.time):
-        if scenario.filter is not None:  # which says that no reading came
+        if scenario.filter is not None:  # a warning that there was no reading
             return None
         raise InputError(
-            'navigation.vertical = "baro-loop" has no height to go by: [aiding.baro] has its outages all the time.'
+            'navigation.vertical = "baro-loop" has no height reference: the outages of [aiding.baro] cover the whole '
+            "run."
         )
     return HeightReadings(readings.arrival, readings.value[:, 0], 1.0 / altimeter.rate_hz)
 
 
 def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
-    """Navigate by every algorithm, side by side: the kernels release the interpreter's lock.
+    """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
 
-    Fills in solutions and errors of the algorithms that have them, and why the others have none.
+    Fills in the solutions and errors of the successful algorithms, and the failures of the others.
 
     Args:
-        run: with truth and readings.
-        height: what the vertical channel goes by: heights at the samples' edges, m, or readings; None leaves it free.
+        run: a run with truth and readings.
+        height: reference of the vertical channel: heights at the samples' edges, m, or readings; None leaves it free.
 
     Raises:
-        InputError: an option that the data or the engine do not admit.
+        InputError: the data or the engine do not admit an option.
         RunError: no algorithm has a solution.
     """
     from sinssim.strapdown.measured_attitude import navigate_set
@@ -282,7 +284,7 @@ def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
 
 
 def _aid(run: Run) -> Aided:
-    """Estimate by the scenario's filter, from the state that the inertial solutions start from."""
+    """Run the scenario's filter from the initial state of the inertial solutions."""
     from sinssim.estimation.from_scenario.aided_run import aid_run
 
     scenario, trajectory = run.scenario, run.trajectory
@@ -292,7 +294,7 @@ def _aid(run: Run) -> Aided:
 
 
 def _about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
-    """Return what a summary says whether a run ended well or not."""
+    """Return the part of a summary that does not depend on the success of the run."""
     return {
         "scenario": scenario.name,
         "status": status,
@@ -305,7 +307,7 @@ def _about(scenario: Scenario, stages: Stages, status: str, message: str = "") -
 
 
 def _keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = "") -> Path:
-    """Complete the run directory and put it in its place."""
+    """Complete the run directory and move it into its place."""
     with folder.writing():
         write_text(folder.path / "scenario.toml", run.scenario.to_toml(run.about_filter))
         if report is not None:
@@ -315,7 +317,7 @@ def _keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = "
 
 
 def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:
-    """Keep what a run recorded before it broke off, if the flight was done; else leave no trace."""
+    """Keep the recorded part of a run that ended early, if the flight was done; otherwise remove it."""
     if not (folder.path / "recording.rrd").exists():
         folder.discard()
         return
@@ -324,7 +326,7 @@ def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException)
     run.summary = _about(run.scenario, stages, status, message)
     try:
         report = run_report(run, run.summary)
-    except Exception:  # the report may be what failed: its error is the one that is on its way
+    except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
     place = _keep(folder, run, report, beside=status)
-    error.add_note(f"What was recorded until then is in {place}.")
+    error.add_note(f"The recording until then is in {place}.")

@@ -1,4 +1,4 @@
-"""The state that navigation starts from: the true one with the scenario's initial errors."""
+"""The initial state of navigation: the true state with the scenario's initial errors."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 def initial_state_with_errors(
     truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0
 ) -> NavState:
-    """Return the state that navigation starts from: the true one with errors added.
+    """Return the initial state of navigation: the true state with errors added.
 
     Args:
         truth: true state at the start, scalars.
-        error: what to add; with all zeros the true state comes back bit for bit.
+        error: the errors; if all are zero, the true state is returned bit for bit.
         ellipsoid: reference ellipsoid.
-        seed: the run's seed, for the errors to draw.
+        seed: the run's seed, for random errors.
 
     Returns:
         The state, scalars.

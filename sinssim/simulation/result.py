@@ -1,4 +1,4 @@
-"""Everything that one run computes: `Run`."""
+"""The result of a run: `Run`."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ if TYPE_CHECKING:
 
 
 _MADE_OF = {"truth": "time", "ideal": "time", "perfect": "readings", "sensed": "readings", "errors": "solutions"}
-"""What the properties are computed from."""
+"""Sources of the computed properties."""
 
 
 @dataclass(eq=False, repr=False)
 class Run:
-    """Everything that one run computes, filled stage by stage.
+    """The result of a run, filled stage by stage.
 
-    What no stage has computed yet is not there: `has` tells. A finished run has everything. `forget` frees what the
-    properties can compute again from the rest.
+    Attributes of later stages are missing until these have run; see `has`. A finished run has all of them. `forget`
+    frees the values that the properties can compute again.
 
     Attributes:
-        scenario: what is run; the states of its filter are written out.
+        scenario: the scenario; the states of its filter are written out.
         recorded: whether the run is written to a run directory.
-        about_filter: which states the filter has by default, and why; lines.
+        about_filter: lines that explain the filter's default states.
         trajectory: the true motion.
         time: edges of the IMU's intervals, (N+1,) s.
-        readings: everything that the sensors read.
-        compensated: measured increments freed of what the calibration knows, the measured ones without a calibration.
-        solutions: navigation solutions by algorithm; of those that have one.
-        failures: why algorithms have no solution, or none without an end.
-        aided: the aided solution and all about it, of a scenario with a filter.
-        summary: what `summary.json` holds.
+        readings: readings of the sensors.
+        compensated: compensated increments; the measured ones without a calibration.
+        solutions: navigation solutions by algorithm, for those that have one.
+        failures: errors of algorithms whose solution is missing or incomplete.
+        aided: the aided solution with its errors, of a scenario with a filter.
+        summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
     """
 
@@ -123,22 +123,22 @@ class Run:
     def measured(self) -> ImuData:
         """Measured increments.
 
-        Those of angle are NaN where sensors measure the attitude instead, and come from the differences of
-        accelerometers where there are six.
+        Angle increments are NaN for sets that measure the attitude, and come from differences of accelerometers for
+        sets of six accelerometers.
         """
         return self.readings.imu
 
     def has(self, *names: str) -> bool:
-        """Return whether stages have computed something.
+        """Return whether attributes have been computed.
 
         Args:
-            *names: of attributes, for example "truth".
+            *names: names of attributes, for example "truth".
 
         Returns:
-            Whether all of them are there.
+            Whether all of them exist.
         """
         return all(_MADE_OF.get(name, name) in vars(self) for name in names)
 
 
 RunResult = Run
-"""What `run` returns: a finished `Run`."""
+"""The return type of `run`: a finished `Run`."""

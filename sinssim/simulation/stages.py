@@ -1,4 +1,4 @@
-"""The stages of a run: their progress, and how long each takes."""
+"""The stages of a run: progress and duration of each."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 Progress = Callable[[str, float], None]
-"""Called with one of `STAGES` and its done fraction 0…1."""
+"""Called with one of `STAGES` and the fraction done, 0…1."""
 
 STAGES = ("flight", "truth", "imu", "navigate", "filter", "record")
 
 
 class Stages:
-    """Reports the stages of a run and measures how long each takes."""
+    """Reports the stages of a run and measures the duration of each."""
 
     def __init__(self, progress: Progress) -> None:
         """Start the clock.
 
         Args:
-            progress: what is told of the stages' progress.
+            progress: called with the progress of the stages.
         """
         self.report = progress
         self._seconds = dict.fromkeys(STAGES, 0.0)

@@ -82,7 +82,7 @@ def navigate(
 
     Raises:
         InputError: for data that cannot be used (NaN, unordered times, wrong shapes), an unknown name, or an option
-            that would change nothing beside the others, such as simplified radii in the inertial frame.
+            that would have no effect beside the others, such as simplified radii in the inertial frame.
         RunError: when the frame cannot follow the flight (over a pole, the transverse one over its route's pole) or the
             numbers overflow.
     """
@@ -178,7 +178,7 @@ def check_used(
     slow_quantities: str,
     route: tuple[float, float, float, float] | None,
 ) -> None:
-    """Raise for an option that would change nothing beside the others, so that nobody takes it for heard.
+    """Raise for an option that would have no effect beside the others, so that nobody takes it for heard.
 
     Args:
         frame, curvature, rates_hz, slow_quantities, route: as of `navigate`.
@@ -189,9 +189,9 @@ def check_used(
     check_curvature(frame, curvature)
     if route is not None and not FRAME_REGISTRY[frame].takes_route:
         able = listed(frames_that(lambda entry: entry.takes_route))
-        raise InputError(f'route would change nothing: it is for frame = "{able}"; here frame = "{frame}".')
+        raise InputError(f'route would have no effect: it is for frame = "{able}"; here frame = "{frame}".')
     if slow_quantities != "hold" and rates_hz is None:
         raise InputError(
-            f'slow_quantities = "{slow_quantities}" would change nothing: it belongs to a schedule, and rates_hz gives '
+            f'slow_quantities = "{slow_quantities}" would have no effect: it belongs to a schedule, and rates_hz gives '
             "none."
         )

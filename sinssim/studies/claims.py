@@ -1,9 +1,10 @@
-"""Decides the textbook chapter's claims, and laws beyond it, by the numbers of a study.
+"""Decides the textbook chapter's claims, and further laws, from the numbers of a study.
 
-A part of a study says which claims it has the numbers for; how each is decided stands here, with its bars.
+A part of a study names the claims that it has the numbers for. This module holds the decision rules and their
+thresholds.
 """
 
-# Longer than 400 lines: one function for each claim, and what they share.
+# Longer than 400 lines: one function for each claim, and shared helpers.
 
 from __future__ import annotations
 
@@ -20,23 +21,23 @@ from sinssim.studies.schema import CLAIMS
 from sinssim.units import ARCSEC
 
 FEW_TENTHS_ARCSEC = 18.0
-"""A few tenths of a minute of arc: 0.3′."""
+"""The chapter's "few tenths of a minute of arc": 0.3′."""
 NEGLIGIBLE = 0.1
-"""A rate is enough if what it costs is less than this part of what sensors of the 1 nmi/h grade cost."""
+"""A rate is sufficient if its error is less than this fraction of the error of sensors of the 1 nmi/h grade."""
 GOOD_GYRO_DEG_H = 0.0035
 """A high-quality gyro: the bias of the grade laser-navigation."""
 KEPT = 1e-9
-"""A norm that stays within this of 1 counts as kept."""
+"""Deviation from 1 up to which a norm counts as preserved."""
 SMALL_TILT_DEG = 5.0
-"""Within this the errors of a block without gyros are linear."""
+"""Tilt up to which the errors of a block without gyros are linear."""
 LAW_HOLDS = 0.03
-"""A law holds where it is right to this part."""
+"""Relative error up to which a law holds."""
 
 _LOW_ORDER = ("poisson-1", "poisson-2", "quaternion-1", "quaternion-2", "two-quaternions", "rotation-vector-1")
 _PLAIN = ("poisson-3", "poisson-4", "quaternion-3", "quaternion-4")
-"""Of high order for a constant rate, but the increment stands for the rotation vector."""
+"""Algorithms of high order for a constant rate, with the increment in place of the rotation vector."""
 _SAMPLES = {"1": 1, "1p": 1, "2": 2, "3": 3, "4": 4}
-_LEAST_DRIFT = 1e-5 * ARCSEC  # in all; of less, rounding is part
+_LEAST_DRIFT = 1e-5 * ARCSEC  # total drift; a smaller one contains rounding
 _GYRO_FREE = "six-accelerometers-"
 _EULER = "euler"
 _OTHERS = ("direction cosines", "Euler angles")
@@ -52,14 +53,14 @@ Outcome = tuple[str, str, tuple[str, ...], dict[str, float]]
 
 
 def decide(comparison: StudyResult) -> list[Verdict]:
-    """Decide the claims that a study's parts have the numbers for.
+    """Decide the claims that a study's parts have numbers for.
 
     Args:
-        comparison: what the study found out.
+        comparison: results of the study.
 
     Returns:
-        A verdict for each, in the order of the chapter; "undecided" where a study was broken off before it had all
-        numbers, or was put together otherwise and lacks one.
+        A verdict for each claim, in the order of the chapter; "undecided" if the study ended early or lacks numbers
+        that the claim needs.
     """
     verdicts = []
     for claim, sentence in CLAIMS.items():
@@ -69,7 +70,7 @@ def decide(comparison: StudyResult) -> list[Verdict]:
             continue
         planned = sum(part.cases * len(part.motions) for part in parts)
         done = sum(row.part in titles for row in comparison.rows)
-        if comparison.status != "finished" and done < planned:  # part of the numbers could say anything
+        if comparison.status != "finished" and done < planned:  # an incomplete set of numbers is not conclusive
             outcome = _undecided(f"{planned - done} of its {planned} navigations were not reached")
             verdicts.append(Verdict(claim, sentence, *outcome))
             continue
@@ -81,7 +82,7 @@ def decide(comparison: StudyResult) -> list[Verdict]:
 
 
 def _undecided(lacking: str) -> Outcome:
-    return "undecided", f"The study lacks what decides it: {lacking}.", (), {}
+    return "undecided", f"The study lacks the numbers that decide it: {lacking}.", (), {}
 
 
 def _by(rows: list[Row], key: Callable[[Row], str]) -> dict[str, list[Row]]:
@@ -96,7 +97,8 @@ def _base(algorithm: str) -> str:
 
 
 def _needed(rows: list[Row], bar: float) -> dict[str, Row]:
-    """Return, by algorithm, the row of the lowest rate from which upward the attitude stays within a bar (arcsec)."""
+    """Return, by algorithm, the row of the lowest rate from which on the attitude error stays within a limit,
+    arcsec."""
     needed = {}
     for algorithm, found in _by(rows, lambda row: row.algorithm).items():
         enough = None
@@ -110,7 +112,7 @@ def _needed(rows: list[Row], bar: float) -> dict[str, Row]:
 
 
 def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """Slow velocity and position under fast attitude, against what sensors cost."""
+    """Decide on slow velocity and position with fast attitude, relative to the errors of sensors."""
     numbers: dict[str, float] = {}
     said = []
     worst: dict[float, tuple[float, str]] = {10.0: (0.0, ""), 20.0: (0.0, "")}
@@ -150,14 +152,14 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     )
     numbers |= {f"{rate:g} Hz, part of what sensors cost": ratio for rate, (ratio, _) in worst.items()}
     reason = (
-        f"A rate is enough if it costs less than {100.0 * NEGLIGIBLE:g} % of what sensors cost, in position and in "
-        f"velocity: {judged}. Greatest errors due to the slow rates alone, and due to sensors:"
+        f"A rate is sufficient if its error is less than {100.0 * NEGLIGIBLE:g} % of the sensors' error, in position "
+        f"and in velocity: {judged}. Largest errors due to the slow rates alone, and due to the sensors:"
     )
     return verdict, reason, tuple(said), numbers
 
 
 def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """The lowest rate that keeps attitude within a few tenths of a minute of arc."""
+    """Find the lowest rate that keeps attitude within a few tenths of a minute of arc."""
     numbers: dict[str, float] = {}
     said = []
     high: list[float] = []
@@ -200,10 +202,11 @@ def _attitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
 
 
 def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """Operations per second of motion that keep attitude within a few tenths of a minute of arc, by family.
+    """Compare families by the operations per second of motion that keep attitude within a few tenths of a minute of
+    arc.
 
-    The chapter's algorithms make a step of every sample, and those decide; rotation vectors that make one step of
-    several samples stand beside.
+    The chapter's algorithms, which make a step of every sample, decide; rotation vectors of several samples per step
+    are listed beside them.
     """
     numbers: dict[str, float] = {}
     said = []
@@ -243,14 +246,14 @@ def _load(row: Row) -> float:
 
 
 def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """The norm that the two quaternions lose."""
+    """Decide on the norm that the two quaternions lose."""
     two = [row for row in rows if row.algorithm == "two-quaternions"]
     if not two:
         return _undecided("the algorithm two-quaternions")
     worst, best = max(two, key=lambda r: r.max_defect), min(two, key=lambda r: r.max_defect)
     numbers = {"greatest defect": worst.max_defect, "least defect": best.max_defect}
     text = (
-        "A matrix made of quaternions has its axes at right angles by construction, but their length is the squared "
+        "A matrix made of quaternions has orthogonal axes by construction, but their length is the squared "
         f"norm, which each step multiplies by 1 + e⁴/64: the norm is off by {worst.max_defect:.2g} on {worst.motion} "
         f"at {worst.pace} Hz"
     )
@@ -266,30 +269,32 @@ def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         return "confirmed", text + ".", (), numbers
     ppm = 2.0 * worst.max_defect * 1e6
     numbers["scale error of the forces, ppm"] = ppm
-    return "partly", text + f". At worst the forces are resolved {ppm:.2g} ppm too long: normalise.", (), numbers
+    return "partly", text + f". At worst the resolved forces are {ppm:.2g} ppm too large: normalise.", (), numbers
 
 
 def _euler_limit(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """What Euler angles lose at ±90° of pitch, and what quaternions lose there."""
+    """Decide on the errors of Euler angles and of quaternions at ±90° of pitch."""
     passed = [row for row in rows if row.algorithm == _EULER and row.passages]
     if not passed:
         return _undecided("Euler angles on a motion that passes ±90° of pitch")
     worst, best = max(passed, key=lambda r: r.max_damage_arcsec), min(passed, key=lambda r: r.max_damage_arcsec)
     numbers = {"greatest damage, arcsec": worst.max_damage_arcsec, "least damage, arcsec": best.max_damage_arcsec}
     text = (
-        f"Passing it on {worst.motion} leaves the attitude {worst.max_damage_arcsec / 60.0:.3g}′ off at {worst.pace} Hz"
-        + (f", {best.max_damage_arcsec / 60.0:.3g}′ at {best.pace} Hz" if best is not worst else "")
+        f"Passing it on {worst.motion} causes an attitude error of {worst.max_damage_arcsec / 60.0:.3g}′ at "
+        f"{worst.pace} Hz" + (f", {best.max_damage_arcsec / 60.0:.3g}′ at {best.pace} Hz" if best is not worst else "")
     )
     other = [r for r in rows if r.algorithm == "quaternion" and (r.motion, r.pace) == (worst.motion, worst.pace)]
     if other:
         numbers["quaternion, arcsec"] = other[0].max_attitude_error_arcsec
-        text += f"; the quaternion is off by {other[0].max_attitude_error_arcsec:.2g}″ at most on the whole motion"
-    # A passage that costs no more than a few tenths of an arcminute would be no limit.
+        text += (
+            f"; the error of the quaternion is at most {other[0].max_attitude_error_arcsec:.2g}″ on the whole motion"
+        )
+    # A passage with an error of a few tenths of an arcminute at most would not be a limit.
     return "refuted" if worst.max_damage_arcsec > FEW_TENTHS_ARCSEC else "confirmed", text + ".", (), numbers
 
 
 def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """The gyro bias that costs as much position as the simplified radii."""
+    """Find the gyro bias that causes the same position error as the simplified radii."""
     numbers: dict[str, float] = {}
     said = []
     equivalent: list[float] = []
@@ -308,14 +313,14 @@ def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome
         return _undecided("any result")
     verdict = "confirmed" if max(equivalent) >= GOOD_GYRO_DEG_H else "refuted"
     reason = (
-        f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h; (8.16) costs as much as {max(equivalent):.2g} deg/h at "
-        "most. Greatest position error with it, perfect sensors:"
+        f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h; the error of (8.16) equals that of {max(equivalent):.2g} "
+        "deg/h at most. Largest position error with (8.16) and perfect sensors:"
     )
     return verdict, reason, tuple(said), numbers
 
 
 def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """The rate of latitude on a true motion due north."""
+    """Compute the rate of latitude on a true motion due north."""
     best = max(
         facts.items(), key=lambda item: item[1].latitude_rate_deg_h / max(item[1].ground_speed_kmh, 1.0), default=None
     )
@@ -331,7 +336,7 @@ def _latitude_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
 
 
 def _gyro_free(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """The power of time by which six accelerometers drift: an error ~ tᵖ has (final/rms)² = 2p + 1."""
+    """Find the power of time with which six accelerometers drift: an error ~ tᵖ has (final/rms)² = 2p + 1."""
     numbers: dict[str, float] = {}
     said = []
     powers: list[float] = []
@@ -352,7 +357,7 @@ def _gyro_free(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     if not powers:
         return _undecided(f"a block of six accelerometers with errors, tilted by less than {SMALL_TILT_DEG:g}°")
     reason = (
-        f"While the tilt is small, below {SMALL_TILT_DEG:g}°, it grows with the power {min(powers):.2f} to "
+        f"While the tilt is small, below {SMALL_TILT_DEG:g}°, the error grows with the power {min(powers):.2f} to "
         f"{max(powers):.2f} of time: a bias tilts the block with the square of time, and gravity moves it with the "
         "fourth power:"
     )
@@ -360,7 +365,7 @@ def _gyro_free(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
 
 
 def _coning_drift(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """The drift after whole turns of a cone, beside the law and beside the exact theory."""
+    """Compare the drift after whole turns of a cone with the law and with the exact theory."""
     numbers: dict[str, float] = {}
     said = []
     kept: list[tuple[str, float]] = []
@@ -394,9 +399,9 @@ def _coning_drift(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     good = abs(worst - 1.0) < LAW_HOLDS and farthest < LAW_HOLDS
     reason = (
         f"The law is the leading term. Where it is within {100.0 * LAW_HOLDS:g} % of the exact drift, measured drifts "
-        f"are {worst:.3f} of it at the farthest; elsewhere, the exact ratio in brackets, the next term or the floor of "
-        f"triple products rules. From the exact drift they are {100.0 * farthest:.2g} % off at most. Measured drift "
-        "over the law, at Ωh:"
+        f"are {worst:.3f} of it in the worst case; elsewhere (exact ratio in brackets) the next term or the floor of "
+        f"triple products dominates. They differ from the exact drift by at most {100.0 * farthest:.2g} %. Measured "
+        "drift over the law, at Ωh:"
     )
     return ("confirmed" if good else "refuted"), reason, tuple(said), numbers
 

@@ -1,4 +1,4 @@
-"""Runs a study: every algorithm on identical samples, two at a time; finished cases are kept."""
+"""Runs a study: every algorithm on identical samples, two at a time; an interrupted study keeps its finished cases."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 Progress = Callable[[str, float], None]
-"""Called with what is being done, in words, and the fraction of the whole that is done."""
+"""Called with a description of the current work and the total fraction done."""
 
 LONG_SECONDS = 30.0
-"""A study that is expected to take longer says so before it starts."""
+"""Expected duration above which a study is announced before it starts."""
 LIMIT_MINUTES = 30.0
-"""A study that is expected to take longer than this is refused unless a higher limit is given."""
+"""Expected duration above which a study is refused unless a higher limit is given."""
 
-_INSTANTS = 4096  # at which errors are evaluated
-_KEPT = 512  # of which are kept for plots over time
-_SAMPLE_SECONDS = 1.5e-6  # to make one sample of the truth
-_CASE_SECONDS = 0.03  # to check, and to compare with the truth
-_SAMPLE_BYTES = 300  # that a sample of a block's highest rate takes, with the solutions that are under way
-_FLIGHT_SPEED = 250.0  # how many times faster than real time JSBSim flies
+_INSTANTS = 4096  # instants at which errors are evaluated
+_KEPT = 512  # of these, kept for plots over time
+_SAMPLE_SECONDS = 1.5e-6  # time to make one sample of the truth
+_CASE_SECONDS = 0.03  # time to check a sample, and to compare it with the truth
+_SAMPLE_BYTES = 300  # memory per sample at a block's highest rate, with the solutions in progress
+_FLIGHT_SPEED = 250.0  # speed of JSBSim relative to real time
 
 
 # Long: what is left of a study that stops is decided where it stops.
@@ -57,27 +57,27 @@ def compare(
 ) -> StudyResult:
     """Run a study, decide its claims, and write its report.
 
-    A study that is interrupted or fails leaves a report of what was done; it never replaces one that was there.
+    A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one.
 
     Args:
-        study: what to compare.
+        study: the study.
         directory: directory to write; nothing is written if not given.
-        overwrite: whether a study or run that is in the directory already may be replaced.
-        limit_minutes: a study that is expected to take longer is refused.
-        progress: told how far it is.
-        say: told beforehand how long it will take, if that is long.
+        overwrite: whether an existing study or run in the directory may be replaced.
+        limit_minutes: expected duration above which the study is refused.
+        progress: called with the progress.
+        say: called beforehand with the expected duration, if it is long.
 
     Returns:
-        Everything that was found out.
+        The results.
 
     Raises:
-        InputError: the study or the directory cannot be used, or it would take too long.
-        RunError: a flight cannot be flown, or the writing failed.
+        InputError: the study or the directory cannot be used, or the study would take too long.
+        RunError: a flight cannot be flown, or the results cannot be written.
     """
     from sinssim.recording.store.directory import RunDirectory
 
     if not limit_minutes >= 0.0:
-        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf is no limit.")
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
     comparison = StudyResult(study)
     begin = time.perf_counter()
@@ -90,17 +90,17 @@ def compare(
             comparison.seconds = time.perf_counter() - begin
             if folder is not None and comparison.rows:
                 place = _finish(comparison, folder, beside=comparison.status)
-                stop.add_note(f"{_navigations(comparison)} done; their report is {place / 'report.html'}.")
+                stop.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
             raise
         comparison.seconds = time.perf_counter() - begin
         if folder is not None:
             report("Writing the report", 1.0)
         try:
             _finish(comparison, folder)
-        except KeyboardInterrupt as interrupt:  # what took long is done: it is written all the same, unless asked again
+        except KeyboardInterrupt as interrupt:  # the long work is done: write it anyway, unless interrupted again
             if folder is not None:
                 place = _finish(comparison, folder) if folder.path.exists() else folder.target
-                interrupt.add_note(f"{_navigations(comparison)} done; their report is {place / 'report.html'}.")
+                interrupt.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
             raise
     except BaseException:
         if folder is not None and folder.path.exists():
@@ -115,7 +115,7 @@ def _navigations(comparison: StudyResult) -> str:
 
 
 def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
-    """Fit, decide, write, and put the directory in its place."""
+    """Fit, decide, write, and move the directory into its place."""
     from sinssim.studies.claims import decide
     from sinssim.studies.pick import picks
 
@@ -139,7 +139,7 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     expected = {id(m): motions.expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
     for part, motion in _pairs(study):
         _check_part(part)
-        if motion.scenario is None or motion.duration_s is not None:  # a flight's length is known when it was flown
+        if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
             _check_length(part, motion, expected[id(motion)])
     for number, (algorithm, frame) in enumerate(engines):
         progress(f"Timing {algorithm}", 0.0)
@@ -171,8 +171,8 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     if samples * _SAMPLE_BYTES > machine_memory():
         raise InputError(
             f"the study {study.name} would need too much memory: {samples / 1e6:.3g} million samples of "
-            f"{largest.motion.label} at {largest.part.highest_hz:g} Hz take about {samples * _SAMPLE_BYTES / 1e9:.0f} "
-            f"GB, and there are {machine_memory() / 1e9:.0f} GB. A shorter motion or a lower highest rate is needed."
+            f"{largest.motion.label} at {largest.part.highest_hz:g} Hz need about {samples * _SAMPLE_BYTES / 1e9:.0f} "
+            f"GB, and this machine has {machine_memory() / 1e9:.0f} GB. Use a shorter motion or a lower highest rate."
         )
     if total > LONG_SECONDS:
         say(f"{study.name}: {text}.")
@@ -203,7 +203,7 @@ def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
 
 
 def _check_part(part: Part) -> None:
-    """Raise for algorithms and frames that cannot be run at a schedule's rates."""
+    """Raise for algorithms and frames that cannot run at a schedule's rates."""
     if not part.schedules_hz:
         return
     for algorithm, frame in itertools.product(part.algorithms, part.frames):
@@ -214,7 +214,7 @@ def _check_part(part: Part) -> None:
 
 
 def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
-    """Raise for a motion that is shorter than what an algorithm, or a schedule's slow part, needs at once."""
+    """Raise for a motion that is shorter than one update of an algorithm or one step of a schedule's slow part."""
     from sinssim.strapdown.iteration.windows import WINDOW
 
     for rate, schedule, _ in part.pace:
@@ -225,9 +225,9 @@ def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
             if duration * slowest < needed - 1e-6:
                 raise InputError(
                     f"part {part.title!r}: the motion {motion.label!r} lasts {duration:g} s; {algorithm} at "
-                    f"{slowest:g} Hz needs {needed / slowest:g} s at least"
+                    f"{slowest:g} Hz needs at least {needed / slowest:g} s"
                     + (f", {needed} samples" if needed > 1 else "")
-                    + ". A longer motion or a higher rate is needed."
+                    + ". Use a longer motion or a higher rate."
                 )
 
 
@@ -244,7 +244,7 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple
 
 
 def rough_duration(seconds: float) -> str:
-    """Return a duration as a person says it.
+    """Return a duration in words.
 
     Args:
         seconds: s.
@@ -300,7 +300,7 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
 def _as_they_come(
     futures: list[Future[tuple[Row, ErrorGrowth | None]]],
 ) -> Iterator[Future[tuple[Row, ErrorGrowth | None]]]:
-    """Yield futures in their order, as they are done; the wait wakes up often, so that Ctrl-C is heard."""
+    """Yield futures in order as they finish; the wait wakes up often, so that Ctrl-C takes effect."""
     for future in futures:
         while not future.done():
             wait([future], timeout=0.2, return_when=FIRST_COMPLETED)
@@ -321,7 +321,7 @@ class _Truth:
         return np.ascontiguousarray(self.height[::ratio][: len(imu.time)])
 
 
-# Long: the row of a case has many numbers, each computed once.
+# Long: it computes the many numbers of a case's row.
 def _navigate(
     case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult
 ) -> tuple[Row, ErrorGrowth | None]:

@@ -21,8 +21,8 @@ _TIMED_SAMPLES = 24_000
 _REPETITIONS = 9
 _COUNTED_SAMPLES = 240
 _OUTPUT = ("quaternion_k",)
-"""What an engine calls for a row of the solution alone: unit quaternion and defect. Navigation can do without, and from
-a matrix it is fifty operations, so that it would decide between algorithms that differ by less."""
+"""Functions that an engine calls only for a row of the solution: unit quaternion and defect. Navigation does not need
+them. From a matrix they take fifty operations, which exceeds the difference of some algorithms."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Cost:
 
     Attributes:
         algorithm, frame: of what.
-        ns_per_step: processor time of one sample's step on one core, ns: `navigate` as a whole, its checks included,
-            the least of several calls.
-        operations: floating-point operations of the step, without those for the solution's row.
+        ns_per_step: processor time of one sample's step on one core, ns: `navigate` as a whole, checks included,
+            minimum of several calls.
+        operations: floating-point operations of the step, without those for the row of the solution.
     """
 
     algorithm: str
@@ -44,7 +44,7 @@ class Cost:
 
 @cache
 def _data(samples: int) -> tuple[ImuData, NavState]:
-    """A body that spins and cones at 45° of latitude, sampled at 100 Hz."""
+    """Return the increments of a spinning and coning body at 45° of latitude, sampled at 100 Hz."""
     from sinssim.truth.motions.analytic import OnEarth
     from sinssim.truth.motions.coning import SpinCone
 
@@ -54,7 +54,7 @@ def _data(samples: int) -> tuple[ImuData, NavState]:
 
 
 def measure_cost(algorithm: str, frame: str) -> Cost:
-    """Count and measure.
+    """Count operations and measure time.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
@@ -81,7 +81,7 @@ def measure_time(algorithm: str, frame: str, timed: Callable[[], float] = time.t
 
     imu, initial = _data(_TIMED_SAMPLES)
     least = np.inf
-    for _ in range(_REPETITIONS + 1):  # the first call compiles, or loads what is compiled
+    for _ in range(_REPETITIONS + 1):  # the first call compiles, or loads the compiled kernel
         begin = timed()
         navigate(imu, initial, algorithm=algorithm, frame=frame)
         least = min(least, timed() - begin)
@@ -90,7 +90,7 @@ def measure_time(algorithm: str, frame: str, timed: Callable[[], float] = time.t
 
 @cache
 def count_operations(algorithm: str, frame: str) -> Operations:
-    """Count the floating-point operations of one sample's navigation step; once, for they stay what they are.
+    """Count the floating-point operations of one sample's navigation step; the result is cached.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
@@ -103,7 +103,7 @@ def count_operations(algorithm: str, frame: str) -> Operations:
 
 
 def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
-    """Navigate with engines that count; return the count and the solution, which is that of the compiled ones."""
+    """Navigate with counting engines; return the count and the solution, which equals that of the compiled engines."""
     from sinssim.strapdown.assemble import engines, own_engine
     from sinssim.strapdown.files import frame_file
     from sinssim.strapdown.navigate import navigate
@@ -112,7 +112,7 @@ def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
     found: list[Operations] = []
 
     def counting(thing: Any) -> Any:
-        """What counts in place of a kernel, of a module with an engine, or of a function that calls kernels."""
+        """Return a counting replacement of a kernel, a module with an engine, or a function that calls kernels."""
         if hasattr(thing, "py_func"):
 
             def kernel(*arguments: Any) -> Any:
@@ -126,7 +126,7 @@ def _counted(algorithm: str, frame: str) -> tuple[Operations, NavSolution]:
         if thing is own_engine or (
             getattr(thing, "__module__", "") == engines.__module__ and hasattr(thing, "cache_info")
         ):
-            return lambda *choice: counting(thing(*choice))  # it returns a kernel, or a function that calls one
+            return lambda *choice: counting(thing(*choice))  # it returns a kernel or a function that calls one
         if thing is frame_file:
             return lambda name: types.SimpleNamespace(solve=counting(thing(name).solve), check=thing(name).check)
         if isinstance(thing, types.FunctionType) and thing.__module__.startswith("sinssim.strapdown"):

@@ -17,15 +17,15 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
 
     Args:
         path: path of a TOML file, or the name of a study as in `sinssim list studies`.
-        overrides: settings "key.path=value" that replace what the file says, for example "parts.1.rates_hz=[50, 100]"
+        overrides: settings "key.path=value" that replace values of the file, for example "parts.1.rates_hz=[50, 100]"
             (parts are counted from 1).
 
     Returns:
         The study.
 
     Raises:
-        InputError: the file cannot be read or holds mistakes; the message names all of them, each with its key,
-            line and what would be right.
+        InputError: the file cannot be read or has mistakes; the message lists all of them, each with its key, its line
+            and the correct form.
     """
     file = find_content("studies", str(path))
     text, data = read_toml(file)
@@ -36,7 +36,7 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
 
 
 def _look_beside(data: dict[str, Any], folder: Path) -> None:
-    """Give scenario files that are not in the current folder but beside the study their whole path."""
+    """Replace scenario files that lie beside the study instead of in the current folder by their full path."""
     for part in data["parts"] if isinstance(data.get("parts"), list) else ():
         motions = part.get("motions") if isinstance(part, dict) else None
         for motion in motions if isinstance(motions, list) else ():

@@ -1,4 +1,4 @@
-"""Makes the true trajectories of a study's motions, and describes each motion in numbers."""
+"""Makes the true trajectories of a study's motions, and characterises each motion by numbers."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MotionFacts:
-    """What a motion is like.
+    """Characteristics of a motion.
 
     Attributes:
-        duration_s: how long it lasts.
+        duration_s: duration.
         distance_m: horizontal distance covered.
         latitude_rate_deg_h: mean magnitude of the rate of latitude.
         ground_speed_kmh: mean ground speed.
-        max_rate_deg_s: greatest angular rate.
+        max_rate_deg_s: largest angular rate.
         max_pitch_deg: steepest pitch.
-        max_latitude_deg: greatest magnitude of the latitude.
-        cone: of pure coning, the half-angle α, rad, and the rate Ω, rad/s.
+        max_latitude_deg: largest magnitude of the latitude.
+        cone: half-angle α, rad, and rate Ω, rad/s, of pure coning.
     """
 
     duration_s: float
@@ -44,16 +44,16 @@ class MotionFacts:
 
 
 def scenario_of(motion: StudyMotion) -> Scenario:
-    """Return a scenario that has the motion.
+    """Return a scenario with the motion.
 
     Args:
         motion: the motion.
 
     Returns:
-        The scenario; of its other sections nothing is used but where the sensor block sits.
+        The scenario; of its other sections only the place of the sensor block is used.
 
     Raises:
-        InputError: there is no such scenario, or it has mistakes.
+        InputError: the scenario does not exist or has mistakes.
     """
     if motion.scenario is None:
         return Scenario(
@@ -68,7 +68,7 @@ def scenario_of(motion: StudyMotion) -> Scenario:
 
 
 def expected_seconds(motion: StudyMotion) -> float:
-    """Estimate how long a motion lasts, without making it.
+    """Estimate the duration of a motion without making it.
 
     Args:
         motion: the motion.
@@ -77,7 +77,7 @@ def expected_seconds(motion: StudyMotion) -> float:
         Duration, s: exact except for a flight.
 
     Raises:
-        InputError: there is no such scenario, it has mistakes, or the motion does not last as long as is asked for.
+        InputError: the scenario does not exist or has mistakes, or the motion is shorter than requested.
     """
     whole = flight_seconds(motion)
     if motion.scenario is None:
@@ -86,7 +86,7 @@ def expected_seconds(motion: StudyMotion) -> float:
 
 
 def flight_seconds(motion: StudyMotion) -> float:
-    """Estimate how long the whole motion lasts that this one is the beginning of.
+    """Estimate the duration of the complete motion, of which a study may use only the beginning.
 
     Args:
         motion: the motion.
@@ -95,19 +95,19 @@ def flight_seconds(motion: StudyMotion) -> float:
         Duration, s.
 
     Raises:
-        InputError: there is no such scenario, or it has mistakes.
+        InputError: the scenario does not exist or has mistakes.
     """
     return expected_duration(scenario_of(motion))
 
 
 def is_cached(motion: StudyMotion) -> bool:
-    """Return whether a motion needs no flying.
+    """Return whether a motion needs no flight simulation.
 
     Args:
         motion: the motion.
 
     Returns:
-        Whether it is no flight, or one that lies in the cache.
+        Whether the motion is not a flight, or a flight in the cache.
     """
     from sinssim.truth.flight.cache import is_cached as flown
 
@@ -116,7 +116,7 @@ def is_cached(motion: StudyMotion) -> bool:
 
 
 def make(motion: StudyMotion) -> Trajectory:
-    """Return the true trajectory of a motion; a flight comes from the cache if it was flown before.
+    """Return the true trajectory of a motion; a flight flown before comes from the cache.
 
     Args:
         motion: the motion.
@@ -125,8 +125,8 @@ def make(motion: StudyMotion) -> Trajectory:
         The trajectory of the sensor block.
 
     Raises:
-        InputError: there is no such scenario, it has mistakes, it cannot be flown, or it does not last as long as is
-            asked for.
+        InputError: the scenario does not exist, has mistakes or cannot be flown, or the motion is shorter than
+            requested.
     """
     from sinssim.truth.source import fly
 
@@ -140,17 +140,17 @@ def make(motion: StudyMotion) -> Trajectory:
 def _check_duration(motion: StudyMotion, lasts: float) -> None:
     if motion.duration_s is not None and motion.duration_s > lasts + 1e-6:
         raise InputError(
-            f"the motion {motion.label!r} lasts {lasts:.1f} s, less than its duration_s = {motion.duration_s:g} s; at "
-            "most what it lasts can be asked for."
+            f"the motion {motion.label!r} lasts {lasts:.1f} s, less than its duration_s = {motion.duration_s:g} s; "
+            "duration_s can be at most the duration of the motion."
         )
 
 
 class Beginning:
-    """The first part of a trajectory, a trajectory itself.
+    """The first part of a trajectory, as a trajectory.
 
     Args:
         whole: the trajectory.
-        duration: how much of it, s.
+        duration: duration of the part, s.
     """
 
     def __init__(self, whole: Trajectory, duration: float) -> None:
@@ -172,7 +172,7 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
 
     Args:
         imu: increments, N intervals.
-        duration: how much to keep, s.
+        duration: duration to keep, s.
 
     Returns:
         The intervals that end within it.
@@ -182,14 +182,14 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
 
 
 def facts(motion: StudyMotion, trajectory: Trajectory) -> MotionFacts:
-    """Describe a motion in numbers.
+    """Characterise a motion by numbers.
 
     Args:
         motion: the motion.
-        trajectory: it, made.
+        trajectory: its trajectory.
 
     Returns:
-        The numbers, from states and rates at evenly spread instants.
+        The characteristics, from states and rates at evenly spread instants.
     """
     from sinssim import rotation
     from sinssim.earth.coordinates import geodetic_to_ecef

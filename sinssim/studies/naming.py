@@ -12,27 +12,27 @@ Label = Callable[[Row], str]
 
 _DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
 _SHOWN_HZ = 50.0
-_RATES_FOR_LINES = 3  # from so many rates on, errors are drawn over the rate
+_RATES_FOR_LINES = 3  # number of rates from which errors are drawn over the rate
 
 
 def varying(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the dimensions in which rows differ, apart from motion and rate.
 
     Args:
-        rows: of one part.
+        rows: rows of one part.
 
     Returns:
-        Names of attributes of `Row`.
+        Names of the attributes of `Row`.
     """
     return tuple(d for d in _DIMENSIONS if len({getattr(row, d) for row in rows}) > 1)
 
 
 def labeller(rows: Sequence[Row], pace: bool = False) -> Label:
-    """Return what tells rows of one motion apart, in words.
+    """Return a function that labels rows of one motion by their differences.
 
     Args:
-        rows: of one part.
-        pace: whether the rate belongs to it, where it differs.
+        rows: rows of one part.
+        pace: whether the label includes the rate, if rates differ.
 
     Returns:
         A function of a row.
@@ -48,23 +48,23 @@ def labeller(rows: Sequence[Row], pace: bool = False) -> Label:
 
 
 def over_rates(part: Part) -> bool:
-    """Return whether a part is seen best as lines over the rate.
+    """Return whether a part is best drawn as lines over the rate.
 
     Args:
-        part: of a study.
+        part: a part of a study.
 
     Returns:
-        Whether it has several plain rates.
+        Whether the part has several plain rates.
     """
     return len(part.rates_hz) >= _RATES_FOR_LINES and not part.schedules_hz
 
 
 def line_labeller(part: Part, rows: Sequence[Row]) -> Label:
-    """Return the name of a line: a schedule has its own, the plain rates of an engine share one.
+    """Return a function that names lines: a schedule has its own name, the plain rates of an engine share one.
 
     Args:
-        part: of a study.
-        rows: its rows.
+        part: a part of a study.
+        rows: rows of the part.
 
     Returns:
         A function of a row.
@@ -73,13 +73,13 @@ def line_labeller(part: Part, rows: Sequence[Row]) -> Label:
 
 
 def at_one_rate(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows whose errors are drawn over time: schedules, or of plain rates those at the one nearest to 50 Hz.
+    """Return the rows whose errors are drawn over time: schedules, and plain rates at the one nearest to 50 Hz.
 
     Args:
-        rows: some rows of a part.
+        rows: rows of a part.
 
     Returns:
-        Rows with lines of different names.
+        Rows with different names of lines.
     """
     scheduled = [row for row in rows if row.schedule_hz]
     if scheduled or not rows:
@@ -89,31 +89,31 @@ def at_one_rate(rows: Sequence[Row]) -> list[Row]:
 
 
 def one_draw(part: Part, study: Study) -> str:
-    """Say that a part compares sensors by one draw of their errors.
+    """State that a part compares sensors by one draw of their errors.
 
     Args:
         part: of the study.
         study: the study.
 
     Returns:
-        A sentence or two; "" for a part with one set of sensors, or with none whose errors are drawn.
+        A few sentences; "" for a part with one sensor set or without random errors.
     """
     if len(part.sensors) * len(part.variants) < 2 or set(part.sensors) == {"ideal"}:
         return ""
     return (
-        f"The sensors are compared on one draw of their errors (seed {study.seed}): a single run may be several times "
-        "better or worse than its 1σ, and the order of two sets of sensors may turn round with another seed. Engines "
+        f"The sensors are compared on one draw of their errors (seed {study.seed}). A single run may be several times "
+        "better or worse than its 1σ, and another seed may reverse the order of two sets of sensors. Engines "
         "that share a draw can be compared; for the sensors run other seeds, or `sinssim sensors GRADE` for the 1σ."
     )
 
 
 def sensors_of(pick: Pick) -> str:
-    """Return the sensors that a pick is for, in words.
+    """Describe the sensors of a pick.
 
     Args:
-        pick: of a study.
+        pick: a pick of a study.
 
     Returns:
-        The grade, and the variant if it is not the usual one.
+        The grade, and the variant if it is not the default.
     """
     return pick.sensors if pick.variant == "rate-gyros" else f"{pick.sensors}, {pick.variant}"

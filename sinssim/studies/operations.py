@@ -1,10 +1,9 @@
 """Counts the floating-point operations of a navigation step while it runs.
 
 The engine's kernels are plain Python functions that numba compiles. Here the same functions run uncompiled, on numbers
-that count what is done to them. So the count is of the operations as they are written, along the branches that are
-really taken, sines of every 128th step included; the compiler may find some of them to be common or constant and do
-fewer. A division by a constant counts as a multiplication, which it is compiled to. Comparisons, negations and moves
-are not counted.
+that count their operations. The count is therefore that of the operations as written, along the branches actually
+taken, including the sines of every 128th step. The compiler may eliminate common or constant operations. A division by
+a constant counts as a multiplication, to which it is compiled. Comparisons, negations and moves are not counted.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ class Operations:
 
     @property
     def total(self) -> float:
-        """All of them together."""
+        """The sum."""
         return self.add + self.multiply + self.divide + self.root + self.function
 
 
@@ -136,7 +135,7 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 
 
 class _CountingNumpy:
-    """The few names of numpy that a kernel may use."""
+    """The few functions of numpy that a kernel may use."""
 
     def __getattr__(self, name: str) -> Any:
         if name in ("empty", "zeros"):
@@ -147,7 +146,7 @@ class _CountingNumpy:
 
 
 def uncompiled(function: Any, _made: dict[int, Any] | None = None) -> Any:
-    """Return the plain Python function of a kernel, and of all kernels that it calls, on counting numbers.
+    """Return the plain Python function of a kernel, and of all kernels that it calls, for counting numbers.
 
     Args:
         function: a compiled kernel.
@@ -178,7 +177,7 @@ def _replaced(thing: Any, made: dict[int, Any]) -> Any:
         return types.SimpleNamespace(**{n: _FUNCTIONS.get(f, f) for n, f in vars(math).items() if n[0] != "_"})
     try:
         return _FUNCTIONS.get(thing, thing)
-    except TypeError:  # not hashable, so no function
+    except TypeError:  # not hashable, therefore not a function
         return thing
 
 
@@ -198,12 +197,12 @@ def count(kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[st
 
     Args:
         kernel: a compiled kernel.
-        arguments: its arguments; float arrays among them receive its results, as from the kernel itself.
-        samples: how many samples they hold.
-        apart: names of functions; what the kernel itself calls by these names is not counted.
+        arguments: its arguments; float arrays among them receive its results as from the compiled kernel.
+        samples: number of samples in them.
+        apart: names of functions whose calls by the kernel are not counted.
 
     Returns:
-        Operations per sample, and what the kernel returns.
+        Operations per sample, and the return value of the kernel.
     """
     counted: list[Any] = []
     arrays: list[tuple[Any, Any]] = []

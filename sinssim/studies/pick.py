@@ -1,9 +1,9 @@
 """Picks an engine: the cheapest of those that are accurate enough on every motion of a part.
 
-Accurate enough is what does not show beside good sensors, or is hardly worse than the best that the part has: on every
-motion the greatest horizontal error is at most a tenth of a nautical mile per hour, or 1.1 of the least, and the
-greatest attitude error at most 0.3′, or 1.1 of the least. With ideal sensors the first of the two decides, with real
-ones, whose own errors all engines share, mostly the second.
+An engine is accurate enough if its errors are negligible beside those of good sensors, or hardly larger than those of
+the best engine of the part. On every motion the largest horizontal error must be at most a tenth of a nautical mile per
+hour, or 1.1 of the least, and the largest attitude error at most 0.3′, or 1.1 of the least. With ideal sensors the
+first limit usually decides. With real sensors, whose errors are common to all engines, it is mostly the second.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sinssim.studies.schema import Part
 from sinssim.units import NAUTICAL_MILE
 
 ALLOWED_MILES_PER_HOUR = 0.1
-"""A tenth of what sensors of the 1 nmi/h grade cost."""
+"""A tenth of the error of sensors of the 1 nmi/h grade."""
 ALLOWED_ARCSEC = 18.0
 """The chapter's few tenths of a minute of arc: 0.3′."""
 HARDLY_WORSE = 1.1
@@ -28,17 +28,18 @@ _ENGINE = ("algorithm", "frame", "gravity", "curvature")
 
 @dataclass(frozen=True)
 class _Candidate:
-    """An engine at a pace, on all motions of its part."""
+    """An engine at one rate or schedule, on all motions of its part."""
 
     name: str
     rows: tuple[Row, ...]
-    worst: tuple[Row, str]  # where it comes nearest to what is allowed, or exceeds it most, and in what
-    excess: float  # there, its error over what is allowed
-    error: float  # greatest error over the least of any engine, over all motions and both errors
+    worst: tuple[Row, str]  # the case nearest to the limit or farthest beyond it, and its kind of error
+    excess: float  # its error over the limit in this case
+    error: float  # largest ratio of its error to the least of any engine, over all motions and both errors
 
     @property
     def cost(self) -> tuple[float, float]:
-        """Processor time per second of motion, µs, and of schedules with the same the sum of their slower rates."""
+        """Processor time per second of motion, µs; then, for schedules with equal time, the sum of their slower
+        rates."""
         row = self.rows[0]
         return row.ns_per_step * row.rate_hz * 1e-3, sum(row.schedule_hz[1:])
 
@@ -52,13 +53,13 @@ class _Candidate:
 
 
 def picks(comparison: StudyResult) -> list[Pick]:
-    """Say which engine to pick in every part that compares some.
+    """Return the recommended engine of every part that compares engines.
 
     Args:
-        comparison: what the study found out.
+        comparison: results of the study.
 
     Returns:
-        One for each part and each of its sets of sensors; none for a part with a single engine at a single rate.
+        One pick for each part and each of its sensor sets; none for a part with a single engine at a single rate.
     """
     found = []
     for part in comparison.study.parts:
@@ -80,12 +81,12 @@ def _pick(part: Part, sensors: str, variant: str, rows: Sequence[Row]) -> Pick:
         return Pick(part.title, sensors, variant, "", f"Undecided: {missing}.")
     candidates = _candidates(rows)
     failed = count - len(candidates)
-    without = f" {failed} of {count} could not be navigated on every motion." if failed else ""
+    without = f" {failed} of {count} failed on some motion." if failed else ""
     if not candidates:
-        return Pick(part.title, sensors, variant, "", f"None: no engine could be navigated on every motion.{without}")
+        return Pick(part.title, sensors, variant, "", f"None: every engine failed on some motion.{without}")
     best = min(candidates, key=lambda one: one.error)
     enough = [one for one in candidates if one.excess <= 1.0]
-    # what costs the same to a part in a hundred costs the same: times are measured
+    # costs that agree to one percent count as equal, because times are measured
     least = min((one.cost[0] for one in enough), default=0.0)
     chosen = min(
         (one for one in enough if one.cost[0] <= 1.01 * least), key=lambda one: (one.cost[1], one.error), default=best
@@ -104,7 +105,7 @@ def _pick(part: Part, sensors: str, variant: str, rows: Sequence[Row]) -> Pick:
 
 
 def _candidates(rows: Sequence[Row]) -> list[_Candidate]:
-    """Put together what each engine did at each pace; those that failed somewhere are left out."""
+    """Collect the results of each engine at each rate or schedule, without those that failed on some motion."""
     done = [row for row in rows if row.status == "done"]
     least: dict[str, tuple[float, float]] = {}
     for motion in dict.fromkeys(row.motion for row in done):
@@ -157,14 +158,14 @@ def _reason(
     allowed = f"{ALLOWED_MILES_PER_HOUR:g} nmi/h and {ALLOWED_ARCSEC / 60.0:g}′"
     bars = f"{allowed}, or within 10 % of the least error, on every motion"
     if not enough:
-        return f"{text} It has the least errors; none of {len(candidates)} stays below {bars}."
-    text += f" {len(enough)} of {len(candidates)} stay below {bars}; of these it computes least."
+        return f"{text} It has the smallest errors; none of {len(candidates)} stays below {bars}."
+    text += f" {len(enough)} of {len(candidates)} stay below {bars}; of these it needs the least computation."
     cheaper = [one for one in candidates if one.excess > 1.0 and one.cost < chosen.cost]
     if cheaper:
         out = min(cheaper, key=lambda one: one.excess)
         row, unit = out.worst
         error = row.max_horizontal_error_m if unit == " m" else row.max_attitude_error_arcsec
-        text += f" Cheaper, but {number_text(error)}{unit} off on {row.motion}: {out.name}."
+        text += f" Cheaper, but in error by {number_text(error)}{unit} on {row.motion}: {out.name}."
     if best is not chosen:
-        text += f" The least errors has {best.name}: {said(best)}."
+        text += f" {best.name} has the smallest errors: {said(best)}."
     return text

@@ -19,17 +19,17 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Case:
-    """One navigation to be run.
+    """One navigation of a study.
 
     Attributes:
         part: title of the study's part.
         motion: name of the motion.
         variant: set of sensors.
         sensors: grade of the sensors.
-        algorithm, frame, gravity, curvature: the engine's parts.
+        algorithm, frame, gravity, curvature: components of the engine.
         rate_hz: sample rate.
         schedule_hz: rates of the three-rate schedule, empty if everything runs at the sample rate.
-        slow: what becomes of its slow quantities between slow instants, "hold" or "extrapolate".
+        slow: treatment of its slow quantities between slow instants, "hold" or "extrapolate".
     """
 
     part: str
@@ -46,25 +46,25 @@ class Case:
 
     @property
     def pace(self) -> str:
-        """The rate, or the schedule's three rates, for a person."""
+        """The rate, or the schedule's three rates, as text."""
         rates = "/".join(f"{rate:g}" for rate in self.schedule_hz) or f"{self.rate_hz:g}"
         return f"{rates} {self.slow}" if self.slow == "extrapolate" else rates
 
 
 @dataclass(frozen=True)
 class Row(Case):
-    """One navigation that was run. Errors are against the truth at the same evenly spread instants in every case.
+    """The result of one navigation. Errors are relative to the truth, at the same evenly spread instants in every case.
 
     Attributes:
-        status: "done", or "failed" if the engine could not do it.
-        message: why it failed.
+        status: "done", or "failed" if the engine failed.
+        message: reason of the failure.
         samples: number of samples.
-        duration_s: how long the motion lasted.
+        duration_s: duration of the motion.
         final_…, rms_…, max_…: errors; the final height error has a sign.
-        max_defect: greatest loss of norm or orthogonality.
-        passages: how often the attitude passed an algorithm's singularity.
-        max_damage_arcsec: greatest damage of such a passage.
-        ns_per_step, operations_per_step: cost of a sample in this algorithm and frame, at the sample rate.
+        max_defect: largest loss of norm or orthogonality.
+        passages: number of passages of the attitude through an algorithm's singularity.
+        max_damage_arcsec: largest damage by such a passage.
+        ns_per_step, operations_per_step: cost per sample in this algorithm and frame, at the sample rate.
     """
 
     status: str = "done"
@@ -92,7 +92,7 @@ class Row(Case):
 
 @dataclass(frozen=True)
 class ErrorGrowth:
-    """How the errors of a case grew.
+    """Growth of the errors of a case.
 
     Attributes:
         time: (K,) s.
@@ -107,15 +107,15 @@ class ErrorGrowth:
 
 @dataclass(frozen=True)
 class Order:
-    """How fast an error falls with the sample interval: error ~ interval^order.
+    """Order of convergence of an error with the sample interval: error ~ interval^order.
 
     Attributes:
         part, motion, algorithm: of what.
         quantity: name of the error.
         order: fitted slope of log error over log interval.
         uncertainty: its standard error.
-        points: how many rates the fit is through.
-        low_hz, high_hz: the lowest and the highest of them.
+        points: number of rates in the fit.
+        low_hz, high_hz: lowest and highest of these rates.
     """
 
     part: str
@@ -131,15 +131,15 @@ class Order:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A claim, decided.
+    """The verdict on a claim.
 
     Attributes:
         claim: name of the claim.
-        sentence: what it says.
+        sentence: text of the claim.
         verdict: "confirmed", "refuted" or "partly".
-        reason: what decides, in a sentence or two.
-        points: the numbers that decide, motion by motion.
-        numbers: the same by name.
+        reason: the reason, in a sentence or two.
+        points: the deciding numbers, motion by motion.
+        numbers: the deciding numbers by name.
     """
 
     claim: str
@@ -157,14 +157,14 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Pick:
-    """What to pick in one part with one set of sensors.
+    """The recommended engine of one part with one sensor set.
 
     Attributes:
         part: title of the study's part.
-        sensors, variant: what the engines had.
-        choice: the engine and its rate; "" if there is none.
-        reason: why, with the numbers that decide.
-        numbers: the same by name.
+        sensors, variant: sensors of the engines.
+        choice: the engine and its rate; "" if no engine qualifies.
+        reason: the reason, with the deciding numbers.
+        numbers: the deciding numbers by name.
     """
 
     part: str
@@ -177,19 +177,19 @@ class Pick:
 
 @dataclass
 class StudyResult:
-    """A study and what it found out, as far as it got.
+    """A study and its results so far.
 
     Attributes:
         study: the study.
         status: "finished", "interrupted" or "failed".
-        seconds: how long it took.
-        rows: one for each case that was run.
+        seconds: duration of the computation.
+        rows: one row for each finished case.
         histories: growth of the errors by case.
         motions: numbers of each motion by its part's title and its name.
         costs: cost by algorithm and frame.
         orders: orders of convergence.
         verdicts: the claims.
-        picks: which engine to pick, part by part.
+        picks: recommended engines, part by part.
     """
 
     study: Study
@@ -204,10 +204,10 @@ class StudyResult:
     picks: list[Pick] = field(default_factory=list)
 
     def history(self, row: Row) -> ErrorGrowth:
-        """Return how the errors of a case grew.
+        """Return the growth of the errors of a case.
 
         Args:
-            row: of a case that was done.
+            row: row of a finished case.
 
         Returns:
             The errors over time.
@@ -218,7 +218,7 @@ class StudyResult:
         """Return the rows of one part.
 
         Args:
-            title: of the part.
+            title: title of the part.
 
         Returns:
             Its rows, in order.
@@ -230,13 +230,13 @@ ERRORS = ("max_attitude_error_arcsec", "max_horizontal_error_m")
 """The errors whose order of convergence is fitted."""
 
 _FLOORS = {"max_attitude_error_arcsec": 1e-6, "max_horizontal_error_m": 1e-6}
-"""Below this, rounding takes part in an error, ..."""
+"""Error below which rounding contributes."""
 _ABOVE_BEST = 30.0
-"""... and an error counts as the algorithm's own while it is so many times what the best algorithm has at best."""
+"""Ratio to the smallest error of the best algorithm above which an error counts as that of the algorithm."""
 _FITTED = 4
-"""So many of the highest rates are fitted: there the leading term rules."""
+"""Number of the highest rates that are fitted, where the leading term dominates."""
 _STRAIGHT = 0.15
-"""A slope with a greater standard error is no order of convergence."""
+"""Largest standard error of a slope that counts as an order of convergence."""
 
 
 def fit_orders(rows: list[Row]) -> list[Order]:
@@ -246,7 +246,7 @@ def fit_orders(rows: list[Row]) -> list[Order]:
         rows: rows of one part.
 
     Returns:
-        Orders, for algorithms with three rates or more above the floor of rounding.
+        Orders of the algorithms with at least three rates above the rounding floor.
     """
     orders = []
     algorithms = list(dict.fromkeys(row.algorithm for row in rows))

@@ -1,4 +1,4 @@
-"""The study file: motions, sensors, algorithms and rates to compare, typed and checked as a scenario is.
+"""The study file: motions, sensors, algorithms and rates to compare, typed and checked like a scenario.
 
 A study has parts. Each part is a full factorial: every motion × every set of sensors × every algorithm × every rate
 (or three-rate schedule) × every frame, gravity model and curvature.
@@ -27,7 +27,7 @@ from sinssim.sensors.imu.grades import GRADES
 CLAIMS: dict[str, str] = {
     "velocity-rate": "10–20 Hz is enough for velocity and position",
     "attitude-rate": (
-        "attitude wants 50–80 Hz and a high-order algorithm to stay within a few tenths of a minute of arc"
+        "attitude needs 50–80 Hz and a high-order algorithm to stay within a few tenths of a minute of arc"
     ),
     "cheapest": "quaternions are the cheapest at equal accuracy",
     "orthogonality": "the two quaternions of (8.19) guarantee orthogonality",
@@ -41,7 +41,7 @@ CLAIMS: dict[str, str] = {
     ),
 }
 
-"""The claims that a study may decide: those of the textbook chapter, and laws beyond it."""
+"""The claims that a study may decide: those of the textbook chapter, and further laws."""
 
 VARIANTS: dict[str, str] = {
     "rate-gyros": "three accelerometers and three rate gyros",
@@ -63,8 +63,8 @@ def with_set(section: ImuSection, variant: str, rate_hz: float) -> ImuSection:
     """Return a block's [imu] section for one of a study's sensor-set variants.
 
     Args:
-        section: the block's errors. Those of sensors that the variant does not have stay without effect, except that
-            an attitude sensor drifts as the gyros would be biased.
+        section: errors of the block. Errors of sensors that the variant lacks have no effect, except that the drift of
+            an attitude sensor follows from the gyros' biases.
         variant: one of `VARIANTS`.
         rate_hz: samples per second.
 
@@ -75,16 +75,18 @@ def with_set(section: ImuSection, variant: str, rate_hz: float) -> ImuSection:
 
 
 class StudyMotion(Section):
-    """A true motion: a scenario's, or one described here with the tables of a scenario."""
+    """A true motion: that of a scenario, or one given by the tables of a scenario."""
 
-    name: str = Field(default="", description="short name for tables and plots; by default what it is")
-    scenario: str | None = Field(default=None, description="a scenario's file, or a name of `sinssim list scenarios`")
-    set: tuple[str, ...] = Field(default=(), description='changes of the scenario, each "key.path=value"')
+    name: str = Field(default="", description="short name for tables and plots; default: the kind of motion")
+    scenario: str | None = Field(default=None, description="a scenario's file, or a name from `sinssim list scenarios`")
+    set: tuple[str, ...] = Field(default=(), description='overrides of the scenario, each "key.path=value"')
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
-    vibration: tuple[VibrationSection, ...] = Field(default=(), description="of the sensor block, on top of the motion")
-    duration_s: Duration | None = Field(default=None, description="only its first so many seconds")
+    vibration: tuple[VibrationSection, ...] = Field(
+        default=(), description="vibration of the sensor block, added to the motion"
+    )
+    duration_s: Duration | None = Field(default=None, description="duration of the first part of the motion to use")
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -92,16 +94,16 @@ class StudyMotion(Section):
         given = [name for name in sources if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                f"exactly one of {', '.join(sources)} says what the motion is; here "
-                + (f"there are {' and '.join(given)}" if given else "there is none of them")
+                f"exactly one of {', '.join(sources)} must give the motion; here "
+                + (f"there are {' and '.join(given)}" if given else "all of them are missing")
             )
         if self.set and self.scenario is None:
-            raise ValueError("set changes a scenario, and there is none")
+            raise ValueError("set overrides values of a scenario, but no scenario is given")
         return self
 
     @property
     def label(self) -> str:
-        """The motion's name, or what it is."""
+        """The name of the motion, or its kind."""
         if self.name:
             return self.name
         if self.scenario is not None:
@@ -127,10 +129,10 @@ Schedule = tuple[Rate, Rate, Rate]
 
 
 class Part(Section):
-    """One comparison: everything in it is combined with everything else in it."""
+    """One comparison: all combinations of its motions, sensors, algorithms, rates and other choices."""
 
-    title: str = Field(description="what is asked, as a heading")
-    text: str = Field(default="", description="a few sentences on what is seen")
+    title: str = Field(description="the question, as a heading")
+    text: str = Field(default="", description="a few sentences on the result")
     decides: tuple[Claim, ...] = Field(default=(), description="claims that this part has the numbers for")
     motions: tuple[StudyMotion, ...] = Field(min_length=1, description="true motions")
     variants: tuple[Variant, ...] = Field(default=("rate-gyros",), min_length=1, description="sets of sensors (8.1)")
@@ -149,10 +151,10 @@ class Part(Section):
     slow_quantities: tuple[Literal["hold", "extrapolate"], ...] = Field(
         default=("hold",),
         min_length=1,
-        description="what becomes of a schedule's slow quantities between slow instants",
+        description="treatment of a schedule's slow quantities between slow instants",
     )
     frames: tuple[Frame, ...] = Field(default=("level",), min_length=1, description="navigation frames")
-    gravities: tuple[Gravity, ...] = Field(default=("normal",), min_length=1, description="the engine's gravity")
+    gravities: tuple[Gravity, ...] = Field(default=("normal",), min_length=1, description="the engine's gravity model")
     curvatures: tuple[Curvature, ...] = Field(default=("exact",), min_length=1, description="radii of curvature")
     vertical: Vertical = Field(default="baro-loop", description="height channel; its reference is the true height")
 
@@ -163,7 +165,7 @@ class Part(Section):
         for pattern in patterns:
             matching = [name for name in ALGORITHMS if fnmatchcase(name, pattern)]
             if pattern == MEASURED_ATTITUDE:
-                raise ValueError(f'{pattern} belongs to a set of sensors: variants = ["attitude-sensor"] brings it')
+                raise ValueError(f'{pattern} belongs to a sensor set: give variants = ["attitude-sensor"] instead')
             if not matching:
                 raise unknown_name("algorithm", pattern, ALGORITHMS)
             found += matching
@@ -178,20 +180,20 @@ class Part(Section):
         for value, count in Counter(values).items():
             if count > 1:
                 shown = repr(value) if isinstance(value, str) else f"{value} Hz"
-                raise ValueError(f"{info.field_name} names {shown} {count} times; once is enough")
+                raise ValueError(f"{info.field_name} contains {shown} {count} times; give it once")
         return values
 
     @model_validator(mode="after")
     def _motions_have_their_own_names(self) -> Self:
         for label, count in Counter(motion.label for motion in self.motions).items():
             if count > 1:
-                raise ValueError(f"{count} motions are called {label!r}; give each a name of its own with name = …")
+                raise ValueError(f"{count} motions have the name {label!r}; give each its own name with name = …")
         return self
 
     @model_validator(mode="after")
     def _rates_divide(self) -> Self:
         if not self.rates_hz and not self.schedules_hz:
-            raise ValueError("it needs rates_hz, for example rates_hz = [100.0], or schedules_hz")
+            raise ValueError("rates_hz, for example rates_hz = [100.0], or schedules_hz is needed")
         for schedule in self.schedules_hz:
             for fast, slow in itertools.pairwise(schedule):
                 if whole_ratio(fast, slow) is None:
@@ -203,8 +205,8 @@ class Part(Section):
             if whole_ratio(self.highest_hz, rate) is None:
                 near = self.highest_hz / max(2, round(self.highest_hz / rate))
                 raise ValueError(
-                    f"rates_hz: {rate:g} Hz does not divide the highest rate, {self.highest_hz:g} Hz, whose samples "
-                    f"are summed to make its own; {near:.9g} Hz does"
+                    f"rates_hz: {rate:g} Hz does not divide the highest rate, {self.highest_hz:g} Hz, from whose "
+                    f"samples its own are summed; {near:.9g} Hz does"
                 )
         return self
 
@@ -213,12 +215,12 @@ class Part(Section):
         without = [name for name in self.frames if not FRAME_REGISTRY[name].has_radii]
         if "simplified" in self.curvatures and without:
             raise ValueError(
-                f'curvatures = ["simplified"] would change nothing in frames = ["{without[0]}"], which has no radii of '
-                f"curvature: give the {without[0]} frame a part of its own"
+                f'curvatures = ["simplified"] would have no effect in frames = ["{without[0]}"], which has no radii of '
+                f"curvature: put the {without[0]} frame in a separate part"
             )
         if "extrapolate" in self.slow_quantities and not self.schedules_hz:
             raise ValueError(
-                'slow_quantities = ["extrapolate"] would change nothing: it belongs to schedules_hz, and there are none'
+                'slow_quantities = ["extrapolate"] would have no effect: it belongs to schedules_hz, which is not given'
             )
         varied = {
             "algorithms": self.algorithms, "frames": self.frames, "curvatures": self.curvatures,
@@ -228,19 +230,19 @@ class Part(Section):
         idle = [name for name, values in varied.items() if values != plain[name]]
         if "attitude-sensor" in self.variants and idle:
             raise ValueError(
-                f'{" and ".join(idle)} would change nothing with variants = ["attitude-sensor"], whose attitude is '
-                "measured and navigated in inertial axes: give that set of sensors a part of its own"
+                f'{" and ".join(idle)} would have no effect with variants = ["attitude-sensor"], whose attitude is '
+                "measured and navigated in inertial axes: put that sensor set in a separate part"
             )
         return self
 
     @property
     def highest_hz(self) -> float:
-        """The rate that samples are generated at; those of the lower rates are sums of them."""
+        """The rate at which samples are generated; samples of lower rates are sums of them."""
         return max((*self.rates_hz, *(schedule[0] for schedule in self.schedules_hz)))
 
     @property
     def pace(self) -> tuple[tuple[float, Schedule | None, str], ...]:
-        """Every rate, and every schedule with its fast rate and what becomes of its slow quantities."""
+        """Every rate, and every schedule with its fast rate and the treatment of its slow quantities."""
         schedules = ((s[0], s, slow) for s in self.schedules_hz for slow in self.slow_quantities)
         return (*((rate, None, "") for rate in self.rates_hz), *schedules)
 
@@ -258,10 +260,12 @@ class Part(Section):
 class Study(Section):
     """A comparison study."""
 
-    name: Name = Field(description="short name; names the directory")
+    name: Name = Field(description="short name, also the name of the directory")
     description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, description="seed of the sensors' errors")
-    blocks: dict[str, ImuSection] = Field(default={}, description="sensor blocks of its own, by name: [imu] sections")
+    blocks: dict[str, ImuSection] = Field(
+        default={}, description="the study's own sensor blocks, by name: [imu] sections"
+    )
     parts: tuple[Part, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -278,7 +282,7 @@ class Study(Section):
         """Return the [imu] section of a sensor block.
 
         Args:
-            name: of one of the study's own blocks, or a grade.
+            name: name of one of the study's own blocks, or a grade.
 
         Returns:
             The section.
@@ -289,7 +293,9 @@ class Study(Section):
     def _titles_differ(self) -> Self:
         for title, count in Counter(part.title for part in self.parts).items():
             if count > 1:
-                raise ValueError(f"{count} parts have the title {title!r}; results are found by their part's title")
+                raise ValueError(
+                    f"{count} parts have the title {title!r}; give each part its own title, by which results are found"
+                )
         return self
 
 

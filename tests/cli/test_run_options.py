@@ -75,14 +75,14 @@ def test_height_loop_goes_by_the_barometer() -> None:
 
 def test_height_loop_without_a_single_reading() -> None:
     silent = {"baro": {"outages_s": [[0.0, 60.0]]}}
-    with pytest.raises(InputError, match=r"no height to go by: \[aiding\.baro\] has its outages all the time"):
+    with pytest.raises(InputError, match=r"no height reference: the outages of \[aiding\.baro\] cover the whole run"):
         run(scenario({"vertical": "baro-loop"}, aiding=silent))
     beside = run(scenario({"vertical": "baro-loop"}, aiding=silent, filter={}))  # the filter says so
     free = run(scenario({"vertical": "free"}))
     assert np.array_equal(beside.solutions["quaternion"].height, free.solutions["quaternion"].height)
     for navigation, aiding, said in (
         ({"vertical": "free"}, {"baro": {}}, r'add \[filter\], or navigation\.vertical = "baro-loop"'),
-        ({"vertical": "baro-loop"}, {"baro": {}, "gnss": {}}, r"\[aiding\] has no \[filter\] that would use it"),
+        ({"vertical": "baro-loop"}, {"baro": {}, "gnss": {}}, r"\[aiding\] needs a \[filter\] that uses it"),
     ):
         with pytest.raises(ValidationError, match=said):
             scenario(navigation, aiding=aiding)
@@ -125,16 +125,16 @@ def test_route_of_the_transverse_frame() -> None:
             "sample by sample, functional-iteration by several",
         ),
         (100.0, {"slow_quantities": "holds"}, "Did you mean 'hold'?"),
-        (100.0, {"slow_quantities": "extrapolate"}, 'slow_quantities = "extrapolate" would change nothing'),
-        (100.0, {"frame": "inertial", "curvature": "simplified"}, 'curvature = "simplified" would change nothing'),
+        (100.0, {"slow_quantities": "extrapolate"}, 'slow_quantities = "extrapolate" would have no effect'),
+        (100.0, {"frame": "inertial", "curvature": "simplified"}, 'curvature = "simplified" would have no effect'),
         (
             100.0,
             {"vertical": "free", "baro_time_constant_s": 20.0},
-            "baro_time_constant_s = 20 would change nothing: it is that of",
+            "baro_time_constant_s = 20 would have no effect: it is that of",
         ),
         (100.0, {"route_deg": [50.0, 0.0, 60.0, 20.0]}, 'navigation.route_deg: a route is for frame = "transverse"'),
-        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 50.0, 360.0]}, "coincide or lie opposite"),
-        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, -50.0, 180.0]}, "coincide or lie opposite"),
+        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 50.0, 360.0]}, "coincide or are antipodal"),
+        (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, -50.0, 180.0]}, "coincide or are antipodal"),
         (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 95.0, 180.0]}, "must be at most 90"),
     ],
 )

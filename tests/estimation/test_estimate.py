@@ -284,7 +284,7 @@ def test_what_cannot_be_compensated_ends_the_filter() -> None:
     assert result.divergence is not None
     assert result.divergence.time == pytest.approx(result.time[-1])
     assert result.divergence.measurement.startswith("gnss-position 10")
-    assert "cannot be undone" in result.divergence.reason
+    assert "cannot be inverted" in result.divergence.reason
     assert result.inertial is not None
     assert len(result.inertial.time) == len(run.imu.time)
 

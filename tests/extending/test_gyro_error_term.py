@@ -104,7 +104,7 @@ def test_everything_follows_from_the_row(copy):
     assert "deg/h/g²" in found["report"]
     assert "sensitivity to g² of the gyros" in found["filter"]
     large, negative, accelerometer, shape = found["refused"]
-    assert "more than any sensor has" in large
+    assert "larger than that of any sensor" in large
     assert "must be at least 0" in negative
     assert "accelerometer g2_sensitivity" in accelerometer
     assert "it is an error of gyros" in accelerometer

@@ -78,7 +78,7 @@ def test_unknown_names_come_with_the_list() -> None:
 def test_a_file_with_another_ending_is_refused_for_that(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     add(tmp_path, "plan.txt", PARKED)
-    with pytest.raises(InputError, match=r"plan\.txt is no scenario: the name of a scenario file ends in \.toml"):
+    with pytest.raises(InputError, match=r"plan\.txt is not a scenario: the name of a scenario file ends in \.toml"):
         find_content("scenarios", "plan.txt")
     add(tmp_path, "parked")  # anything that happens to have a scenario's name does not hide it
     assert find_content("scenarios", "parked") == package_content("scenarios") / "parked.toml"

@@ -36,8 +36,8 @@ def scenario(**tables: Any) -> Scenario:
         ({"parked": PARKED}, "free", "grow e-fold in 9.5 min"),
         ({"parked": PARKED, "aiding": {"gnss": {}}, "filter": {}}, "free", "grow e-fold"),
         ({"motion": CONING}, "free", "grow e-fold"),
-        ({"great_circle": CIRCLE, "navigation": {"vertical": "free"}}, "free", "spoil the horizontal solution, too"),
-        ({"flight": FLIGHT, "navigation": {"vertical": "truth"}}, "truth", "the true height, always"),
+        ({"great_circle": CIRCLE, "navigation": {"vertical": "free"}}, "free", "degrade the horizontal solution, too"),
+        ({"flight": FLIGHT, "navigation": {"vertical": "truth"}}, "truth", "the true height: the height has no error"),
     ],
 )
 def test_height_is_held_in_the_air_and_where_a_barometer_is(tables: dict, vertical: str, words: str) -> None:

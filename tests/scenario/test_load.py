@@ -86,8 +86,8 @@ def test_override(tmp_path: Path, setting: str, path: tuple[str | int, ...], val
         ("=3", "write key.path=value"),
         ("imu.rate_hz=", "write key.path=value"),
         ("imu.lever_arm_m=[1, 2", "not a TOML value"),
-        ("flight.legs.3.heading_deg=1.0", "flight.legs has entries 1 to 2; '3' is none of them"),
-        ("flight.legs.0.heading_deg=1.0", "'0' is none of them"),
+        ("flight.legs.3.heading_deg=1.0", "flight.legs has entries 1 to 2; '3' is not one of them"),
+        ("flight.legs.0.heading_deg=1.0", "'0' is not one of them"),
         ("seed.value=1", "seed is a value, not a table"),
         ("imu.rate_hz=-1", "imu.rate_hz = -1 must be greater than 0 (set from outside the file)"),
     ],
@@ -137,8 +137,8 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         # Names, with the nearest and the list.
         ('"737"', '"738"', 0, "unknown aircraft '738'. Did you mean '737'? Known: 737"),
         ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: takeoff,"),
-        ('on = "air"\n', "", -1, "flight.start has no on, which says what kind it is: air, runway"),
-        ('type = "turn"\n', "", -1, "flight.legs.2 has no type, which says what kind it is: takeoff, parked, hold,"),
+        ('on = "air"\n', "", -1, "flight.start lacks the key on; it must be one of: air, runway"),
+        ('type = "turn"\n', "", -1, "flight.legs.2 lacks the key type; it must be one of: takeoff, parked, hold,"),
         ('on = "air"', 'on = "water"', 0, "flight.start.on = 'water' is not known. Known: air, runway"),
         ('"euler"', '"eulr"', 0, "unknown algorithm 'eulr'. Did you mean 'euler'? Known: "),
         ("[imu]", '[truth]\ngravity = "jj2"\n[imu]', 1, "unknown gravity model 'jj2'. Did you mean 'j2'?"),
@@ -147,7 +147,7 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         ('"euler"]', '"euler"]\nframe = "levl"', 1, "unknown frame 'levl'. Did you mean 'level'? Known: "),
         ('"euler"]', '"euler"]\nvertical = "baro"', 1, "unknown vertical channel 'baro'. Did you mean"),
         ('"euler"]', '"euler"]\ncurvature = "round"', 1, "unknown curvature 'round'. Known: exact, simplified"),
-        ('"euler"', '"quaternion"', -1, "algorithms names one algorithm twice"),
+        ('"euler"', '"quaternion"', -1, "algorithms contains an algorithm twice"),
         ('["quaternion", "euler"]', "[]", 0, "navigation.algorithms must have at least 1 entry, and has 0"),
     ],
 )
@@ -180,7 +180,7 @@ def test_zero_length(tmp_path: Path) -> None:
 
 
 def test_sources_of_truth(tmp_path: Path) -> None:
-    assert "here there is none of them" in mistake(tmp_path, 'name = "nothing"\n')
+    assert "here all of them are missing" in mistake(tmp_path, 'name = "nothing"\n')
     both = FLIGHT + PARKED.split("\n", 2)[2].split("[imu]")[0]
     assert "here there are [flight] and [parked]" in mistake(tmp_path, both)
 
@@ -196,7 +196,7 @@ def test_every_mistake_is_listed(tmp_path: Path) -> None:
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"no scenario file '.*absent.toml' in .*; by name there are: "):
+    with pytest.raises(InputError, match=r"no scenario file '.*absent.toml' in .*\. Known names: "):
         load_scenario(tmp_path / "absent.toml")
     with pytest.raises(InputError, match="unknown scenario 'frist_flight'"):
         load_scenario("frist_flight")
@@ -281,8 +281,8 @@ def test_one_setting_needs_no_list(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("a = " + "[" * 1000 + "]" * 1000, "stand inside one another more than 20 deep; a scenario needs six"),
-        ("[" + "a." * 1000 + "a]\nb = 1", "stand inside one another more than 20 deep"),
+        ("a = " + "[" * 1000 + "]" * 1000, "are nested more than 20 deep; a scenario needs six"),
+        ("[" + "a." * 1000 + "a]\nb = 1", "are nested more than 20 deep"),
         (PARKED + "seed = " + "9" * 5000, "cannot be read: Exceeds the limit"),
         (PARKED.replace('"standing"', f'"{"x" * 100_000}"'), "name must have at most 60 characters, and has 100000"),
         (PARKED.replace("56.0", f'"{"x" * 100_000}"'), "latitude_deg must be a number, not the text 'xxxxx"),
@@ -342,7 +342,9 @@ def test_views_of_ones_own_are_named_from_the_scenarios_own_folder(tmp_path, mon
     assert load_scenario("plans/plan.toml", 'views=["here.py"]').views == (str(tmp_path / "here.py"),)
     for wrong in ('["views/none.py"]', '["views"]', '["plan.toml"]'):
         plan.write_text(f"views = {wrong}\n" + PARKED)
-        with pytest.raises(InputError, match=r"plan\.toml, line 1: views.*there is no view '.*; .* ends in \.py"):
+        with pytest.raises(
+            InputError, match=r"plan\.toml, line 1: views.*there is no view '.*; .* with the ending \.py"
+        ):
             load_scenario(plan)
     plan.write_text('views = "mine.py"\n' + PARKED)
     with pytest.raises(InputError, match=r"plan\.toml, line 1: views"):

@@ -1,4 +1,4 @@
-"""Keys of a sensor block that change nothing are said."""
+"""Keys of a sensor block without effect are reported."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ RING = {
     [
         ({"gyro_bias_temperature_sigma_deg_h_per_c": 0.01}, "imu.gyro_bias_temperature_sigma_deg_h_per_c changes noth"),
         ({"accel_scale_temperature_ppm_per_c": [0.0, 1.0, 0.0]}, "imu.accel_scale_temperature_ppm_per_c changes noth"),
-        ({"laser_gyro": RING}, "imu.laser_gyro.gas_flow_mps changes nothing: temperature_start_c and"),
-        ({"warm_up_time_s": 60.0}, "imu.warm_up_time_s changes nothing: .* are the same"),
+        ({"laser_gyro": RING}, "imu.laser_gyro.gas_flow_mps has no effect: temperature_start_c and"),
+        ({"warm_up_time_s": 60.0}, "imu.warm_up_time_s has no effect: .* are equal"),
         (
             {"gyro_correlation_time_s": 60.0},
-            "imu.gyro_correlation_time_s changes nothing: there is no gyro_instability",
+            "imu.gyro_correlation_time_s has no effect: there is no gyro_instability",
         ),
         (
             {"grade": "consumer", "gyro_instability_deg_h": 0.0, "gyro_correlation_time_s": 60.0},
@@ -38,7 +38,7 @@ RING = {
         ),
         (
             {"faults": [{"type": "dropout", "from_s": 5.0, "to_s": 500.0}]},
-            r"imu.faults.1.to_s = 500: the run ends at 100 s, and with it the dropout\.",
+            r"imu.faults.1.to_s = 500: the dropout ends with the run, at 100 s\.",
         ),
     ],
 )

@@ -60,7 +60,7 @@ def test_a_flights_start_and_waypoints() -> None:
         check_route(planned(**flight(40.0 + 200.0 * METRE, hold)))
     check_route(planned(**flight(40.0 + 300.0 * METRE, hold)))
     there = {"type": "waypoint", "latitude_deg": 40.0, "longitude_deg": 0.0, "capture_radius_m": 200.0}
-    with pytest.raises(InputError, match=r"200 m from there or less where leg 1, the waypoint, ends"):
+    with pytest.raises(InputError, match=r"200 m from there or less at the end of leg 1, a waypoint"):
         check_route(planned(**flight(39.5, there)))
     check_route(planned(**flight(39.5, {**there, "capture_radius_m": 500.0})))  # it may or may not come near
 

@@ -291,7 +291,7 @@ def test_half_of_all_runs_is_said_of_what_differs_from_run_to_run() -> None:
 
 def test_a_set_without_gyros_has_no_closed_forms() -> None:
     six = SixAccelerometers(type="accelerometers", arm_m=0.3)
-    with pytest.raises(InputError, match=r'sensor_set\.type = "accelerometers" is another set'):
+    with pytest.raises(InputError, match=r'sensor_set\.type = "accelerometers" is a different set'):
         expect(ImuSection(grade="tactical", sensor_set=six), NORTHERN)
 
 

@@ -192,7 +192,7 @@ TRIADS = '[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad"\n[accel]\ncolumns = ["
         ('time = "back"\n' + TRIADS, "sample 2"),
         ("time = 1\n" + TRIADS, "some columns are named and others numbered"),
         ('time = "t"\n' + TRIADS.replace('"c"', "0"), "columns"),
-        (NUMBERED.format(""), "numbers are for text files"),
+        (NUMBERED.format(""), "only text files without names"),
     ],
 )
 def test_mistakes_are_named(tmp_path, description, text):
@@ -224,7 +224,7 @@ def arrays(**columns):
     ("name", "content", "text"),
     [
         ("log.bin", b"", ".parquet or .npz"),
-        ("log.csv", b"", "holds no samples: there is no line"),
+        ("log.csv", b"", "holds no samples: it has no lines"),
         ("log.parquet", b"PAR1 but not really", "cannot be read"),
         ("log.npz", b"PK but not really", "cannot be read"),
         ("log.csv", b"time_s,dtheta_x_rad\n1,2\n", "unknown column"),
@@ -236,14 +236,14 @@ def arrays(**columns):
             "line 4: it has 3 fields where line 1 has 2 (delimiter = ',', skip_lines = 0)",
         ),
         ("log.csv", b"time_s,dtheta_x_rad\ns,rad\n1,2\n", "holds 'rad', not a number. If it belongs to a heading"),
-        ("log.csv", b"a,b\n1,2\n", "Its own are a, b: say in a TOML file what they hold (--columns)"),
-        ("log.npz", b"", "no archive of arrays, as numpy.savez writes one"),
-        ("log.npz", archive()[:400], "no archive of arrays"),
+        ("log.csv", b"a,b\n1,2\n", "Its own are a, b: describe in a TOML file what they hold (--columns)"),
+        ("log.npz", b"", "not an archive of arrays as written by numpy.savez"),
+        ("log.npz", archive()[:400], "not an archive of arrays"),
         ("log.npz", archive().replace(b"3" * 20, b"4" * 20), "Bad CRC-32"),
         ("log.npz", archive(b""), "Its own are none"),
-        ("log.csv", "time_s,ω\n1,2\n".encode("utf-16"), "line 1: this is no text in UTF-8; it looks like UTF-16"),
+        ("log.csv", "time_s,ω\n1,2\n".encode("utf-16"), "line 1: this is not text in UTF-8; it looks like UTF-16"),
         ("log.csv", b"time_s,\xb0/s\n1,2\n", "line 1: the line of names is not in UTF-8, its byte 8 is 0xb0"),
-        ("log.csv", b"\x00\x01\x02", "line 1: this is no text"),
+        ("log.csv", b"\x00\x01\x02", "line 1: this is not text"),
         ("log.csv", b"dtheta_x_rad,dtheta_x_rad\n1,2\n", "has 2 columns 'dtheta_x_rad'; one is needed"),
         (
             "log.npz",
@@ -292,7 +292,7 @@ OWN_NAMES = ",".join(own_table().column_names) + "\n"
         (
             "",
             "0.03,1e4,2,3,4,5,6\n",
-            r"sample 2 \(line 4\): the gyros read 1e\+06 rad/s, and none reads more than 100000",
+            r"sample 2 \(line 4\): the gyros read 1e\+06 rad/s, but no such sensor exceeds 100000",
         ),
     ],
 )
@@ -311,7 +311,7 @@ def test_a_line_of_names_in_latin_1_can_be_skipped(tmp_path):
 
 def test_more_lines_skipped_than_there_are(tmp_path):
     (tmp_path / "log.csv").write_text(rows(separator=","))
-    for lines, text in ((4, "has 3 lines, and skip_lines = 4 leaves none"), (10**12, "must be at most 1e\\+06")):
+    for lines, text in ((4, "has 3 lines; skip_lines = 4 skips all"), (10**12, "must be at most 1e\\+06")):
         (tmp_path / "log.toml").write_text(NUMBERED.format(f"skip_lines = {lines}\n"))
         with pytest.raises(InputError, match=text):
             read_log(tmp_path / "log.csv", tmp_path / "log.toml")
@@ -338,10 +338,10 @@ RATES = 'kind = "rates"\n[gyro]\ncolumns = "w"\nunit = "deg/s"\n'
         ("TimeUS", 1e4, "", 1e-6),
         ("stamp(nsec)", 1e7, "", 1e-9),
         ("gps_s", 10.0, "", 1.0),
-        ("gps", 10.0, None, "Which unit have they"),
-        ("t", 10.0, None, 'Write time_unit = "ms"'),
-        ("t_ms", 10.0, 'time_unit = "s"', "contradicts the name of the column, 't_ms', which says ms"),
-        ("t", 0.01, 'time_unit = "ms"', "1e\\+05 samples per second, and no sensor gives more than 20000"),
+        ("gps", 10.0, None, "Give their unit"),
+        ("t", 10.0, None, 'Give their unit: time_unit = "ms"'),
+        ("t_ms", 10.0, 'time_unit = "s"', "contradicts the name of the column, 't_ms', which gives ms"),
+        ("t", 0.01, 'time_unit = "ms"', "1e\\+05 samples per second, but no sensor gives more than 20000"),
     ],
 )
 def test_the_unit_of_time_is_not_taken_for_granted(tmp_path, name, step, key, unit):
@@ -363,7 +363,9 @@ def test_gyros_alone_need_no_word_on_accelerometers(tmp_path):
     samples = read_samples(tmp_path / "log.npz", tmp_path / "log.toml")
     assert list(samples.triads) == ["gyro"]
     np.testing.assert_allclose(samples.triads["gyro"], np.pi / 180.0, rtol=1e-15)
-    with pytest.raises(InputError, match=r"log.toml describes no accelerometers, which are needed: add .* \[accel\]"):
+    with pytest.raises(
+        InputError, match=r"log.toml does not describe the accelerometers, which are needed: add .* \[accel\]"
+    ):
         read_log(tmp_path / "log.npz", tmp_path / "log.toml")
     (tmp_path / "log.toml").write_text('time = "t"\nkind = "rates"\n')
     with pytest.raises(InputError, match=r'kind = "rates" needs a table \[gyro\] or \[accel\]'):
@@ -385,7 +387,7 @@ def test_what_does_not_fit_into_memory_is_not_read(tmp_path, monkeypatch, suffix
         csv.write_csv(pa.table(columns), log)
     (tmp_path / "log.toml").write_text('delimiter = "whitespace"\n' if suffix == "txt" else "")
     monkeypatch.setattr("sinssim.sensors.log_columns.machine_memory", lambda: memory)
-    with pytest.raises(InputError, match=rf"log.{suffix} would need .* GB of memory where this machine has 0.00112"):
+    with pytest.raises(InputError, match=rf"log.{suffix} would need .* GB of memory; this machine has 0.00112"):
         read_log(log, tmp_path / "log.toml")
 
 
@@ -402,5 +404,5 @@ def test_a_header_that_promises_more_than_there_is(tmp_path):
         header = {"descr": "<f8", "fortran_order": False, "shape": (4_000_000_000_000,)}
         np.lib.format.write_array_header_1_0(file, header)
         file.write(np.zeros(4).tobytes())
-    with pytest.raises(InputError, match=r"the array dtheta_x_rad.npy of shape \(4000000000000,\) is not all there"):
+    with pytest.raises(InputError, match=r"the array dtheta_x_rad.npy of shape \(4000000000000,\) is incomplete"):
         read_log(tmp_path / "log.npz")

@@ -140,7 +140,7 @@ def test_a_study_that_does_not_fit_into_memory(monkeypatch):
     monkeypatch.setattr(module, "machine_memory", lambda: 16e9)
     long = study(motions=({"parked": {**PARKED, "duration_s": 1e6}},))
     with pytest.raises(
-        InputError, match=r"80 million samples of parked at 80 Hz take about 24 GB, and there are 16 GB"
+        InputError, match=r"80 million samples of parked at 80 Hz need about 24 GB, and this machine has 16 GB"
     ):
         compare(long, limit_minutes=1e9)
 

@@ -83,9 +83,9 @@ def test_studies_are_no_scenarios() -> None:
         ('parts.1.frames=["polar"]', ["unknown frame 'polar'"]),
         ('parts.1.decides=["quaternions-rule"]', ["unknown claim", "attitude-rate"]),
         ('parts.1.variants=["no-sensors"]', ["unknown sensor-set variant"]),
-        ('parts.1.slow_quantities=["extrapolate"]', ['slow_quantities = ["extrapolate"] would change nothing']),
+        ('parts.1.slow_quantities=["extrapolate"]', ['slow_quantities = ["extrapolate"] would have no effect']),
         ("parts.1.motions.1.scenario=parked", ["exactly one of", "scenario and parked"]),
-        ('parts.1.motions.1.set=["imu.rate_hz=5"]', ["set changes a scenario"]),
+        ('parts.1.motions.1.set=["imu.rate_hz=5"]', ["set overrides values of a scenario"]),
         ("parts.1.motions.1.parked.latitude_deg=91.0", ["at most 90"]),
         ("parts.1.algorithm=euler", ["unknown key 'parts.1.algorithm'", "parts.1.algorithms"]),
     ],
@@ -101,13 +101,13 @@ def test_mistakes_are_named(tmp_path: Path, setting: str, said: list[str]) -> No
     [
         (
             ('frames=["level", "inertial"]', 'curvatures=["exact", "simplified"]'),
-            'change nothing in frames = ["inertial"]',
+            'have no effect in frames = ["inertial"]',
         ),
-        (('variants=["attitude-sensor"]', 'algorithms=["poisson-*"]'), "algorithms would change nothing with variants"),
-        (('variants=["attitude-sensor"]', 'frames=["wander"]'), "frames would change nothing with variants"),
+        (('variants=["attitude-sensor"]', 'algorithms=["poisson-*"]'), "algorithms would have no effect with variants"),
+        (('variants=["attitude-sensor"]', 'frames=["wander"]'), "frames would have no effect with variants"),
         (
             ('variants=["attitude-sensor"]', 'curvatures=["simplified"]'),
-            "curvatures would change nothing with variants",
+            "curvatures would have no effect with variants",
         ),
     ],
 )
@@ -135,7 +135,7 @@ def test_two_parts_of_one_title(tmp_path: Path) -> None:
 
 def test_two_motions_of_one_name(tmp_path: Path) -> None:
     again = "\n[[parts.motions]]\nparked = { latitude_deg = 10.0, duration_s = 10.0 }\n"
-    assert "2 motions are called 'parked'" in refused(tmp_path, PART + again)
+    assert "2 motions have the name 'parked'" in refused(tmp_path, PART + again)
 
 
 @pytest.mark.parametrize("rate", [7.0, 30.0, 44.0, 61.0, 99.0, 0.003])

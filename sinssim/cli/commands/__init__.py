@@ -1,1 +1,1 @@
-"""One file a command: its function `command` is registered under the file's name."""
+"""One file per command: its function `command` is registered under the name of the file."""

@@ -12,7 +12,7 @@ from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Settings, To
 from sinssim.cli.terminal import console, print_json
 
 
-# Long, as every option is a parameter and the docstring is the help.
+# Long: every option is a parameter, and the docstring is the help.
 def command(
     source: Annotated[
         str,
@@ -30,7 +30,10 @@ def command(
     start: FromTime = None,
     end: ToTime = None,
     disturbed: Annotated[
-        bool, typer.Option("--disturbed", help="Align a swaying vehicle on the cone that gravity describes.")
+        bool,
+        typer.Option(
+            "--disturbed", help="Align a swaying vehicle, by the cone that gravity describes in inertial space."
+        ),
     ] = False,
     latitude: Annotated[
         float | None, typer.Option("--latitude", metavar="DEG", help="Latitude, if known (for --disturbed).")

@@ -11,7 +11,7 @@ from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Quiet, ToTim
 from sinssim.cli.terminal import console, one_bar, print_json
 
 
-# Long, as every option is a parameter and the docstring is the help.
+# Long: every option is a parameter, and the docstring is the help.
 def command(
     log: Annotated[
         Path,
@@ -27,8 +27,8 @@ def command(
         typer.Option(
             "--channel",
             metavar="NAME[=UNIT]",
-            help="gyro_x … accel_z, or gyro or accel for all three; or any column of the log with its unit "
-            "(pressure=hPa), which may be left out if the name ends in it (pressure_hpa). May be given several times.",
+            help="gyro_x … accel_z, gyro or accel for all three axes, or any column of the log with its unit "
+            "(pressure=hPa), which may be omitted if the name ends in it (pressure_hpa). May be given several times.",
             show_default="all gyros and accelerometers",
         ),
     ] = None,
@@ -56,10 +56,11 @@ def command(
     """Identify the noise of sensors at rest: Allan deviation, and the terms Q, N, B, K, R with 95 % bands.
 
     The terms are quantisation, random walk, bias instability, rate random walk and ramp of every channel. They are
-    estimated by maximum likelihood and given in the units of data sheets and scenarios. A term that the record does not
-    show is called not observable.
+    estimated by maximum likelihood, in the units of data sheets and scenarios. A term that the record does not show is
+    reported as not observable.
 
-    Any other column of a log is taken for readings of a quantity: pressure, temperature, a clock's frequency.
+    Any other column of a log is treated as readings of a quantity, such as pressure, temperature or a clock's
+    frequency.
 
     Examples:
 

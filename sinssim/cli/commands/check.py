@@ -9,8 +9,8 @@ from sinssim.cli.terminal import print_json
 def command(scenario: ScenarioName, settings: Settings = None, as_json: Json = False, debug: Debug = False) -> None:
     """Check a scenario without flying it, and show its plan.
 
-    Checks everything that is known beforehand: the file, the aircraft, every leg, every name. If anything is wrong,
-    every mistake is listed and the exit code is 2.
+    Checks everything that is known beforehand: the file, the aircraft, all legs and all names. If there are mistakes,
+    it lists all of them and exits with code 2.
 
     Example:
 

@@ -12,7 +12,7 @@ from sinssim.cli.options import Debug, Json, OutFolder, Quiet
 from sinssim.cli.terminal import console, notes_of, one_bar, print_json, program_name
 
 
-# Long, as every option is a parameter and the docstring is the help.
+# Long: every option is a parameter, and the docstring is the help.
 def command(
     study: Annotated[
         str,
@@ -43,11 +43,11 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Compare algorithms, rates, frames and sensors on identical samples, and report which to choose.
+    """Compare algorithms, rates, frames and sensors on identical samples, and recommend engines.
 
-    Writes a directory with the report (report.html, one file that needs no other), every result in numbers
-    (results.json, results.parquet), a recording for the view *comparison* (recording.rrd), and the study with all its
-    defaults (study.toml). Ctrl-C leaves a report of what was finished until then.
+    Writes a directory with the report (report.html, self-contained), all results (results.json, results.parquet), a
+    recording for the view *comparison* (recording.rrd), and the study with all its defaults (study.toml). Ctrl-C leaves
+    a report of the navigations finished until then.
 
     Examples:
 
@@ -71,7 +71,7 @@ def command(
             )
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
-            interrupt.add_note("No navigation was finished yet.")
+            interrupt.add_note("No navigation had finished.")
         raise
     if as_json:
         from sinssim.recording.store.study import results

@@ -35,7 +35,7 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """List the names that scenarios and options accept, each with a sentence.
+    """List the names that scenarios and options accept, each with a description.
 
     Aircraft, scenarios and studies in the folders `aircraft`, `scenarios` and `scenarios/studies` of the current folder
     come before those of the package; so do views in the folders that the environment variable SINSSIM_VIEWS names.
@@ -51,19 +51,19 @@ def command(
     width = max((len(name) for name in names), default=0)
     for name, sentence in names.items():
         print(f"{name:<{width}}  {sentence}".rstrip())
-    sys.stdout.flush()  # so that an error of standard output is the last line
+    sys.stdout.flush()  # an error of standard output is then the last line
     if kind is Listing.GRADES:
-        print("What a grade means, term by term: sinssim sensors GRADE", file=sys.stderr)
+        print("Explanation of a grade, term by term: sinssim sensors GRADE", file=sys.stderr)
 
 
 def names_of(kind: Listing) -> Mapping[str, str]:
-    """Return names with a sentence each.
+    """Return names with a description each.
 
     Args:
-        kind: what is listed.
+        kind: kind of name.
 
     Returns:
-        Sentences by name.
+        Descriptions by name.
     """
     match kind:
         case Listing.ALGORITHMS:
@@ -110,7 +110,7 @@ def _descriptions(kind: Literal["aircraft", "scenarios", "studies"]) -> dict[str
 
 
 def _description(file: Path) -> str:
-    """Return a TOML file's description; a broken file must not hide the others."""
+    """Return a TOML file's description; an invalid file must not hide the others."""
     from sinssim.scenario.toml_file import read_toml
 
     try:

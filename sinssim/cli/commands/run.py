@@ -30,9 +30,9 @@ def command(
 ) -> None:
     """Simulate one scenario: fly, sense, navigate and record.
 
-    Writes a run directory with a report (report.html, one file that needs no other), the recording (recording.rrd),
-    every stream as Parquet (streams/), the errors in numbers (summary.json) and the scenario with all its defaults
-    (scenario.toml). A flight that was computed before is taken from the cache.
+    Writes a run directory with a report (report.html, self-contained), the recording (recording.rrd), every stream as
+    Parquet (streams/), the error statistics (summary.json) and the scenario with all its defaults (scenario.toml). A
+    flight that was computed before comes from the cache.
 
     Examples:
 
@@ -52,7 +52,7 @@ def command(
             result = run(plan, directory, overwrite=overwrite, progress=progress)
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
-            interrupt.add_note("Nothing had been recorded yet.")
+            interrupt.add_note("Nothing had been recorded.")
         raise
     if as_json:
         print_json(result.summary)

@@ -28,10 +28,10 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Explain a grade of sensors: each error, and the position error that it alone causes in one hour.
+    """Explain a grade of sensors: each error term, and the position error that it alone causes in one hour.
 
-    Closed forms give the errors without a simulation: a vehicle at rest navigates unaided from a perfect start. Errors
-    that appear only in motion are given for one turn or one acceleration. See docs/sensors.md.
+    Closed forms give the position errors of a vehicle at rest that navigates unaided from an exact initial state.
+    Errors that appear only in motion are given for one turn or one acceleration. See docs/sensors.md.
 
     Examples:
 

@@ -16,11 +16,12 @@ def command(
     ],
     name: Annotated[
         str | None,
-        typer.Option("--view", metavar="NAME", help="View in front: a name from `sinssim list views`, or a file."),
+        typer.Option("--view", metavar="NAME", help="View to show first: a name from `sinssim list views`, or a file."),
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in a browser, served to this machine only.")] = False,
     screenshot: Annotated[
-        Path | None, typer.Option("--screenshot", metavar="FILE", help="Write a picture (PNG) and open no window.")
+        Path | None,
+        typer.Option("--screenshot", metavar="FILE", help="Write a picture (PNG) instead of opening a window."),
     ] = None,
     debug: Debug = False,
 ) -> None:

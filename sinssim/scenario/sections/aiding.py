@@ -1,4 +1,4 @@
-"""The [aiding] section of a scenario, made of the aiding sensors that there are."""
+"""The [aiding] section of a scenario, composed from the registry of aiding sensors."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from sinssim.sensors.aiding.registry import SENSORS, load_class
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)
 
 _BROKEN: dict[str, str] = {}
-"""Why a sensor cannot be used, by its table; the others still can."""
+"""Reasons why sensors cannot be used, by their table; the others remain usable."""
 
 
 def _classes() -> Iterator[tuple[str, type[AidingSensor]]]:
-    """Yield table and class of every sensor that can be used; note the others."""
+    """Yield table and class of every usable sensor, and record the reasons for the others."""
     for name, entry in SENSORS.items():
         try:
             yield name, load_class("sinssim.sensors.aiding", entry, AidingSensor)
@@ -44,7 +44,7 @@ class _Tables(Section):
     @model_validator(mode="after")
     def _something(self) -> Self:
         if not self.sensors():
-            raise ValueError(f"it names no sensor; tables in it may be {', '.join(type(self).model_fields)}")
+            raise ValueError(f"it has no sensor; give one or more of the tables {', '.join(type(self).model_fields)}")
         return self
 
     def sensors(self) -> dict[str, AidingSensor]:
@@ -69,10 +69,10 @@ else:
 
 
 def describe_sensors() -> dict[str, str]:
-    """Return the tables of [aiding], and what each is.
+    """Return the tables of [aiding] with a description of each.
 
     Returns:
-        The first line of each sensor's docstring by table; of a sensor that cannot be used, why.
+        The first line of each sensor's docstring by table; for an unusable sensor, the reason.
     """
     sentences = {name: (_CLASSES[name].__doc__ or "").split("\n")[0] for name in SENSORS if name in _CLASSES}
     return sentences | {name: f"(cannot be used: {why})" for name, why in _BROKEN.items()}

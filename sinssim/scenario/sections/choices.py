@@ -1,4 +1,4 @@
-"""Choices by name that several tables of a scenario share: gravity model, ellipsoid, frame, radii, vertical channel."""
+"""Named choices that several tables of a scenario share: gravity model, ellipsoid, frame, radii, vertical channel."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sinssim.frames import (
 
 
 def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
-    """Return a validator that accepts the given names only, and lists them when it refuses."""
+    """Return a validator that accepts only the given names and otherwise lists them."""
 
     def check(value: str) -> str:
         if value not in names:

@@ -31,7 +31,8 @@ else:
 class CompensationSection(_Terms):
     """Analytic compensation of the sensors' errors before navigation; with 0 everywhere it is perfect.
 
-    It knows what is constant in a run or follows the temperature, the arms and the delay of the accelerometers.
+    It removes the errors that are constant in a run or depend on the temperature, and the effects of the
+    accelerometers' arms and delay.
     """
 
     @model_validator(mode="before")

@@ -16,17 +16,15 @@ CHANNELS: tuple[SensorChannel, ...] = ("gyro_x", "gyro_y", "gyro_z", "accel_x", 
 
 
 class _Lasting(Section):
-    """A fault that lasts."""
+    """A fault with a duration."""
 
-    from_s: NotNegative = Field(description="time of the run at which it begins")
+    from_s: NotNegative = Field(description="time at which it begins")
     to_s: Positive | None = Field(default=None, description="time at which it ends; default: never")
 
     @model_validator(mode="after")
     def _lasts(self) -> Self:
         if self.to_s is not None and not self.from_s < self.to_s:
-            raise ValueError(
-                f"from_s = {self.from_s:g} to to_s = {self.to_s:g} is no time; it must end after it begins"
-            )
+            raise ValueError(f"to_s = {self.to_s:g} must be later than from_s = {self.from_s:g}")
         return self
 
 
@@ -48,7 +46,7 @@ class Spike(Section):
     """One sample has an additional error."""
 
     type: Literal["spike"]
-    at_s: Positive = Field(description="time of the run in the sample")
+    at_s: Positive = Field(description="time within the sample")
     gyro_arcsec: Vector3 | None = Field(default=None, description="added to the sample's angle increments")
     accel_mm_s: Vector3 | None = Field(default=None, description="added to its velocity increments")
 
@@ -60,12 +58,12 @@ class Spike(Section):
     @model_validator(mode="after")
     def _does_something(self) -> Self:
         if not any((self.gyro_arcsec or ()) + (self.accel_mm_s or ())):
-            raise ValueError("a spike of nothing: gyro_arcsec or accel_mm_s says how large it is")
+            raise ValueError("the spike has no size: give gyro_arcsec or accel_mm_s")
         return self
 
 
 class BiasStep(_Lasting):
-    """The biases change in a step."""
+    """The biases change by a step."""
 
     type: Literal["bias-step"]
     gyro_deg_h: Vector3 | None = Field(default=None, description="added to the gyros' biases")
@@ -79,7 +77,7 @@ class BiasStep(_Lasting):
     @model_validator(mode="after")
     def _does_something(self) -> Self:
         if not any((self.gyro_deg_h or ()) + (self.accel_ug or ())):
-            raise ValueError("a step of nothing: gyro_deg_h or accel_ug says how large it is")
+            raise ValueError("the step has no size: give gyro_deg_h or accel_ug")
         return self
 
 
@@ -87,21 +85,23 @@ class Saturation(_Lasting):
     """The range of the sensors is reduced; values beyond it are limited and flagged."""
 
     type: Literal["saturation"]
-    gyro_deg_s: Positive | None = Field(default=None, description="range of the gyros, both ways; default: theirs")
-    accel_g: Positive | None = Field(default=None, description="range of the accelerometers; default: theirs")
+    gyro_deg_s: Positive | None = Field(
+        default=None, description="range of the gyros, in both directions; default: their own"
+    )
+    accel_g: Positive | None = Field(default=None, description="range of the accelerometers; default: their own")
 
     @model_validator(mode="after")
     def _does_something(self) -> Self:
         if self.gyro_deg_s is None and self.accel_g is None:
-            raise ValueError("a saturation of nothing: gyro_deg_s or accel_g says how small the range is")
+            raise ValueError("the saturation has no range: give gyro_deg_s or accel_g")
         return self
 
 
 class Jitter(_Lasting):
-    """The time stamps have random errors; the increments belong to the true instants."""
+    """The time stamps have random errors; the increments are those of the true instants."""
 
     type: Literal["jitter"]
-    sigma_ms: Positive = Field(description="1σ of each stamp, at most a tenth of the interval between samples")
+    sigma_ms: Positive = Field(description="1σ of each time stamp, at most a tenth of the interval between samples")
 
 
 Fault = Annotated[Dropout | Freeze | Spike | BiasStep | Saturation | Jitter, Field(discriminator="type")]

@@ -25,7 +25,7 @@ FILTER_STATES: dict[str, str] = {
 
 def _known(name: str) -> str:
     if name in NAVIGATION_STATES:
-        raise ValueError(f"{name!r} is a state of every filter; states names errors of the inertial sensors")
+        raise ValueError(f"every filter has the state {name!r}; give only errors of the inertial sensors in states")
     if name not in FILTER_STATES:
         raise unknown_name("block of states", name, FILTER_STATES)
     return name
@@ -33,11 +33,11 @@ def _known(name: str) -> str:
 
 Factor = Annotated[float, Field(ge=1e-3, le=1e3)]
 PositionSigma = Annotated[float, Field(ge=1e-6, le=2e7)]
-"""m: from what no sensor tells to half the Earth's circumference."""
+"""m: from below any sensor's resolution to half the Earth's circumference."""
 VelocitySigma = Annotated[float, Field(ge=1e-6, le=1e4)]
-"""m/s: from what no sensor tells to more than a satellite's velocity."""
+"""m/s: from below any sensor's resolution to more than a satellite's velocity."""
 AngleSigma = Annotated[float, Field(ge=1e-6, le=10800.0)]
-"""arcmin: from what no sensor tells to half a turn."""
+"""arcmin: from below any sensor's resolution to half a turn."""
 StateBlock = Annotated[str, AfterValidator(_known)]
 
 
@@ -99,7 +99,7 @@ class FilterSection(Section):
     def _alignment_lasts(self) -> Self:
         if self.alignment == "in-motion":
             if self.alignment_s is None:
-                raise ValueError('alignment = "in-motion" needs alignment_s, a minute or two with turns in it')
+                raise ValueError('alignment = "in-motion" needs alignment_s: a minute or two that include turns')
             if self.alignment_s < LEAST_IN_MOTION_S:
                 raise ValueError(
                     f"alignment_s = {self.alignment_s:g} must be at least {LEAST_IN_MOTION_S:g} for an alignment in "
@@ -112,5 +112,5 @@ class FilterSection(Section):
         named = self.states or ()
         twice = sorted({name for name in named if named.count(name) > 1})
         if twice:
-            raise ValueError(f"states names {twice[0]!r} twice; every block can be there once")
+            raise ValueError(f"states contains {twice[0]!r} twice; give each block once")
         return self

@@ -1,7 +1,7 @@
 """The [flight] section of a scenario: aircraft, start, legs, wind and turbulence.
 
-Airspeeds are calibrated (what the pilot reads), heights are above the ellipsoid, headings are true, clockwise
-from north. A leg begins with the heading, height and airspeed of the leg before it; the legs themselves lie in
+Airspeeds are calibrated (the pilot's indication), heights are above the ellipsoid, headings are true, clockwise from
+north. A leg begins with the heading, height and airspeed at the end of the previous leg. The legs are in
 `sinssim.truth.flight.legs`.
 """
 
@@ -18,14 +18,14 @@ from sinssim.truth.flight.legs import LEGS
 
 _ON_RUNWAY = " and ".join(
     f'"{name}"'
-    for leg in sorted(LEGS, key=lambda leg: leg.ends == "air")  # those that stay on it first
+    for leg in sorted(LEGS, key=lambda leg: leg.ends == "air")  # legs that stay on the runway first
     if leg.begins == "runway"
     for name in get_args(leg.model_fields["type"].annotation)
 )
 
 
 def _name(value: Any) -> Any:
-    """Accept a whole number as a name, because a shell removes the quotes of "737"."""
+    """Accept an integer as a name, because a shell removes the quotes of "737"."""
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Leg = LegBase
 else:
     Leg = Annotated[Union[LEGS], Field(discriminator="type")]  # noqa: UP007
-"""One leg of a flight plan; `type` says which."""
+"""One leg of a flight plan, selected by `type`."""
 
 
 class AirStart(Section):
@@ -43,7 +43,7 @@ class AirStart(Section):
         latitude_deg, longitude_deg: place, degrees.
         altitude_m: height above the ellipsoid, m.
         heading_deg: heading, degrees.
-        airspeed_kt: calibrated airspeed, kt; None: the aircraft's usual one.
+        airspeed_kt: calibrated airspeed, kt; None: the aircraft's cruise airspeed.
     """
 
     on: Literal["air"]
@@ -51,7 +51,9 @@ class AirStart(Section):
     longitude_deg: Longitude = Field(description="longitude of the start")
     altitude_m: Altitude = Field(description="height above the ellipsoid")
     heading_deg: Heading = Field(default=0.0, description="heading")
-    airspeed_kt: Airspeed | None = Field(default=None, description="calibrated airspeed; default: the aircraft's")
+    airspeed_kt: Airspeed | None = Field(
+        default=None, description="calibrated airspeed; default: the aircraft's cruise airspeed"
+    )
 
 
 class RunwayStart(Section):
@@ -77,18 +79,18 @@ Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]
 
 
 _Gradual = Annotated[float, Field(ge=0.01, le=1e6)]
-"""How long a gust takes to rise or fall, s: a quicker one is a jump between two steps of the flight model."""
+"""Rise or fall time of a gust, s; a shorter one would be a jump between two steps of the flight model."""
 _Wind = Annotated[float, Field(ge=-100.0, le=100.0)]
 """m/s: the strongest jet stream."""
 
 
 class Gust(Section):
-    """One gust with (1 - cos) rise and fall and a steady part between.
+    """One gust with (1 - cos) rise and fall and a steady part in between.
 
     Attributes:
         start_s: flight time at which it begins, s.
         rise_s, steady_s, fall_s: durations of its three parts, s.
-        velocity_ned_mps: the wind's change at its height, north, east, down, m/s.
+        velocity_ned_mps: change of the wind at full strength, north, east, down, m/s.
     """
 
     start_s: Moment = Field(description="flight time at which it begins")
@@ -105,23 +107,23 @@ class Wind(Section):
 
     Attributes:
         north_mps, east_mps, down_mps: steady wind, m/s.
-        gusts: gusts on top.
+        gusts: gusts, added to the steady wind.
     """
 
     north_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards north")
     east_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards east")
     down_mps: float = Field(default=0.0, ge=-20.0, le=20.0, description="steady wind downwards")
-    gusts: tuple[Gust, ...] = Field(default=(), description="gusts on top of it")
+    gusts: tuple[Gust, ...] = Field(default=(), description="gusts, added to the steady wind")
 
 
 class Turbulence(Section):
-    """Dryden turbulence after MIL-F-8785C, seeded by the scenario's seed.
+    """Dryden turbulence by MIL-F-8785C, seeded by the scenario's seed.
 
     Attributes:
-        severity: row of the specification's table, which sets the strength above 2000 ft: 2 is weak (0.3 m/s at
-            3 km), 3 light (1.5 m/s), 4 moderate (2.5 m/s), 6 severe.
-        wind_at_6m_mps: wind speed 20 ft above the ground, which sets the strength below 1000 ft, m/s; light
-            7.7, moderate 15.4, severe 23.
+        severity: row of the specification's table, which determines the strength above 2000 ft: 2 is weak (0.3 m/s at 3
+            km), 3 light (1.5 m/s), 4 moderate (2.5 m/s), 6 severe.
+        wind_at_6m_mps: wind speed 20 ft above the ground, which determines the strength below 1000 ft, m/s; light 7.7,
+            moderate 15.4, severe 23.
     """
 
     severity: int = Field(default=3, ge=1, le=7, description="2 weak, 3 light, 4 moderate, 6 severe")
@@ -150,17 +152,19 @@ class FlightSection(Section):
     @model_validator(mode="after")
     def _order_of_legs(self) -> Self:
         if not self.legs:
-            raise ValueError("a flight has at least one leg")
+            raise ValueError("a flight needs at least one leg")
         on_ground = self.start.on == "runway"
         height = self.start.altitude_m
         for number, leg in enumerate(self.legs, start=1):
             name = f"leg {number} ({leg.type})"
             if on_ground and leg.begins != "runway":
-                raise ValueError(f"{name} begins on the runway; the legs before the first in the air are {_ON_RUNWAY}")
+                raise ValueError(
+                    f"{name} would begin on the runway; the legs before the first leg in the air must be {_ON_RUNWAY}"
+                )
             if not on_ground and leg.begins == "runway":
                 raise ValueError(
-                    f'{name} needs the aircraft at rest on a runway: start with on = "runway" and put it before any '
-                    "leg in the air"
+                    f'{name} needs the aircraft at rest on a runway: start with on = "runway" and put this leg before '
+                    "any leg in the air"
                 )
             on_ground = leg.ends == "runway"
             try:

@@ -1,15 +1,15 @@
 """The [imu] section of a scenario: grade, rate and place of the sensor block, and errors that differ from the grade.
 
-Every error that differs from run to run can be said in two ways:
+An error that differs from run to run can be given in two ways:
 
-- `gyro_bias_sigma_deg_h = 0.01` is a 1σ: the three axes are drawn, each from its own seeded generator;
-- `gyro_bias_deg_h = [0.01, 0.0, 0.0]` is the error itself on the forward, right and down axis: nothing is drawn.
+- `gyro_bias_sigma_deg_h = 0.01` is a 1σ: the errors of the three axes are drawn, each from its own seeded generator;
+- `gyro_bias_deg_h = [0.01, 0.0, 0.0]` is the error itself on the forward, right and down axis; nothing is drawn.
 
-Neither means: the grade's 1σ, or none where grades have none. The random walks, the quanta and the instabilities
-describe a noise and are one number for the three axes. Writing 0 switches an error off; the draws of all the others
-stay what they were. What each does, and in which order, is written in `sinssim.sensors.imu.emulate`.
+By default the 1σ is that of the grade, or zero if grades do not define it. The random walks, the quanta and the
+instabilities describe noise and have one value for the three axes. The value 0 switches an error off; the draws of the
+other errors stay the same. `sinssim.sensors.imu.emulate` describes the errors and their order.
 
-The unit behind a key may be another one that datasheets use, for example `gyro_misalignment_mrad`,
+The unit in a key may be another unit that datasheets use, for example `gyro_misalignment_mrad`,
 `accel_bias_sigma_mg` or `accel_vrw_mps_sqrt_h`; `sinssim.sensors.imu.terms` has the table.
 """
 
@@ -34,7 +34,7 @@ Place = Annotated[float, Field(ge=-1e4, le=1e4)]
 Places = tuple[Place, Place, Place]
 
 _SIGMA = "1σ of the random error of the same name, instead of the grade's"
-_OVER = "above that of the calibration"
+_OVER = "above the temperature of the calibration"
 _FIXED_OR_DRAWN = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
 
 
@@ -53,7 +53,7 @@ def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
 
 
 class _Block(Section):
-    """Grade, rate, set of sensors and place of a sensor block."""
+    """Grade, rate, sensor set and place of a sensor block."""
 
     grade: str = Field(default="laser-standard", description="name of the grade, one of `sinssim.sensors.GRADES`")
     rate_hz: Annotated[float, Field(gt=0.0, le=1e5)] = Field(default=100.0, description="samples per second")
@@ -71,10 +71,10 @@ class _Block(Section):
 if TYPE_CHECKING:
 
     class _Terms(_Block):
-        """A block and the keys of its error terms, which are data."""
+        """A block with the keys of its error terms, which come from the table of terms."""
 
         def __getattr__(self, key: str) -> Any:
-            """Return what the section says of an error."""
+            """Return the section's value of an error term."""
 
 else:
     _Terms = create_model("_Terms", __base__=_Block, **{key: kind for term in TERMS for key, kind in _keys(term)})
@@ -88,18 +88,18 @@ class ImuSection(_Terms):
     warm_up_time_s: Positive = Field(default=600.0, description="time constant of the warm-up")
     accel_arms_mm: tuple[Places, Places, Places] = Field(
         default=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        description="places of the three accelerometers in the block, forward, right, down each (size effect)",
+        description="places of the three accelerometers in the block, each forward, right, down (size effect)",
     )
     accel_delay_ms: float = Field(
         default=0.0,
-        description="time by which the accelerometers' readings lag the gyros': a reading for the time t is the "
-        "specific force at t less the delay; at most one interval, negative if they lead",
+        description="lag of the accelerometers' readings behind the gyros': a reading for the time t is the "
+        "specific force at t minus the delay; at most one interval, negative for a lead",
     )
 
     laser_gyro: LaserGyroSection | None = Field(
-        default=None, description="the gyros' physics, from which their random walk and quantum follow"
+        default=None, description="physics of the gyros, which determines their random walk and quantum"
     )
-    faults: tuple[Fault, ...] = Field(default=(), description="what goes wrong in the run")
+    faults: tuple[Fault, ...] = Field(default=(), description="faults in the run")
 
     @model_validator(mode="before")
     @classmethod
@@ -122,7 +122,9 @@ class ImuSection(_Terms):
     def _one_number_per_axis(cls, value: Any, info: ValidationInfo) -> Any:
         if isinstance(value, int | float):
             sigma = dict(_FIXED_OR_DRAWN)[str(info.field_name)]
-            raise ValueError(f"the error itself needs one number per axis, a list; a 1σ to draw from is {sigma}")
+            raise ValueError(
+                f"the error itself needs a list with one number per axis; the 1σ of a random error is {sigma}"
+            )
         return value
 
     @model_validator(mode="after")
@@ -131,19 +133,21 @@ class ImuSection(_Terms):
             exclude_each_other(self, fixed, sigma)
         if abs(self.accel_delay_ms) * 1e-3 * self.rate_hz > 1.0:
             raise ValueError(
-                f"accel_delay_ms = {self.accel_delay_ms:g} is more than one interval between samples; at rate_hz = "
-                f"{self.rate_hz:g} at most {1e3 / self.rate_hz:g} either way can be had"
+                f"accel_delay_ms = {self.accel_delay_ms:g} exceeds one interval between samples; at rate_hz = "
+                f"{self.rate_hz:g} its magnitude can be at most {1e3 / self.rate_hz:g}"
             )
         for number, fault in enumerate(self.faults, start=1):
             if fault.type == "jitter" and fault.sigma_ms * 1e-3 * self.rate_hz > 0.1:
                 raise ValueError(
-                    f"faults.{number}.sigma_ms = {fault.sigma_ms:g} would bring the time stamps out of order; at "
-                    f"rate_hz = {self.rate_hz:g} at most {100.0 / self.rate_hz:g}, a tenth of the interval, can be had"
+                    f"faults.{number}.sigma_ms = {fault.sigma_ms:g} would put the time stamps out of order; at "
+                    f"rate_hz = {self.rate_hz:g} it can be at most {100.0 / self.rate_hz:g}, a tenth of the interval"
                 )
         if self.laser_gyro is not None:
             for key in ("gyro_arw_deg_sqrt_h", "gyro_quantum_arcsec"):
                 if getattr(self, key) is not None:
-                    raise ValueError(f"{key} follows from the physics in laser_gyro, which is given too: keep one")
+                    raise ValueError(
+                        f"{key} follows from the physics in laser_gyro, which is also given: keep one of them"
+                    )
         return self
 
     @model_validator(mode="after")
@@ -152,14 +156,14 @@ class ImuSection(_Terms):
             kind = self.sensor_set.type
             for name, field in type(self).model_fields.items():
                 if "gyro" in name and getattr(self, name) != field.default:
-                    raise ValueError(f'{name} is given, and sensor_set.type = "{kind}" has no gyros: leave it out')
+                    raise ValueError(f'{name} is given, but sensor_set.type = "{kind}" has no gyros: remove it')
             for fixed, sigma in _FIXED_OR_DRAWN:
                 if kind == "accelerometers" and getattr(self, fixed) is not None:
                     raise ValueError(
-                        f"{fixed} has one number per axis of a triad, and sensor_set.type = "
-                        f'"{kind}" has six accelerometers, whose errors are drawn: give {sigma}'
+                        f"{fixed} has one number per axis of a triad, but sensor_set.type = "
+                        f'"{kind}" has six accelerometers with random errors: give {sigma}'
                     )
             for name in ("accel_arms_mm", "accel_delay_ms", "faults"):
                 if getattr(self, name) != type(self).model_fields[name].default:
-                    raise ValueError(f'{name} is of a block of gyros; with sensor_set.type = "{kind}" leave it out')
+                    raise ValueError(f'{name} needs a block with gyros: remove it, or sensor_set.type = "{kind}"')
         return self

@@ -9,7 +9,7 @@ from pydantic import Field
 from sinssim.section import Frequency, Section
 
 Damping = Annotated[float, Field(ge=1e-6, le=1e3)]
-"""Part of the critical damping: below, resonance grows without bound; above, the mount is rigid."""
+"""Limits of the damping ratio: below, resonance grows without bound; above, the mount is rigid."""
 
 
 class IsolatorSection(Section):

@@ -1,4 +1,4 @@
-"""The [imu.laser_gyro] table of a scenario: gyros given by their physics instead of by their noise."""
+"""The [imu.laser_gyro] table of a scenario: gyros described by their physics instead of their noise."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class LaserGyroSection(Section):
     wavelength_nm: Positive = Field(
         default=632.8, description="wavelength of the laser; 632.8 is the red line of helium-neon"
     )
-    lock_in_deg_h: NotNegative = Field(description="half-width of the dead zone without dither, 0 for none")
+    lock_in_deg_h: NotNegative = Field(description="half-width of the dead zone without dither; 0 for no dead zone")
     dither_amplitude_arcsec: Positive = Field(
-        description="amplitude of the mechanical dither, from the middle to a turnaround"
+        description="amplitude of the mechanical dither, from the middle to the turning point"
     )
     dither_frequency_hz: Positive = Field(description="frequency of the dither")
     gas_flow_mps: GasFlow = Field(
         default=0.0,
-        description="mean flow of the gas along the beams; it causes a bias that changes with the temperature, and "
-        "that the calibration removes at its own temperature",
+        description="mean flow of the gas along the beams; it causes a bias that changes with temperature, which "
+        "the calibration removes at its own temperature",
     )
     gain_percent: Gain = Field(default=0.0, description="power gain per round trip at the centre of the line")
     thermal_speed_mps: ThermalSpeed = Field(
@@ -55,12 +55,12 @@ class LaserGyroSection(Section):
         rate_deg_h = 2.0 * math.pi * self.dither_frequency_hz * self.dither_amplitude_arcsec * ARCSEC / DEG_H
         if rate_deg_h <= self.lock_in_deg_h:
             raise ValueError(
-                f"the dither turns at no more than {rate_deg_h:.4g} deg/h and never leaves lock_in_deg_h = "
-                f"{self.lock_in_deg_h:g}; it needs a larger dither_amplitude_arcsec or dither_frequency_hz"
+                f"the dither reaches only {rate_deg_h:.4g} deg/h, which is within lock_in_deg_h = "
+                f"{self.lock_in_deg_h:g}; increase dither_amplitude_arcsec or dither_frequency_hz"
             )
         if bool(self.gas_flow_mps) != bool(self.gain_percent):
             raise ValueError(
                 f"gas_flow_mps = {self.gas_flow_mps:g} with gain_percent = {self.gain_percent:g}: a null shift needs "
-                "both, and no null shift neither"
+                "both; without a null shift give neither"
             )
         return self

@@ -23,12 +23,12 @@ from sinssim.section import (
 
 _TURNS = ("roll", "pitch", "yaw")
 
-# Sizes beyond which the motion is none of a vehicle: half a turn, a kilometre, and what crushes any instrument.
+# Sizes beyond any vehicle's motion: half a turn, a kilometre, and an acceleration that destroys any instrument.
 _MOST_ARCSEC, _MOST_MM, _MOST_G = 648_000.0, 1e6, 1e5
 
 
 class VibrationSection(Section):
-    """Vibration of the sensor block on top of the motion, in the block's axes: a sinusoid, or noise in a band."""
+    """Vibration of the sensor block, added to the motion, in the block's axes: a sinusoid, or noise in a band."""
 
     coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="what vibrates")
     rms_arcsec: NotNegative | None = Field(
@@ -40,7 +40,7 @@ class VibrationSection(Section):
     rms_g: NotNegative | None = Field(
         default=None,
         le=_MOST_G,
-        description="instead of rms_mm: rms of the acceleration, whose spectrum is then flat",
+        description="instead of rms_mm: rms of the acceleration, which then has a flat spectrum",
     )
     low_hz: Frequency = Field(description="lower edge of the band, or the frequency of a sinusoid")
     high_hz: Frequency | None = Field(default=None, description="upper edge of the band; none for a sinusoid")
@@ -58,13 +58,11 @@ class VibrationSection(Section):
         given = tuple(key for key in (*of_turns, *of_displacements) if getattr(self, key) is not None)
         if len(given) != 1 or given[0] not in right:
             raise ValueError(
-                f"a vibration in {self.coordinate} has its size in {' or '.join(right)}; here it is given in "
-                f"{' and '.join(given) or 'none'}"
+                f"the size of a vibration in {self.coordinate} must be given by {' or '.join(right)}; here it is given "
+                f"by {' and '.join(given) or 'no key'}"
             )
         if self.high_hz is not None and self.high_hz <= self.low_hz:
-            raise ValueError(
-                f"the band from {self.low_hz:g} Hz to {self.high_hz:g} Hz is empty; high_hz must be higher"
-            )
+            raise ValueError(f"the band from {self.low_hz:g} Hz to {self.high_hz:g} Hz is empty; increase high_hz")
         return self
 
 
@@ -87,10 +85,10 @@ class ConingMotion(_Placed):
 
 
 class ScullingMotion(_Placed):
-    """A turn about the forward axis in phase with an oscillation to the right."""
+    """A rotation about the forward axis in phase with an oscillation to the right."""
 
     type: Literal["sculling"]
-    angle_deg: Turn = Field(description="amplitude of the turn")
+    angle_deg: Turn = Field(description="amplitude of the rotation")
     displacement_mm: Positive = Field(le=_MOST_MM, description="amplitude of the oscillation")
     frequency_hz: Frequency = Field(description="frequency of both")
     duration_s: Duration = Field(description="duration")
@@ -107,7 +105,7 @@ class SpinConeMotion(_Placed):
 
 
 class SpinRockMotion(_Placed):
-    """A spin with rocking on top, about one axis; the sensor block's lever arm is that of [imu]."""
+    """A spin with superimposed rocking about one axis; the sensor block's lever arm is that of [imu]."""
 
     type: Literal["spin-rock"]
     axis: Axis = Field(description="axis of the spin: forward, right, down")
@@ -139,7 +137,7 @@ class TurnStep(Section):
         if abs(self.angle_deg) < self.rate_deg_s * self.ramp_s:
             raise ValueError(
                 f"a turn by {self.angle_deg:g}° never reaches {self.rate_deg_s:g}°/s with ramps of {self.ramp_s:g} s; "
-                f"ramp_s of at most {abs(self.angle_deg) / self.rate_deg_s:g}, or a lower rate, is needed"
+                f"give a ramp_s of at most {abs(self.angle_deg) / self.rate_deg_s:g}, or a lower rate"
             )
         return self
 
@@ -148,10 +146,10 @@ Step = Annotated[DwellStep | TurnStep, Field(discriminator="type")]
 
 
 class RotationTableMotion(_Placed):
-    """A sequence on a rotation table; it lasts as long as its steps."""
+    """A sequence on a rotation table; its duration is the sum of its steps."""
 
     type: Literal["rotation-table"]
-    steps: tuple[Step, ...] = Field(min_length=1, description="steps of the table in their order")
+    steps: tuple[Step, ...] = Field(min_length=1, description="steps of the table in order")
 
     @property
     def duration_s(self) -> float:

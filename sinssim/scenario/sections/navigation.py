@@ -40,15 +40,15 @@ from sinssim.section import (
 )
 
 _Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]
-"""Error of an angle, arcmin: half a turn, beyond which it begins anew."""
+"""Error of an angle, arcmin: at most half a turn, beyond which angles repeat."""
 _ArcminSigma = Annotated[float, Field(ge=0.0, le=10_800.0)]
 
 BaroTimeConstant = Annotated[float, Field(ge=0.1, le=1e6)]
-"""Time constant of the baro loop, s: below, the loop is quicker than its readings; above, it holds nothing in a run."""
+"""Time constant of the baro loop, s: below, the loop is faster than its readings; above, it has no effect in a run."""
 
 
 class InitialErrorSection(Section):
-    """Errors of the initial state of navigation: fixed errors, and 1σ of random errors, which add up."""
+    """Errors of the initial state of navigation: fixed errors, and 1σ of random errors; they are added."""
 
     north_m: Offset = Field(default=0.0, description="position error to the north")
     east_m: Offset = Field(default=0.0, description="position error to the east")
@@ -76,7 +76,7 @@ class NavigationSection(Section):
     algorithms: tuple[Algorithm, ...] = Field(
         default=("quaternion",),
         min_length=1,
-        description="attitude algorithms, each with a solution of its own; see `sinssim list algorithms`",
+        description="attitude algorithms, each of which gives a solution; see `sinssim list algorithms`",
     )
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
@@ -89,7 +89,7 @@ class NavigationSection(Section):
     baro_time_constant_s: BaroTimeConstant = Field(
         default=BARO_TIME_CONSTANT,
         description='time constant of vertical = "baro-loop"; the loop holds the '
-        "error of a reading until the next one arrives, and opens when that is overdue",
+        "error of a reading until the next one arrives, and opens if that is overdue",
     )
     rates_hz: tuple[Rate, Rate, Rate] | None = Field(
         default=None,
@@ -109,14 +109,14 @@ class NavigationSection(Section):
     @model_validator(mode="after")
     def _algorithms_once(self) -> Self:
         if len(set(self.algorithms)) < len(self.algorithms):
-            raise ValueError("algorithms names one algorithm twice; once is enough")
+            raise ValueError("algorithms contains an algorithm twice; give each once")
         return self
 
     @model_validator(mode="after")
     def _attitude_is_measured_or_computed(self) -> Self:
         if MEASURED_ATTITUDE in self.algorithms and (len(self.algorithms) > 1 or self.frame != "inertial"):
             raise ValueError(
-                f'algorithms = ["{MEASURED_ATTITUDE}"] goes with frame = "inertial" and with no other algorithm; here '
+                f'algorithms = ["{MEASURED_ATTITUDE}"] requires frame = "inertial" and no other algorithm; here '
                 f'frame = "{self.frame}" and algorithms = {list(self.algorithms)}'
             )
         return self
@@ -126,14 +126,14 @@ class NavigationSection(Section):
         check_curvature(self.frame, self.curvature)
         if self.slow_quantities != "hold" and self.rates_hz is None:
             raise ValueError(
-                f'slow_quantities = "{self.slow_quantities}" would change nothing: it belongs to a schedule, and '
-                "rates_hz gives none"
+                f'slow_quantities = "{self.slow_quantities}" would have no effect: it belongs to a schedule, and '
+                "rates_hz is not given"
             )
         angles = ("roll_arcmin", "pitch_arcmin", "heading_arcmin", "tilt_sigma_arcmin", "heading_sigma_arcmin")
         wrong = [name for name in angles if getattr(self.initial_error, name)]
         if wrong and MEASURED_ATTITUDE in self.algorithms:
             raise ValueError(
-                f"initial_error.{wrong[0]} would change nothing: with a measured attitude none is started from; "
+                f"initial_error.{wrong[0]} would have no effect: a measured attitude has no initial value; "
                 "imu.sensor_set.bias_arcsec is the error of the sensor at the start"
             )
         return self
@@ -147,11 +147,11 @@ class NavigationSection(Section):
             try:
                 schedule(rates, rates[0])
                 if MEASURED_ATTITUDE in info.data.get("algorithms", ()):
-                    raise InputError("a measured attitude has no parts that could run at three rates")
+                    raise InputError("navigation with a measured attitude cannot run at three rates")
                 for algorithm in info.data.get("algorithms", ()):
                     check_three_rates(algorithm, info.data.get("frame", "level"))
             except InputError as error:
-                raise ValueError(str(error).removeprefix("rates_hz: ")) from error  # the key is named already
+                raise ValueError(str(error).removeprefix("rates_hz: ")) from error  # the message already names the key
         return rates
 
     @field_validator("route_deg")
@@ -163,9 +163,9 @@ class NavigationSection(Section):
             return route
         if "frame" in info.data and not FRAME_REGISTRY[info.data["frame"]].takes_route:
             able = listed(frames_that(lambda entry: entry.takes_route))
-            raise ValueError(f'a route is for frame = "{able}" only; here frame = "{info.data["frame"]}"')
+            raise ValueError(f'a route is only for frame = "{able}"; here frame = "{info.data["frame"]}"')
         lat_a, lon_a, lat_b, lon_b = map(math.radians, route)
         cosine = math.sin(lat_a) * math.sin(lat_b) + math.cos(lat_a) * math.cos(lat_b) * math.cos(lon_b - lon_a)
         if 1.0 - abs(cosine) < 1e-12:
-            raise ValueError("A and B of the route coincide or lie opposite, and fix no great circle")
+            raise ValueError("A and B of the route coincide or are antipodal, so that they determine no great circle")
         return route

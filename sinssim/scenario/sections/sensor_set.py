@@ -1,4 +1,4 @@
-"""The [imu.sensor_set] table: which of the chapter's three sets of sensors (section 8.1) the block holds."""
+"""The [imu.sensor_set] table: which of the textbook chapter's three sensor sets (section 8.1) the block holds."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ _FIXED_OR_DRAWN = (("bias_arcsec", "bias_sigma_arcsec"), ("drift_deg_h", "drift_
 class Gyros(Section):
     """Three accelerometers and three gyros."""
 
-    type: Literal["gyros"] = Field(description="the ordinary set, the chapter's second")
+    type: Literal["gyros"] = Field(description="the usual set, the second in the chapter")
 
 
 class SixAccelerometers(Section):
     """Six accelerometers at the centres of a cube's faces, without gyros; each has the errors of [imu]."""
 
-    type: Literal["accelerometers"] = Field(description="the chapter's first set")
-    arm_m: Positive = Field(description="from the cube's centre, the block's place, to each face")
+    type: Literal["accelerometers"] = Field(description="the first set in the chapter")
+    arm_m: Positive = Field(description="distance from the cube's centre, which is the block's place, to each face")
 
 
 class AttitudeSensor(Section):
     """Three accelerometers and a sensor of the attitude in inertial space; navigated by "measured-attitude"."""
 
-    type: Literal["attitude-sensor"] = Field(description="the chapter's third set")
+    type: Literal["attitude-sensor"] = Field(description="the third set in the chapter")
     bias_arcsec: Vector3 | None = Field(
         default=None, description="fixed error of its reference, a rotation vector in Earth-centred inertial axes"
     )

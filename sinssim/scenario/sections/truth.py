@@ -1,4 +1,4 @@
-"""The tables of the true motion that is known in closed form ([parked], [great_circle]), and [truth]."""
+"""The tables of true motions in closed form ([parked], [great_circle]), and [truth]."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Aiding sensors: those beside the inertial ones, which a filter corrects inertial navigation by; one file each."""
+"""Aiding sensors, with whose readings a filter corrects inertial navigation; one file each."""

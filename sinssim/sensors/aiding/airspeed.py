@@ -1,4 +1,4 @@
-"""True airspeed: of a flight by JSBSim the aircraft's own, of any other motion the speed through still air."""
+"""True airspeed: for a flight by JSBSim the aircraft's own, for any other motion the speed through still air."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 _SLOWEST_MPS = 15.0
-"""Least airspeed of which there are readings, m/s: 30 kt, where air-data computers begin (ARINC 706). Slower, dynamic
-pressure is below 140 Pa, and the wind may be from any side."""
+"""Lowest airspeed with readings, m/s: 30 kt, the lower limit of air-data computers (ARINC 706). Below it the dynamic
+pressure is less than 140 Pa, and the wind may come from any side."""
 
 
 class AirspeedSection(AidingSensor):
@@ -50,9 +50,9 @@ class AirspeedSection(AidingSensor):
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return airspeeds (1 + k) V + b + ν, with V lagged.
 
-        V is the magnitude of the velocity through the air, as a pitot tube gives it at usual angles of attack and
-        sideslip. Below 15 m/s there is no reading. For the filter the readings are the magnitude of the velocity over
-        ground less the wind, and a lag τ is a delay by τ.
+        V is the magnitude of the velocity through the air, as a pitot tube measures it at usual angles of attack and
+        sideslip. Below 15 m/s there is no reading. The filter models the readings as the magnitude of the ground
+        velocity minus the wind, and a lag τ as a delay by τ.
 
         Args:
             vehicle: the vehicle that carries the sensor.
@@ -61,7 +61,7 @@ class AirspeedSection(AidingSensor):
             "airspeed".
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -85,14 +85,14 @@ class AirspeedSection(AidingSensor):
         return [s.readings("airspeed", "airspeed", time, value, (s.sigma_mps,), true, valid=fast, lag=s.lag_s)]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the errors of the sensor, and the wind."""
+        """Yield the states of the sensor's errors and of the wind."""
         yield SensorState("airspeed bias", (math.hypot(self.bias_sigma_mps, self.bias_mps or 0.0),))
         yield SensorState("airspeed scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))
         yield SensorState("airspeed wind", (self.wind_sigma_mps,) * 2, self.wind_correlation_time_s)
 
 
 def _wind(trajectory: Trajectory, time: Array) -> Array:
-    """Return the wind to the north and east at some instants, (M, 2) m/s; still air if the trajectory logs none."""
+    """Return the north and east wind at some instants, (M, 2) m/s; zero if the trajectory has no log of the wind."""
     axes = [trajectory.channels.get(f"wind_{axis}_mps") for axis in ("north", "east")]
     return np.column_stack(
         [np.zeros(len(time)) if axis is None else np.interp(time, axis.time, axis.values) for axis in axes]

@@ -28,10 +28,10 @@ class AttitudeSection(AidingSensor):
             vehicle: the vehicle that carries the reference.
 
         Returns:
-            "attitude", unit quaternions q_nb; the 1σ is that about each axis of the block.
+            "attitude", unit quaternions q_nb; the 1σ is about each axis of the block.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, seed = self, vehicle.seed
         time = s.epochs(vehicle.trajectory)
@@ -44,5 +44,5 @@ class AttitudeSection(AidingSensor):
         return [s.readings("attitude", "attitude", time, value, sigma, {"attitude bias": bias})]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the drift about the block's axes."""
+        """Yield the states of the drift about the block's axes."""
         yield SensorState("attitude bias", (ARCMIN * self.bias_sigma_arcmin,) * 3, self.bias_correlation_time_s)

@@ -1,4 +1,4 @@
-"""A barometric altimeter: height with the errors of the pressure field, of the instrument and of its tube."""
+"""A barometric altimeter: height with errors of the pressure field, of the instrument and of its tube."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class BarometerSection(AidingSensor):
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return heights (1 + k) h + b + b(t) + ν, with h lagged.
 
-        For the filter a lag τ is a delay by τ, which is exact in a steady climb.
+        The filter models a lag τ as a delay by τ, which is exact in a steady climb.
 
         Args:
             vehicle: the vehicle that carries the altimeter.
@@ -45,7 +45,7 @@ class BarometerSection(AidingSensor):
             "baro", heights above the ellipsoid.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -61,6 +61,6 @@ class BarometerSection(AidingSensor):
         return [s.readings("baro", "baro-height", time, value, (s.sigma_m,), true, lag=s.lag_s)]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the pressure field's error and the scale factor's."""
+        """Yield the states of the pressure field's error and of the scale factor."""
         yield SensorState("baro bias", (self.bias_sigma_m,), self.bias_correlation_time_s)
         yield SensorState("baro scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))

@@ -23,7 +23,7 @@ from sinssim.sensors.aiding.base.sensor import (
 )
 
 _DOWN = np.array([1.0, 1.0, -1.0])
-"""North, east, up to north, east, down."""
+"""Factors from north, east, up to north, east, down."""
 
 
 class _Fault(Section):
@@ -40,7 +40,7 @@ class _Fault(Section):
     def _does_something(self) -> Self:
         sizes = [name for name in type(self).model_fields if name not in _Fault.model_fields]
         if not any(getattr(self, name) for name in sizes):
-            raise ValueError(f"{', '.join(sizes)} are all 0, so that nothing happens: give one of them")
+            raise ValueError(f"{', '.join(sizes)} are all 0: give at least one of them")
         return self
 
 
@@ -80,28 +80,28 @@ class GnssSection(AidingSensor):
     )
     lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
     lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error in the assumed value of each of these")
-    jumps: tuple[Jump, ...] = Field(default=(), description="constant errors for a while")
-    ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow: spoofing")
+    jumps: tuple[Jump, ...] = Field(default=(), description="errors that are constant during an interval")
+    ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow steadily: spoofing")
 
     @model_validator(mode="after")
     def _gives_something(self) -> Self:
         if not (self.position or self.velocity):
-            raise ValueError("position = false and velocity = false leave nothing that the receiver gives")
+            raise ValueError("position = false and velocity = false leave no reading: set one of them to true")
         return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return positions (latitude, longitude, height) and velocities (north, east, down) of the antenna.
 
-        The lever arm that the filter is told is off by what the section says.
+        The lever arm that the filter assumes has the error that the section gives.
 
         Args:
             vehicle: the vehicle that carries the receiver.
 
         Returns:
-            "gnss-position" and "gnss-velocity", or the one of them that the section wants.
+            "gnss-position" and "gnss-velocity", or the one that the section requests.
 
         Raises:
-            InputError: the motion is over before the first fix, or the seed cannot be used.
+            InputError: the motion ends before the first fix, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -135,7 +135,7 @@ class GnssSection(AidingSensor):
         return readings
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the slow errors of position and velocity, and the error of the lever arm."""
+        """Yield the states of the slow errors of position and velocity, and of the error of the lever arm."""
         if self.position:
             yield SensorState("gnss-position bias", self._position_drift, self.correlation_time_s)
         if self.velocity:
@@ -154,7 +154,7 @@ class GnssSection(AidingSensor):
 
 
 def _faults(section: GnssSection, time: Array) -> tuple[Array, Array]:
-    """Return what jumps and ramps add to position and velocity, north, east, up, (M, 3) m and m/s."""
+    """Return the errors of position and velocity by jumps and ramps, north, east, up, (M, 3) m and m/s."""
     position, velocity = np.zeros((len(time), 3)), np.zeros((len(time), 3))
     for jump in section.jumps:
         on = within(time, [(jump.from_s, np.inf if jump.to_s is None else jump.to_s)])

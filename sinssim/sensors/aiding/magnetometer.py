@@ -1,4 +1,4 @@
-"""A magnetic compass: the block's heading with the errors of the declination, of hard iron, and noise."""
+"""A magnetic compass: the block's heading with errors of the declination and of hard iron, and noise."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class MagnetometerSection(AidingSensor):
             "magnetometer", headings of the block's forward axis from true north, 0 … 2π.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -55,6 +55,6 @@ class MagnetometerSection(AidingSensor):
         return [s.readings("magnetometer", "heading", time, value, (DEG * s.sigma_deg,), true)]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the constant error, and the deviation's two coefficients."""
+        """Yield the states of the constant error and of the deviation's two coefficients."""
         yield SensorState("magnetometer bias", (DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0),))
         yield SensorState("magnetometer deviation", (DEG * self.deviation_sigma_deg,) * 2)

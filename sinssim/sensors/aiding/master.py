@@ -1,4 +1,4 @@
-"""Another, better inertial system on the same vehicle: velocity and attitude for transfer alignment."""
+"""A master inertial system on the same vehicle: velocity and attitude for transfer alignment."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from sinssim.units import ARCMIN
 
 
 class MasterSection(AidingSensor):
-    """A better inertial system on the same vehicle for transfer alignment; it starts at the same time."""
+    """A master inertial system on the same vehicle for transfer alignment; it starts at the same time."""
 
     grade: str = Field(default="laser-navigation", description="grade of its sensors, see `sinssim list grades`")
-    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="from the block to it: forward, right, down")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="master from the block: forward, right, down")
     velocity: bool = Field(default=True, description="whether its velocity is used")
     attitude: bool = Field(default=False, description="whether its attitude is used")
     velocity_sigma_mps: Noise = Field(
@@ -42,23 +42,23 @@ class MasterSection(AidingSensor):
     def _gives_something(self) -> Self:
         find_grade(self.grade)
         if not (self.velocity or self.attitude):
-            raise ValueError("velocity = false and attitude = false leave nothing of the better system to use")
+            raise ValueError("velocity = false and attitude = false leave no reading: set one of them to true")
         return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return what the better system gives to the sensor block that is to be aligned.
+        """Return the velocities and attitudes that the master passes to the sensor block to be aligned.
 
-        Its velocities are to be compared at the lever arm; its attitudes are the block's but for the mounting's error.
+        The velocities are those at the lever arm. The attitudes are those of the block with the mounting error.
 
         Args:
-            vehicle: the vehicle that carries both systems; its `navigate` gives the better system's solution, with its
-                own errors, at least as often as it is read. Without it there are no readings.
+            vehicle: the vehicle that carries both systems; its `navigate` returns the master's solution, with its own
+                errors, at least at the rate of the readings. Without it there are no readings.
 
         Returns:
-            "master-velocity" and "master-attitude", or the one of them that the section wants.
+            "master-velocity" and "master-attitude", or the one that the section requests.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         if vehicle.navigate is None:
@@ -84,7 +84,7 @@ class MasterSection(AidingSensor):
         return readings
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the better system's own velocity errors, and the mounting's error."""
+        """Yield the states of the master's own velocity errors and of the mounting error."""
         if self.velocity:
             yield SensorState("master-velocity bias", (self.velocity_drift_mps,) * 3, self.drift_time_s)
         if self.attitude:

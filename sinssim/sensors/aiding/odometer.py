@@ -45,7 +45,7 @@ class OdometerSection(AidingSensor):
             "odometer", speeds along the forward axis.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -57,5 +57,5 @@ class OdometerSection(AidingSensor):
         return [s.readings("odometer", "speed", time, value, (s.sigma_mps,), true, lever_arm=s.lever_arm_m)]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the scale factor's error."""
+        """Yield the state of the scale-factor error."""
         yield SensorState("odometer scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))

@@ -1,4 +1,4 @@
-"""The aiding sensors that a scenario may have, and the kinds of measurement that they give.
+"""The registries of aiding sensors and of kinds of measurement.
 
 Adding a sensor takes a file beside this one and a line in `SENSORS`; see `docs/extending/aiding-sensor.md`. Adding a
 kind of measurement takes a file under `sinssim/estimation/measurements/` and a line in `KINDS`; see
@@ -49,24 +49,24 @@ def load_class(package: str, entry: str, base: type[_T]) -> type[_T]:
     """Load the class of an entry.
 
     Args:
-        package: that the file lies in, for example "sinssim.sensors.aiding".
+        package: package of the file, for example "sinssim.sensors.aiding".
         entry: file and class, for example "gnss.GnssSection".
-        base: class that it derives from.
+        base: required base class.
 
     Returns:
         The class.
 
     Raises:
-        InputError: the file is missing or broken, or holds no such class; the message names its path.
+        InputError: the file is missing or invalid, or has no such class; the message names its path.
     """
     module, _, name = entry.rpartition(".")
     path = Path(sinssim.__file__).parent.joinpath(*package.split(".")[1:], *module.split(".")).with_suffix(".py")
     try:
         found = getattr(importlib.import_module(f"{package}.{module}"), name)
-    except Exception as error:  # whatever a broken file raises
+    except Exception as error:  # any error of an invalid file
         raise InputError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
     if not (isinstance(found, type) and issubclass(found, base)):
         raise InputError(f"{path} cannot be used: {name} must be a class that derives from {base.__name__}.")
     if not (found.__doc__ or "").strip():
-        raise InputError(f"{path} cannot be used: {name} needs a docstring, whose first line says what it is.")
+        raise InputError(f"{path} cannot be used: {name} needs a docstring, whose first line describes it.")
     return found

@@ -1,8 +1,8 @@
-"""The knowledge that a vehicle stands: zero velocity and zero angular rate, but for what wind and engines shake.
+"""Pseudo-measurements of a vehicle at rest: zero velocity and zero angular rate, with disturbances by wind and engines.
 
-A reading says "zero, with this 1σ". It is given where that is true: where what it calls zero is at most σ/3. What the
-vehicle truly does then adds at most 1/9 to the χ² of the three components, 3.11 instead of 3 on the mean, however long
-it creeps. So a filter that is told σ is told the truth.
+A reading is zero with a given 1σ. By default there are readings only where the true value is at most σ/3. The true
+value then adds at most 1/9 to the χ² of the three components, 3.11 instead of 3 on average, even if the vehicle creeps
+for long. The σ that the filter assumes is therefore correct.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 _AT_REST = 1.0 / 3.0
-"""Magnitude of the true velocity or rate, in 1σ of the reading, up to which a vehicle stands."""
+"""Magnitude of the true velocity or rate, in units of the reading's 1σ, up to which a vehicle counts as at rest."""
 
 
 class _Standstill(AidingSensor):
@@ -34,28 +34,28 @@ class _Standstill(AidingSensor):
     )
 
     def _stands(self, time: Array, size: Array, sigma: float) -> Mask:
-        """Return at which instants the vehicle is taken to stand."""
+        """Return the instants at which the vehicle is assumed to be at rest."""
         if self.during_s is not None:
             return within(time, self.during_s)
         return np.asarray(size <= _AT_REST * sigma)
 
 
 class ZeroVelocitySection(_Standstill):
-    """Zero-velocity updates of a vehicle at rest, which wind and engines may shake."""
+    """Zero-velocity updates of a vehicle at rest, apart from shaking by wind and engines."""
 
     sigma_mps: Noise = Field(default=0.01, description="1σ of each velocity component by that shaking")
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return zero velocities for the times when the true velocity is at most σ/3, off by what shakes the vehicle.
+        """Return zero velocities where the true velocity is at most σ/3, with errors by the shaking of the vehicle.
 
         Args:
             vehicle: the vehicle.
 
         Returns:
-            "zero-velocity", north, east, down; of a vehicle that moves all the time, no readings.
+            "zero-velocity", north, east, down; no readings if the vehicle always moves.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         time = self.epochs(vehicle.trajectory)
         sigma = (self.sigma_mps,) * 3
@@ -73,16 +73,16 @@ class ZeroRateSection(_Standstill):
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return zero rates of the block relative to the Earth, where its mean rate over the interval is at most σ/3.
+        """Return zero rates of the block relative to the Earth where its mean rate over the interval is at most σ/3.
 
         Args:
             vehicle: the vehicle.
 
         Returns:
-            "zero-rate", angular rates about the block's axes, rad/s; of a vehicle that moves all the time, none.
+            "zero-rate", angular rates about the block's axes, rad/s; no readings if the vehicle always moves.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         time = self.epochs(vehicle.trajectory)
         sigma = (DEG_H * self.sigma_deg_h,) * 3
@@ -98,7 +98,7 @@ def _mean_rate(trajectory: Trajectory, time: Array, interval: float) -> Array:
         state = trajectory.state(t)
         return rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
 
-    # an interval begins where the one before ended, at the latest at the start
+    # an interval begins at the end of the previous one, the first at the start
     before = to_earth(np.maximum(time - interval, trajectory.start))
     turn = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(before), to_earth(time)))
     return np.asarray(np.linalg.norm(turn, axis=1) / interval)

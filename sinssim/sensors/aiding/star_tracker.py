@@ -1,6 +1,6 @@
-"""A star tracker: the attitude among the stars, turned by the time to Earth-fixed axes.
+"""A star tracker: the attitude relative to the stars, referred to Earth-fixed axes by the time.
 
-It does not sense the local level: what it tells of tilts is as good as the position that they are computed from.
+It does not sense the local level: tilts computed from it have the error of the assumed position.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class StarTrackerSection(AidingSensor):
             vehicle: the vehicle that carries the tracker.
 
         Returns:
-            "star-tracker", unit quaternions q_eb; the 1σ is that about each axis of the block.
+            "star-tracker", unit quaternions q_eb; the 1σ is about each axis of the block.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, seed = self, vehicle.seed
         time = s.epochs(vehicle.trajectory)
@@ -47,5 +47,5 @@ class StarTrackerSection(AidingSensor):
         return [s.readings("star-tracker", "earth-attitude", time, value, sigma, {"star-tracker bias": bias})]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the mounting's error about the block's axes."""
+        """Yield the states of the mounting error about the block's axes."""
         yield SensorState("star-tracker bias", (ARCSEC * self.bias_sigma_arcsec,) * 3)

@@ -1,17 +1,16 @@
-"""The analytic compensator: the inverse of the instrument model, with calibration values, in front of the engine.
+"""The analytic compensator: the inverse of the instrument model with calibration values, applied before navigation.
 
-It undoes, from the last to the first, the stages 1 to 4 of `sinssim.sensors.imu.emulate` as far as they are constant
-in a run or follow the temperature. With the mean reading x̃ = Δβ̃/T of an interval, and calibration values (^) for
-everything,
+It inverts the stages 4 to 1 of `sinssim.sensors.imu.emulate`, in this order, as far as they are constant in a run or
+depend on the temperature. With the mean reading x̃ = Δβ̃/T of an interval, and calibration values marked by (^),
 
     n = (x̃ − ω̂₀ − β̂Θ̂ − Ĝf)/(1 + k̂ + k̂′Θ̂)                 bias, scale factor, temperature, g-sensitivity
     x_i + ½κ̂|x_i| + K̂₂x_i² + K̂₃x_i³ + Σ Ĉ_ij x_i u_j = n_i    response, by Newton's method to rounding
-    u = (I + M̂)⁻¹ x                                           misalignment; together with Ĉ until it stands still
+    u = (I + M̂)⁻¹ x                                           misalignment; iterated with Ĉ to convergence
 
-(the chapter's analytic compensation, section 8.2); then the delay and the arms of the accelerometers. What is left, to
-first order in the errors of the calibration, is an instrument whose errors are those of the calibration: Δβ̂ − Δβ ≈
-(k − k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + … + (ω₀ − ω̂₀) T. Random walk, instability, flicker, ramp, a laser gyro's null
-shift, range, quantisation and faults pass through: no calibration knows them.
+(the chapter's analytic compensation, section 8.2); then the delay and the arms of the accelerometers. To first order in
+the errors of the calibration, the result is an instrument whose errors are those of the calibration: Δβ̂ − Δβ ≈ (k −
+k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + … + (ω₀ − ω̂₀) T. Random walk, instability, flicker, ramp, a laser gyro's null
+shift, range, quantisation and faults are not compensated.
 """
 
 from __future__ import annotations
@@ -29,17 +28,17 @@ from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.placement import at_the_elements
 from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, non_linearity, response_slope
 
-_APART = 1 << 40  # far from the seeds of scenarios, and of single accelerometers
+_APART = 1 << 40  # offset of the seed, far from those of scenarios and of single accelerometers
 _STEPS = 50
-_CONVERGED = 1e-9  # relative; Newton's step after one this small only moves the last digits
+_CONVERGED = 1e-9  # relative; after a Newton step this small, the next changes only the last digits
 _STANDS = 4e-16  # relative, of the iteration over the coupling of the axes
 
 
 def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
-    """Return increments freed of the errors that a calibration knows.
+    """Compensate the errors of increments by calibration values.
 
     Args:
-        measured: increments as the sensor block gives them.
+        measured: measured increments of the sensor block.
         calibration: calibrated values of the errors: the fields in `CALIBRATED` of each triad, the temperature, the
             arms and the delay.
 
@@ -47,8 +46,8 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
         Compensated increments on the same times.
 
     Raises:
-        InputError: invalid calibration values (a scale-factor error of −1, sensitive axes in a plane,
-            a non-linearity that makes one reading of two rates).
+        InputError: the calibration values are invalid (a scale-factor error of −1, sensitive axes in a plane, a
+            non-linearity that gives the same reading for two rates).
     """
     measured = checked_imu(measured)
     if not isinstance(calibration, ImuErrors):
@@ -68,7 +67,8 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
 
 
 def _times(matrix: Array, vectors: Array) -> Array:
-    """Multiply each row by a matrix; no matrix product of the library, whose rounding depends on the machine."""
+    """Multiply each row by a matrix; the library's matrix product is avoided, as its rounding depends on the
+    machine."""
     rows = [row[0] * vectors[:, 0] + row[1] * vectors[:, 1] + row[2] * vectors[:, 2] for row in matrix]
     return np.stack(rows, axis=1)
 
@@ -83,7 +83,7 @@ def _corrected(measured: Array, interval: Array, warmth: Array, known: TriadErro
     if not (np.all(scale > 0.0) and np.linalg.det(axes) > 0.0):
         raise InputError(
             f"{triad} calibration: scale-factor errors {known.scale} and misalignment {known.misalignment.tolist()} "
-            "rad cannot be undone; relative scale-factor errors above −1 and three axes that span space are needed."
+            "rad cannot be inverted; relative scale-factor errors must be above −1 and the three axes must span space."
         )
     inverse = np.asarray(np.linalg.inv(axes), dtype=np.float64)
     freed = (measured - bias * interval[:, None]) / scale
@@ -98,8 +98,8 @@ def _corrected(measured: Array, interval: Array, warmth: Array, known: TriadErro
         if not known.cross_axis.any() or np.abs(inputs - before).max() <= _STANDS * np.abs(inputs).max():
             return inputs * interval[:, None]
     raise InputError(
-        f"{triad} calibration: a cross-axis coupling of {known.cross_axis.tolist()} (SI) cannot be undone at readings "
-        f"of up to {np.abs(reading).max():.6g} (SI): it must be small against 1."
+        f"{triad} calibration: a cross-axis coupling of {known.cross_axis.tolist()} (SI) cannot be inverted at "
+        f"readings of up to {np.abs(reading).max():.6g} (SI): it must be small against 1."
     )
 
 
@@ -115,11 +115,12 @@ def _linearised(reading: Array, coupling: Array, known: TriadErrors, axis: int, 
             break
         step = (x * coupling + non_linearity(x, x, asymmetry, k2, k3) - reading) / slope
         x -= step
-        if (np.abs(step) <= _CONVERGED * np.abs(x)).all():  # Newton's step squares what was left
+        if (np.abs(step) <= _CONVERGED * np.abs(x)).all():  # convergence of Newton's method is quadratic
             return x
     raise InputError(
-        f"{triad} calibration: a non-linearity with K₂ = {k2:.6g} and K₃ = {k3:.6g} (SI) cannot be undone at readings "
-        f"from {reading.min():.6g} to {reading.max():.6g} (SI): the reading must grow with what it measures."
+        f"{triad} calibration: a non-linearity with K₂ = {k2:.6g} and K₃ = {k3:.6g} (SI) cannot be inverted at "
+        f"readings from {reading.min():.6g} to {reading.max():.6g} (SI): the reading must increase with the measured "
+        "quantity."
     )
 
 
@@ -128,11 +129,11 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
 
     Args:
         errors: the block's true errors.
-        uncertainty: true less calibrated values of the fields in `CALIBRATED`, for example drawn from the 1σ of a
-            better grade. Temperature, arms and delay are known as they are.
+        uncertainty: true minus calibrated values of the fields in `CALIBRATED`, for example drawn from the 1σ of a
+            better grade. Temperature, arms and delay are known exactly.
 
     Returns:
-        Calibration values; `compensate` with them leaves `uncertainty`, to first order.
+        Calibration values; after `compensate` with them, `uncertainty` remains to first order.
     """
 
     def triad(true: TriadErrors, left: TriadErrors) -> TriadErrors:
@@ -144,11 +145,11 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
 
 
 def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int = 0) -> ImuErrors:
-    """Return the calibration values of one run: the block's errors in this run, less what the calibration misses.
+    """Return the calibration values of one run: the block's errors in this run minus the errors of the calibration.
 
     Args:
         errors: the block's true errors.
-        section: the [compensation] section of a scenario, the 1σ of what the calibration is wrong by.
+        section: the [compensation] section of a scenario, with the 1σ of the calibration errors.
         seed: the run's seed.
 
     Returns:
@@ -157,6 +158,6 @@ def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int 
     Raises:
         InputError: the seed cannot be used.
     """
-    # The errors of a calibration are drawn like those of a block without noise, with a seed of their own.
+    # The errors of a calibration are drawn like those of a block without noise, with their own seed.
     wrong = draw(ImuSection(grade="ideal", **section.model_dump()), seed + _APART)
     return imperfect_calibration(errors, wrong)

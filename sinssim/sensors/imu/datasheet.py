@@ -1,4 +1,4 @@
-"""Lines of datasheets in SI: keys taken apart into error term and unit."""
+"""Converts lines of data sheets to SI: splits keys into error term and unit."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class DatasheetLine(NamedTuple):
     """One line of a datasheet.
 
     Attributes:
-        term: what it states.
-        sigma: whether it states the 1σ to draw it from, not the error itself.
-        factor: its unit in SI.
+        term: the error term.
+        sigma: whether the line gives the 1σ of a random error instead of the error itself.
+        factor: size of its unit in SI.
     """
 
     term: ErrorTerm
@@ -36,10 +36,10 @@ def line(key: str) -> DatasheetLine | None:
         key: quantity and unit, for example "gyro_arw_deg_sqrt_h" or "accel_bias_sigma_mg".
 
     Returns:
-        What it states; None if it is not the key of an error term.
+        The line; None if it is not the key of an error term.
 
     Raises:
-        InputError: the quantity is known and the unit is not; the message lists the units.
+        InputError: the quantity is known but the unit is not; the message lists the units.
     """
     for name in sorted(_BY_NAME, key=len, reverse=True):  # gyro_bias_temperature before gyro_bias
         if key.startswith(f"{name}_"):
@@ -47,27 +47,28 @@ def line(key: str) -> DatasheetLine | None:
             sigma = term.drawn and unit.startswith("sigma_")
             unit = unit.removeprefix("sigma_") if sigma else unit
             if unit not in term.units:
-                raise InputError(f"{name} is not stated in {unit!r}; known units: {', '.join(term.units)}.")
+                raise InputError(f"{name} cannot be given in {unit!r}; known units: {', '.join(term.units)}.")
             return DatasheetLine(term, sigma, term.units[unit])
     return None
 
 
 def to_si(key: str, value: float) -> float:
-    """Convert one number of a datasheet to what the emulator computes with.
+    """Convert a number of a data sheet to SI.
 
     Args:
         key: quantity and unit as in a scenario, for example "accel_vrw_mps_sqrt_h".
-        value: the number that the datasheet states.
+        value: the number in the data sheet.
 
     Returns:
-        The number in SI, as `TriadErrors` holds it.
+        The number in SI, as in `TriadErrors`.
 
     Raises:
-        InputError: a quantity or a unit that is not known, or a number that is not finite; the message says what is.
+        InputError: the quantity or the unit is not known, or the number is not finite; the message lists the known
+            ones.
     """
     stated = line(key)
     if stated is None:
-        raise InputError(f"unknown quantity in {key!r}; known: {', '.join(_BY_NAME)}, each with a unit behind.")
+        raise InputError(f"unknown quantity in {key!r}; known: {', '.join(_BY_NAME)}, each followed by a unit.")
     if not math.isfinite(value):
         raise InputError(f"{key} = {value} is not a finite number.")
     return value * stated.factor
@@ -77,21 +78,23 @@ def not_absurd(key: str, value: Any) -> Any:
     """Refuse an absurdly large error.
 
     Args:
-        key: quantity and unit, as scenarios have them.
+        key: quantity and unit as in a scenario.
         value: a number, several, or None.
 
     Returns:
         The value.
 
     Raises:
-        ValueError: it is too large.
+        ValueError: the error is too large.
     """
     stated = line(key)
     if stated is not None and value is not None:
         most = stated.term.most
         for number in value if isinstance(value, tuple) else (value,):
             if not abs(number) <= most:
-                raise ValueError(f"{number:g} is more than any sensor has; its size must be at most {most:g}")
+                raise ValueError(
+                    f"{number:g} is larger than that of any sensor; its magnitude must be at most {most:g}"
+                )
     return value
 
 
@@ -100,7 +103,7 @@ def in_scenario_units(data: Any, known: Collection[str]) -> Any:
 
     Args:
         data: a table of a scenario; anything else is returned unchanged.
-        known: keys that the table may have. An unknown unit stays in its key, and the schema refuses it.
+        known: keys of the table. A key with an unknown unit stays unchanged, and the schema refuses it.
 
     Returns:
         The table.

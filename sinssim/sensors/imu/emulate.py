@@ -1,24 +1,24 @@
-"""From ideal increments to measured ones: every error of the sensor block, in one pass.
+"""Emulates the sensor block: adds all of its errors to ideal increments in one pass.
 
-Stages, in this order. T is the interval's length, t its middle since the start, u = Δβ/T the mean rate or specific
-force of the interval in the block's axes, f that of the accelerometers; i the sensitive axis, j ≠ i the others. Every
-error is 0 unless given; the names in brackets are the fields of `TriadErrors` (SI). `sinssim.sensors.imu.terms` has the
-key of each in a scenario's [imu], the key of the 1σ to draw it from, and the units that a key may end in. What belongs
-to the whole block is named by its key.
+The stages are applied in this order. T is the length of the interval, t the time of its middle since the start, u =
+Δβ/T the mean rate or specific force of the interval in the block's axes, f that of the accelerometers; i is the
+sensitive axis, j ≠ i are the others. Every error is 0 unless given. The names in brackets are the fields of
+`TriadErrors` (SI). `sinssim.sensors.imu.terms` has the key of each in a scenario's [imu], the key of its 1σ if it is
+random, and the permitted units. Errors of the whole block are named by their keys.
 
-  1. where and when: accelerometer i sits at its own place r_i, and the accelerometers' readings lag the gyros' by δ
-     (accel_arms_mm, accel_delay_ms); gas flow in laser gyros, alike in all three, feigns a rotation that changes with
-     the temperature ([imu.laser_gyro]). The same in every run: `sinssim.sensors.imu.placement`
+  1. place and time: accelerometer i sits at its own place r_i, and the accelerometers' readings lag the gyros' by δ
+     (accel_arms_mm, accel_delay_ms); gas flow in laser gyros, equal in all three, simulates a rotation that changes
+     with the temperature ([imu.laser_gyro]). The same in every run: `sinssim.sensors.imu.placement`
          f_i ← f_i + [ω̇ × r_i + ω × (ω × r_i)]_i,     f(t) ← f(t − δ),     ω_i ← ω_i + Ω₀(Θ) − Ω₀(0)
   2. sensitive axis (misalignment)
          x_i = u_i + Σ_j M_ij u_j
   3. response (asymmetry, quadratic, cubic, cross_axis)
          n_i = x_i + ½κ|x_i| + K₂x_i² + K₃x_i³ + Σ_j C_ij x_i u_j
-     κ is the scale factor of positive inputs less that of negative ones, relative; C the cross-coupling of pendulous
-     accelerometers (K_ip, K_io of IEEE Std 1293), which rectifies vibration (vibro-pendulous error)
-  4. equation (2), with what drifts (scale, scale_temperature, bias, g_sensitivity, bias_temperature, ramp)
+     κ is the relative difference of the scale factors for positive and negative inputs; C the cross-coupling of
+     pendulous accelerometers (K_ip, K_io of IEEE Std 1293), which rectifies vibration (vibro-pendulous error)
+  4. equation (2), with drifts (scale, scale_temperature, bias, g_sensitivity, bias_temperature, ramp)
          y_i = (1 + k_i + k′_i Θ) n_i + ω₀_i + Σ_m G_im f_m + β_i Θ + R_i t + b_i + w_i + c_i
-     Θ(t) = Θ_∞ + (Θ₀ − Θ_∞) exp(−t/τ_Θ) is the temperature over that of the calibration (temperature_start_c,
+     Θ(t) = Θ_∞ + (Θ₀ − Θ_∞) exp(−t/τ_Θ) is the temperature above that of the calibration (temperature_start_c,
      temperature_steady_c, warm_up_time_s)
        b: bias instability, stationary first-order Gauss-Markov of 1σ σ_b and correlation time τ_b (instability,
           correlation_time)
@@ -26,14 +26,14 @@ to the whole block is named by its key.
        c: flicker, the bias instability B of IEEE Std 952 (flicker)
   5. noise and faults (random_walk: N)
          Δβ̃_i = y_i T + N√T ν_i + bias steps and spikes of [[imu.faults]]
-  6. saturation (limit): Δβ̃_i is cut to ±limit·T, and flagged
+  6. saturation (limit): Δβ̃_i is limited to ±limit·T and flagged
   7. quantisation of the accumulated sum (quantum: Q)
          Δβ̃_i ← differences of round(Σ Δβ̃_i / Q) Q
-  8. what the link does: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
+  8. data link: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
 
-Stage 3 acts on the mean of an interval, and the arms of stage 1 on what a curve through the samples shows of the
-rotation: what motion faster than the samples adds to both, `sinssim.sensors.imu.rectification` puts into the ideal
-increments. Of the delay nothing is added: it moves no mean.
+Stage 3 acts on the mean over an interval, and the arms of stage 1 on the rotation interpolated between the samples.
+`sinssim.sensors.imu.rectification` adds the effects of faster motion on both to the ideal increments. The delay needs
+no such addition, because it does not change means.
 
 Allan deviations over τ, sampled with T, of each noise alone:
     Q  quantisation: √3 Q_z/τ with Q_z = Q/√12                        N  N/√τ
@@ -43,8 +43,8 @@ Allan deviations over τ, sampled with T, of each noise alone:
     b  Gauss-Markov, exactly at every τ = T, 2T, …: σ²(τ) = σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4e^(−τ/τ_b) + e^(−2τ/τ_b))]
        (IEEE Std 952): K = σ_b√(2/τ_b) far below τ_b, 0.617 σ_b at its top τ = 1.89 τ_b
 
-Every term has its own random numbers (`sinssim.sensors.noise.random_numbers`), so that switching one off leaves the
-draws of all the others as they were.
+Every term has its own random numbers (`sinssim.sensors.noise.random_numbers`), so that switching a term off does not
+change the draws of the others.
 """
 
 from __future__ import annotations
@@ -65,22 +65,22 @@ _MOST_JITTER = 0.1  # of the interval
 
 
 def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuData:
-    """Return what a sensor block with errors gives in place of the ideal increments.
+    """Return the measured increments of a sensor block with errors.
 
     Args:
         ideal: error-free increments.
         spec: the [imu] section of a scenario, from which this run's errors are drawn, or the errors themselves.
-        seed: the run's seed. Every axis of every term has random numbers of its own, so that the draws of one term
-            do not depend on which others are switched on.
+        seed: the run's seed. Every axis of every term has its own random numbers, so that the draws of a term do not
+            depend on the other terms.
 
     Returns:
-        Measured increments on the same times, but for jitter of the stamps; where nothing is wrong, the ideal arrays
+        Measured increments at the same times, except for jitter of the time stamps; without any error, the ideal arrays
         themselves.
 
     Raises:
-        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, the section is of
-            a set of sensors without gyros, an error is invalid, a pulse weighs more than the whole signal, or a fault
-            lies outside the run.
+        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, the sensor set of
+            the section has no gyros, an error is invalid, a pulse exceeds the whole signal, or a fault lies outside the
+            run.
     """
     from sinssim.sensors.imu import error_kernel as kernel
     from sinssim.sensors.imu.pack import pack
@@ -131,12 +131,12 @@ def draw_gyro_block(section: ImuSection, seed: int = 0) -> ImuErrors:
 
 
 def _check_pulse(name: str, quantum: float, unit: float, true: Array) -> None:
-    """Refuse a pulse that weighs more than the whole signal."""
+    """Refuse a pulse that exceeds the whole signal."""
     signal = float(np.abs(np.cumsum(true, axis=0)).max()) if quantum else 0.0
     if 0.0 < signal < quantum:
         raise InputError(
-            f"imu.{name} = {quantum / unit:g} is more than the signal, which never accumulates beyond "
-            f"{signal / unit:.3g} in this run: no pulse would come. Allowed: from 0 to {signal / unit:.3g}."
+            f"imu.{name} = {quantum / unit:g} exceeds the signal, which never accumulates beyond "
+            f"{signal / unit:.3g} in this run: there would be no pulse. Allowed: 0 to {signal / unit:.3g}."
         )
 
 
@@ -151,13 +151,14 @@ def _check_faults(errors: ImuErrors, time: Array) -> None:
             )
         if fault.kind == "jitter" and not fault.amount[0] <= _MOST_JITTER * np.diff(time).min():
             raise InputError(
-                f"imu.faults.{number}: time stamps with a 1σ of {fault.amount[0]:g} s come out of order; at most "
-                f"{_MOST_JITTER * np.diff(time).min():g} s, a tenth of the interval, can be had."
+                f"imu.faults.{number}: time stamps with a 1σ of {fault.amount[0]:g} s would be out of order; at most "
+                f"{_MOST_JITTER * np.diff(time).min():g} s, a tenth of the interval, is allowed."
             )
 
 
 def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
-    """Return time stamps with jitter, except the first and the last; the given ones without jitter."""
+    """Return time stamps with jitter, except for the first and the last; the given time stamps if there is no
+    jitter."""
     from sinssim.sensors.noise.random_numbers import normals
 
     if not any(fault.kind == "jitter" for fault in errors.faults):
@@ -168,5 +169,5 @@ def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
             inside = (time >= fault.start) & (time <= fault.end)
             off += np.where(inside, fault.amount[0] * normals(seed, "time stamp jitter", number, len(time)), 0.0)
     off[[0, -1]] = 0.0
-    half = 0.49 * np.diff(time).min()  # a stamp never passes its neighbour's place
+    half = 0.49 * np.diff(time).min()  # a time stamp never passes its neighbour
     return np.asarray(time + np.clip(off, -half, half))

@@ -3,14 +3,14 @@
 A kernel that runs a sensor block through an ensemble holds, for R runs of six channels (three gyros, three
 accelerometers):
 
-    p[run, channel, parameter]   what is constant in a run, SI (`pack` fills it from `ImuErrors`)
-    s[run, channel, state]       what goes on from sample to sample (`begin` sets it)
-    c[condition]                 what all runs share at a sample (`advance` moves it on)
-    z[noise, channel, run]       the normal numbers of the sample (`draw_sample` fills it), or of a block of samples
+    p[run, channel, parameter]   constants of a run, SI (`pack` fills it from `ImuErrors`)
+    s[run, channel, state]       states carried from sample to sample (`begin` sets them)
+    c[condition]                 conditions of a sample common to all runs (`advance` updates them)
+    z[noise, channel, run]       normal numbers of the sample (`draw_sample` fills it), or of a block of samples
 
-and calls, for each sample, `advance` and `draw_sample` once and `measure` for every run. Nothing is kept but that: no
-run's samples are stored. `active` says which stages there are; a constant there leaves the others out of the machine
-code.
+and calls, for each sample, `advance` and `draw_sample` once and `measure` for every run. Nothing else is kept; in
+particular, no samples are stored. `active` gives the active stages; if it is a constant, the other stages are omitted
+from the machine code.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.noise.gauss_markov import lost, mean_step
 from sinssim.sensors.noise.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
 
-# Stages, bits of `active`; faults have none in the table of terms
+# Stages as bits of `active`; that of faults is not in the table of terms
 TILTED, BENT, G_SENSITIVE, WARMING, RAMPING = (
     STAGES[name] for name in ("TILTED", "BENT", "G_SENSITIVE", "WARMING", "RAMPING")
 )
@@ -49,16 +49,17 @@ PARAMETERS = sum(map(len, SLOTS.values()))
 WANDER, WALKED, REMAINDER, LAST, FLICKERS = range(5)
 STATES = FLICKERS + len(RATES)
 
-# Conditions: the interval's edges, length, its root, and its middle since the start; temperature above the steady one
-# at its start, factor over half of it, temperature in its middle; the length that the coefficients are for
+# Conditions: edges of the interval, length, its root, and time of its middle since the start; temperature above the
+# steady one at its start, factor over half of it, temperature in its middle; the length that the coefficients are valid
+# for
 FROM, TO, T, ROOT_T, MIDDLE, EXCESS, HALF_DECAY, WARMTH, FOR_T = range(9)
-# the constants: first edge, steady temperature, time constants of warm-up and instabilities
+# constants: first edge, steady temperature, time constants of warm-up and instabilities
 START, STEADY, WARM_UP, GYRO_TIME, ACCEL_TIME = range(9, 14)
 # the four Gauss-Markov coefficients of the gyros and of the accelerometers
 GYRO, ACCEL = 14, 18
 CONDITIONS = 22
-_BLOCK = 256  # samples whose random numbers are drawn together
-_SAME = 1e-6  # relative; intervals that differ by less have the same decay
+_BLOCK = 256  # number of samples whose random numbers are drawn together
+_SAME = 1e-6  # relative; intervals that differ by less share their decay
 
 # Noises
 NOISES = (WHITE, WANDERING, RATE_WALKING, FLICKERING)
@@ -86,13 +87,13 @@ non_linearity_k = strict_inline(non_linearity)
 
 @strict_inline
 def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -> None:
-    """Set one run's state at the start: stationary instability and flicker, nothing accumulated.
+    """Set one run's initial state: stationary instability and flicker, zero sums.
 
     Args:
-        active: stages there are.
-        s: states, (R, 6, STATES), of which the run's are written.
-        run: which run.
-        key_0, key_1: of the run's seed.
+        active: active stages.
+        s: states, (R, 6, STATES); those of the run are written.
+        run: number of the run.
+        key_0, key_1: key of the run's seed.
     """
     s[run] = 0.0
     for axis in range(3):
@@ -109,10 +110,10 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
 
 @strict_inline
 def advance(active: int, c: Array, t0: float, t1: float) -> None:
-    """Move the conditions on to the next interval.
+    """Advance the conditions to the next interval.
 
     Args:
-        active: stages there are.
+        active: active stages.
         c: conditions, (CONDITIONS,).
         t0, t1: edges of the interval, s.
     """
@@ -133,13 +134,13 @@ def advance(active: int, c: Array, t0: float, t1: float) -> None:
 
 @strict_kernel
 def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> None:
-    """Draw the normal numbers of one sample of all runs, several at a time where the machine has the lanes.
+    """Draw the normal numbers of one sample of all runs, several at a time where the processor has vector units.
 
     Args:
-        active: stages there are.
+        active: active stages.
         z: (4, 6, R), written.
         k: number of the sample, from 0.
-        key_0, key_1: of the runs' seeds, (R,).
+        key_0, key_1: keys of the runs' seeds, (R,).
     """
     for n in range(4):
         if active & NOISES[n]:
@@ -149,7 +150,7 @@ def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> No
 
 @strict_inline
 def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int) -> float:
-    """Return channel i's increment after stages 2 to 5, faults apart."""
+    """Return channel i's increment after stages 2 to 5, without faults."""
     interval = c[T]
     after, other = u[_NEXT[i]], u[_OTHER[i]]
     x = u[i]
@@ -204,7 +205,7 @@ def _delivered(
     spans: Array,
     amounts: Array,
 ) -> tuple[float, int]:
-    """Return what channel i gives out for its increment, stages 5 (faults) to 8, and its flags."""
+    """Return the output of channel i for its increment, stages 5 (faults) to 8, and its flags."""
     flags = 0
     limit = p[run, i, LIMIT] if p[run, i, LIMIT] > 0.0 else math.inf
     if active & FAULTY:
@@ -222,7 +223,7 @@ def _delivered(
             y = math.copysign(most, y)
             flags |= SATURATED
     if active & QUANTISED and p[run, i, QUANTUM] > 0.0:
-        # Whole pulses; the remainder stays in the counter, so that nothing is lost.
+        # Whole pulses; the remainder stays in the counter.
         due = s[run, i, REMAINDER] + y
         y = np.rint(due / p[run, i, QUANTUM]) * p[run, i, QUANTUM]
         s[run, i, REMAINDER] = due - y
@@ -255,22 +256,22 @@ def measure(
     spans: Array,
     amounts: Array,
 ) -> None:
-    """Turn one ideal sample into what a run's sensors give.
+    """Convert one ideal sample to the output of a run's sensors.
 
     Args:
-        active: stages there are.
+        active: active stages.
         u: ideal increments, gyros first, (6,) rad and m/s.
         y: measured increments, (6,), written.
-        flags: of the channels, (6,), written where the sensors have a range or a fault.
+        flags: flags of the channels, (6,), written if the sensors have a range or a fault.
         c: conditions of the sample, (CONDITIONS,).
         p: parameters, (R, 6, PARAMETERS).
-        s: states, (R, 6, STATES), moved on.
-        run: which run.
+        s: states, (R, 6, STATES), updated.
+        run: number of the run.
         z: normal numbers, (4, 6, J).
-        j: which column of them is the sample's.
-        kinds: of the faults, (F,).
+        j: column of the sample in them.
+        kinds: kinds of the faults, (F,).
         spans: their first and last instants, (F, 2) s.
-        amounts: what they do to each channel, (F, 6).
+        amounts: their effects on each channel, (F, 6).
     """
     for i in range(6):
         y[i] = _sensed(active, u, i, c, p, s, run, z, j)
@@ -295,18 +296,18 @@ def measure_all(
     accel: Array,
     flags: NDArray[np.uint8],
 ) -> None:
-    """Pass all samples of one run through its sensors.
+    """Convert all samples of one run to the output of its sensors.
 
     Args:
-        active: stages there are.
+        active: active stages.
         time: edges of the intervals, (N+1,) s.
         dtheta, dvel: ideal increments, (N, 3) rad and m/s.
         c: conditions at the start, (CONDITIONS,).
         p: parameters, (1, 6, PARAMETERS).
-        key_0, key_1: of the run's seed.
+        key_0, key_1: key of the run's seed.
         kinds, spans, amounts: faults, as in `measure`.
         gyro, accel: measured increments, (N, 3), written.
-        flags: of the channels, (N, 6), written where the sensors can set any; else (0, 6).
+        flags: flags of the channels, (N, 6), written if the sensors can set any; else (0, 6).
     """
     count = len(dtheta)
     z = np.empty((4, 6, _BLOCK))
@@ -315,7 +316,7 @@ def measure_all(
     begin(active, s, 0, key_0, key_1)
     for base in range(0, count, _BLOCK):
         size = min(_BLOCK, count - base)
-        for n in range(4):  # a block of numbers at a time: eight at once in the machine's lanes
+        for n in range(4):  # a block of numbers at a time, for the processor's vector units
             if active & NOISES[n]:
                 for axis in range(3):
                     normal_pairs(

@@ -1,4 +1,4 @@
-"""What describes one error of inertial sensors, and the units in which datasheets state it."""
+"""The description of one error term of inertial sensors, and the units that data sheets use for it."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def per(units: Mapping[str, float], below: Mapping[str, float]) -> dict[str, flo
     """Return the units of a quotient.
 
     Args:
-        units: of the numerator, size in SI by name in a key.
-        below: of the denominator.
+        units: units of the numerator, size in SI by name in a key.
+        below: units of the denominator.
 
     Returns:
         Every combination, for example "deg_h_per_g".
@@ -61,41 +61,42 @@ _WRITTEN = {
     "g2": "g²",
     "g3": "g³",
 }
-"""Units as people write them, where that is not the key's own way."""
+"""Customary notation of units where it differs from that in keys."""
 
-# No sensor is as bad: 1000 deg/s, 100 g, all of the input, a whole turn; what is beyond is a slip of the pen.
+# Limits beyond any sensor: 1000 deg/s, 100 g, all of the input, a whole turn; larger values are typing errors.
 _MOST = {"deg": 3.6e6, "ug": 1e8, "ppm": 1e6, "arcsec": 1.296e6, "mm": 1e8, "s": 1e9, "g": 1e6}
 
 Input = Callable[[Any, Any], Any]
-"""Of a sensor's own ideal inputs x, (..., 3), and the specific force f, (..., 3) m/s², what a term multiplies."""
+"""Factor that a term multiplies, from a sensor's own ideal inputs x, (..., 3), and the specific force f, (..., 3)
+m/s²."""
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorTerm:
-    """One error of three gyros or of three accelerometers.
+    """One error term of three gyros or of three accelerometers.
 
     Attributes:
         name: its key in [imu] without the unit.
         triad: "gyro" or "accel".
-        field: the field of `TriadErrors` that it becomes; gyros and accelerometers may share one.
-        size: how many numbers: 1 for a noise, which the three axes share, 3 an axis each, 6 a matrix with a diagonal
-            of zeros, xy, xz, yx, yz, zx, zy, and 9 a whole one, row by row.
-        units: size of each unit in SI by its name in a key; that of scenarios first.
-        si_unit: its unit in SI; "{rate}" and "{integral}" stand for those of a reading and of an increment.
-        label: its name in the report; of 6 or 9 numbers the axis follows.
-        meaning: what it is, in plain words.
-        explanation: of its key in a scenario.
-        stage: of the kernel, without which it does nothing; "" for what the kernel always does.
-        untold: its name in the list of what a filter does not know; "" if a filter is told of it.
-        calibrated: whether a calibration knows it and `sinssim.sensors.imu.compensation` undoes it.
-        source: of the alignment budget, that it is part of.
-        multiplies: what its numbers multiply in a mean reading at rest, a part for each column of a matrix; None if the
-            budget has another formula for it, or linear theory does not cover it.
-        limits: of one number in a scenario, as `pydantic.Field` takes them; of size 1 at least 0 by default.
-        sigma_limits: of its 1σ.
-        default: of its key; None takes the grade's value or none.
-        without: the value of the field where nothing is said.
-        slots: parameters of the kernel; by default one for each number of an axis.
+        field: its field of `TriadErrors`; gyros and accelerometers may share one.
+        size: number of values: 1 for a noise common to the three axes, 3 for one per axis, 6 for a matrix with a zero
+            diagonal (xy, xz, yx, yz, zx, zy), 9 for a full matrix, row by row.
+        units: size of each unit in SI by its name in a key; the unit of scenarios is first.
+        si_unit: its SI unit; "{rate}" and "{integral}" denote the units of a reading and of an increment.
+        label: its name in the report, followed by the axes for 6 or 9 values.
+        meaning: short description.
+        explanation: description of its key in a scenario.
+        stage: the kernel's stage that applies it; "" if the kernel always applies it.
+        untold: its name in the list of errors that a filter neglects; "" if a filter models it.
+        calibrated: whether a calibration determines it and `sinssim.sensors.imu.compensation` removes it.
+        source: its source in the alignment budget.
+        multiplies: factors of its values in a mean reading at rest, one for each column of a matrix; None if the budget
+            has another formula for it, or linear theory does not cover it.
+        limits: limits of one value in a scenario, for `pydantic.Field`; for size 1 at least 0 by default.
+        sigma_limits: limits of its 1σ.
+        default: default of its key; None for the grade's value, or zero if there is none.
+        without: value of the field if nothing is given.
+        slots: parameters of the kernel; by default one for each value of an axis.
     """
 
     name: str
@@ -125,22 +126,22 @@ class ErrorTerm:
 
     @property
     def sigma_key(self) -> str:
-        """The key of the 1σ to draw it from; a noise has none."""
+        """The key of its 1σ; a noise has none."""
         return f"{self.name}_sigma_{next(iter(self.units))}"
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Both of them; of a noise one."""
+        """Both keys; for a noise, one."""
         return (self.key, self.sigma_key) if self.drawn else (self.key,)
 
     @property
     def unit(self) -> float:
-        """Size in SI of the unit that scenarios use."""
+        """Size in SI of the unit of scenarios."""
         return next(iter(self.units.values()))
 
     @property
     def written_unit(self) -> str:
-        """That unit as people write it."""
+        """The unit of scenarios in customary notation."""
         name = next(iter(self.units))
         if name in _WRITTEN:
             return _WRITTEN[name]
@@ -150,13 +151,13 @@ class ErrorTerm:
 
     @property
     def written_si_unit(self) -> str:
-        """Its unit in SI as people write it."""
+        """Its SI unit in customary notation."""
         rate, integral = ("rad/s", "rad") if self.triad == "gyro" else ("m/s²", "m/s")
         return self.si_unit.format(rate=rate, integral=integral)
 
     @property
     def most(self) -> float:
-        """Largest number that scenarios may state, in their unit."""
+        """Largest value allowed in scenarios, in their unit."""
         return _MOST[next(iter(self.units)).partition("_")[0]]
 
     @property
@@ -171,10 +172,10 @@ class ErrorTerm:
 
     @property
     def about(self) -> str:
-        """What its field of `TriadErrors` holds: meaning, shape and unit."""
+        """Description of its field of `TriadErrors`: meaning, shape and unit."""
         unit = " or ".join(dict.fromkeys(replace(self, triad=triad).written_si_unit for triad in ("gyro", "accel")))
         return f"{self.meaning}, {f'{self.shape} ' if self.shape else ''}{unit}."
 
     def nothing(self) -> Any:
-        """Return the value of the field where nothing is said."""
+        """Return the value of the field if nothing is given."""
         return np.zeros(self.shape) if self.drawn else self.without

@@ -1,4 +1,4 @@
-"""Validates `ImuErrors` made by hand, which go through no scenario."""
+"""Validates `ImuErrors` made by hand, which do not come from a scenario."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ def check_errors(errors: ImuErrors) -> None:
     """Raise for invalid errors of a sensor block.
 
     Args:
-        errors: of the block.
+        errors: errors of the block.
 
     Raises:
-        InputError: no errors of a block, a number that is not finite, an array of another shape, a negative noise, a
-            time that is not positive, axes that lie far from the block's, an error of gyros given to accelerometers,
-            an invalid fault; with its name and what is allowed.
+        InputError: the object is not `ImuErrors`, a number is not finite, an array has the wrong shape, a noise is
+            negative, a time is not positive, the axes lie far from the block's, accelerometers have an error of gyros,
+            or a fault is invalid; the message gives its name and the allowed values.
     """
     if not isinstance(errors, ImuErrors):
         raise InputError(
-            f"{errors!r} describes no sensor block: an ImuSection does, for example ImuSection(grade='tactical'), or "
-            "ImuErrors with the errors themselves."
+            f"{errors!r} does not describe a sensor block: give an ImuSection, for example "
+            "ImuSection(grade='tactical'), or ImuErrors with the errors themselves."
         )
     for triad, name in ((errors.gyro, "gyro"), (errors.accel, "accelerometer")):
         check_kind(f"errors of the {name}s", triad, TriadErrors)
@@ -51,10 +51,10 @@ def check_sigmas(sigma: ImuErrors) -> None:
     """Raise for invalid standard deviations of a sensor block's errors.
 
     Args:
-        sigma: of the block.
+        sigma: standard deviations of the block's errors.
 
     Raises:
-        InputError: as `check_errors`, or a standard deviation below zero.
+        InputError: as for `check_errors`, or a standard deviation is negative.
     """
     check_kind("sigma", sigma, ImuErrors, "ImuErrors of standard deviations, as expected_errors(section).sigma")
     check_errors(sigma)
@@ -81,15 +81,17 @@ def _check_triad(triad: TriadErrors, name: str) -> None:
     far = np.abs(triad.misalignment).max()
     if not far <= _MOST_TILT or np.any(np.diagonal(triad.misalignment)):
         raise InputError(
-            f"{name} misalignment = {triad.misalignment.tolist()} rad is not small angles beside a diagonal of zeros; "
-            f"at most {_MOST_TILT:g} rad either way can be had."
+            f"{name} misalignment = {triad.misalignment.tolist()} rad must be a matrix of small angles with a diagonal "
+            f"of zeros; their magnitude can be at most {_MOST_TILT:g} rad."
         )
     if not np.all(np.asarray(triad.scale) > -1.0):
-        raise InputError(f"{name} scale = {np.asarray(triad.scale).tolist()} must be greater than −1, no input at all.")
+        raise InputError(
+            f"{name} scale = {np.asarray(triad.scale).tolist()} must be greater than −1 (a reading of zero)."
+        )
     if np.any(np.diagonal(triad.cross_axis)):
         raise InputError(
             f"{name} cross_axis = {np.asarray(triad.cross_axis).tolist()} (SI) must have a diagonal of zeros; an error "
-            "with the square of a sensor's own input is its quadratic term."
+            "that depends on the square of a sensor's own input is its quadratic term."
         )
 
 
@@ -107,11 +109,11 @@ def check_faults(faults: Sequence[Fault]) -> None:
     """Raise for invalid faults.
 
     Args:
-        faults: what goes wrong.
+        faults: the faults.
 
     Raises:
-        InputError: an unknown kind, an end before the beginning, amounts that are not six finite numbers, jitter
-            without a positive 1σ.
+        InputError: a kind is unknown, a fault ends before it begins, amounts are not six finite numbers, or jitter has
+            no positive 1σ.
     """
     for number, fault in enumerate(faults, start=1):
         name = f"imu.faults.{number}"
@@ -122,7 +124,7 @@ def check_faults(faults: Sequence[Fault]) -> None:
             _check(f"{name}: the time of the spike", fault.start, ())
         elif not -np.inf < fault.start < fault.end:
             raise InputError(
-                f"{name}: a {fault.kind} from {fault.start:g} s to {fault.end:g} s is no time; it must end after it "
+                f"{name}: the interval of a {fault.kind}, from {fault.start:g} s to {fault.end:g} s, must end after it "
                 "begins."
             )
         _check(f"{name}: amount of the {fault.kind}", fault.amount, (6,))

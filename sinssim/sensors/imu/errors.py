@@ -24,7 +24,7 @@ from sinssim.units import ARCSEC, DEG, DEG_H, G0, PPM, UG
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 _NONE = np.zeros(())
 FaultKind = Literal["dropout", "freeze", "spike", "bias-step", "saturation", "jitter"]
-"""What can go wrong."""
+"""Kinds of faults."""
 
 _OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
 
@@ -32,12 +32,12 @@ _OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
 if TYPE_CHECKING:
 
     class TriadErrors:
-        """See below; the names and shapes of the fields are data."""
+        """See below; the names and shapes of the fields come from the table of terms."""
 
         __dataclass_fields__: ClassVar[dict[str, Any]]
 
         def __init__(self, **fields: Any) -> None:
-            """Take the errors, SI."""
+            """Store the errors, SI."""
 
         def __getattr__(self, field: str) -> Any:
             """Return one error, SI."""
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 else:
 
     def _as_arrays(triad: TriadErrors) -> None:
-        """Turn lists and whole numbers into arrays and numbers of doubles, and refuse by name what is neither."""
+        """Convert lists and integers to arrays and numbers of doubles, and refuse other objects by name."""
         for name in SLOTS:
             value = getattr(triad, name)
             if type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64):
@@ -62,7 +62,7 @@ else:
             "__module__": __name__,
             "__post_init__": _as_arrays,
             "__doc__": "The errors of three gyros or three accelerometers, SI; all zero unless given.\n\n"
-            "What each does is written in `sinssim.sensors.imu.emulate`.\n\nAttributes:\n"
+            "`sinssim.sensors.imu.emulate` describes the effect of each.\n\nAttributes:\n"
             + "\n".join(f"    {name}: {FIELDS[name].about}" for name in SLOTS),
         },
     )
@@ -70,7 +70,7 @@ else:
 
 @dataclass(frozen=True)
 class WarmUp:
-    """Temperature of the block over that of its calibration: Θ∞ + (Θ₀ − Θ∞) exp(−t/τ), t from the first sample.
+    """Temperature of the block above that of its calibration: Θ∞ + (Θ₀ − Θ∞) exp(−t/τ), t from the first sample.
 
     Attributes:
         start: Θ₀, K.
@@ -89,7 +89,7 @@ class WarmUp:
             t: time since the first sample, (...) s.
 
         Returns:
-            Over the temperature of the calibration, (...) K.
+            Temperature above that of the calibration, (...) K.
         """
         return np.asarray(self.steady + (self.start - self.steady) * np.exp(-t / self.time_constant))
 
@@ -99,12 +99,13 @@ class Fault:
     """A fault of the block.
 
     Attributes:
-        kind: of the fault.
-        start: when it begins, of a spike when it is, s.
-        end: when it ends, s.
-        amount: of the six channels, gyros first, (6,): what a step adds to the rate or specific force, rad/s or m/s²;
-            what a spike adds to the increment, rad or m/s; the range that a saturation leaves, 0 for no change,
-            rad/s or m/s²; 1 for a channel that drops out or freezes. Of jitter the first holds the 1σ of the stamps, s.
+        kind: kind of the fault.
+        start: its beginning, or the time of a spike, s.
+        end: its end, s.
+        amount: one value for each of the six channels, gyros first, (6,): addition to the rate or specific force by a
+            step, rad/s or m/s²; addition to the increment by a spike, rad or m/s; range during a saturation, 0 for no
+            change, rad/s or m/s²; 1 for a channel that drops out or freezes. For jitter, the first value is the 1σ of
+            the time stamps, s.
     """
 
     kind: FaultKind
@@ -120,11 +121,11 @@ class ImuErrors:
     Attributes:
         gyro: the three gyros.
         accel: the three accelerometers.
-        arms: places of the three accelerometers in the block, (3, 3) m, a row each.
-        delay: time by which the accelerometers' readings lag the gyros', s: they give f(t − delay) for t.
-        warm_up: the temperature.
-        faults: what goes wrong.
-        null_shift: of laser gyros, with the temperature; None for none.
+        arms: places of the three accelerometers in the block, (3, 3) m, one row each.
+        delay: lag of the accelerometers' readings behind the gyros', s: the reading for t is f(t − delay).
+        warm_up: the temperature of the block.
+        faults: the faults.
+        null_shift: null shift of laser gyros as a function of temperature; None for no null shift.
     """
 
     gyro: TriadErrors = field(default_factory=TriadErrors)
@@ -159,9 +160,9 @@ def with_triads(section: ImuSection, gyro: TriadErrors, accel: TriadErrors) -> I
     """Return the errors of a block whose gyros and accelerometers have given errors.
 
     Args:
-        section: the [imu] section of a scenario, which says the rest: what is not drawn.
-        gyro: of the three gyros.
-        accel: of the three accelerometers.
+        section: the [imu] section of a scenario, for everything else, which is not random.
+        gyro: errors of the three gyros.
+        accel: errors of the three accelerometers.
 
     Returns:
         The errors, SI.
@@ -178,27 +179,27 @@ def with_triads(section: ImuSection, gyro: TriadErrors, accel: TriadErrors) -> I
 
 
 def warm_up(section: ImuSection) -> WarmUp:
-    """Return the temperature of the block that a scenario describes.
+    """Return the temperature of the block described by a scenario.
 
     Args:
         section: the [imu] section of a scenario.
 
     Returns:
-        The temperature's course.
+        The temperature over time.
     """
     return WarmUp(section.temperature_start_c, section.temperature_steady_c, section.warm_up_time_s)
 
 
 def stated(section: ImuSection, term: ErrorTerm) -> tuple[Array, Array]:
-    """Return mean and standard deviation of one error over all runs, as the section says or else its grade.
+    """Return mean and standard deviation of one error over all runs, from the section or its grade.
 
     Args:
         section: the [imu] section of a scenario.
-        term: which error.
+        term: the error term.
 
     Returns:
-        The error itself where it is fixed, and its 1σ where it is drawn, SI, in the shape of its field of
-        `TriadErrors`; the other of the two is zero.
+        The error itself if it is fixed, and its 1σ if it is random, SI, in the shape of its field of `TriadErrors`; the
+        other one is zero.
     """
     if section.laser_gyro is not None and term.name in _OF_THE_RING:
         return np.asarray(getattr(laser_gyro(section.laser_gyro), _OF_THE_RING[term.name])), _NONE
@@ -215,7 +216,7 @@ def stated(section: ImuSection, term: ErrorTerm) -> tuple[Array, Array]:
 
 
 def _shaped(term: ErrorTerm, values: Array) -> Array:
-    """Put the numbers of one error into the shape of its field: (3,) or (3, 3)."""
+    """Arrange the values of one error in the shape of its field: (3,) or (3, 3)."""
     if term.size == 6:
         matrix = np.zeros((3, 3))
         matrix[_OFF_DIAGONAL] = values  # row by row: xy, xz, yx, yz, zx, zy
@@ -242,7 +243,7 @@ def _turn_on(seed: int, term: ErrorTerm) -> Array:
 
 
 def fault(section: FaultSection) -> Fault:
-    """Return a fault that a scenario describes.
+    """Return a fault described by a scenario.
 
     Args:
         section: one of [[imu.faults]].
@@ -267,7 +268,7 @@ def fault(section: FaultSection) -> Fault:
 
 
 def laser_gyro(section: LaserGyroSection) -> LaserGyro:
-    """Return the laser gyro that a scenario describes.
+    """Return the laser gyro described by a scenario.
 
     Args:
         section: the [imu.laser_gyro] table.
@@ -286,13 +287,13 @@ def laser_gyro(section: LaserGyroSection) -> LaserGyro:
 
 
 def null_shift_of(section: ImuSection) -> NullShift | None:
-    """Return the null shift of the laser gyros that a scenario describes.
+    """Return the null shift of the laser gyros described by a scenario.
 
     Args:
         section: the [imu] section of a scenario.
 
     Returns:
-        The null shift, SI; None where no gas flows.
+        The null shift, SI; None without gas flow.
     """
     ring = section.laser_gyro
     if ring is None or not ring.gas_flow_mps:

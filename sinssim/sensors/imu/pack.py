@@ -30,12 +30,12 @@ class Packed(NamedTuple):
     """The errors of R runs.
 
     Attributes:
-        active: the stages that any run needs.
+        active: the stages that at least one run needs.
         parameters: (R, 6, PARAMETERS).
-        conditions: what all runs share, at the start, (CONDITIONS,).
-        kinds: of the faults, (F,).
-        spans: their begins and ends, (F, 2) s.
-        amounts: what they do to each channel, (F, 6).
+        conditions: the conditions common to all runs at the start, (CONDITIONS,).
+        kinds: kinds of the faults, (F,).
+        spans: their beginnings and ends, (F, 2) s.
+        amounts: their effects on each channel, (F, 6).
     """
 
     active: int
@@ -47,7 +47,7 @@ class Packed(NamedTuple):
 
     @property
     def nothing(self) -> bool:
-        """Whether there is no error in any run."""
+        """Whether no run has any error."""
         return not self.active and not self.parameters.any()
 
 
@@ -55,14 +55,14 @@ def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
     """Pack the errors of runs into arrays.
 
     Args:
-        runs: errors of each; correlation times, warm-up and faults are the same in all.
+        runs: errors of each run; correlation times, warm-up and faults are the same in all.
         start: first edge of the samples, s.
 
     Returns:
         The arrays.
 
     Raises:
-        InputError: an invalid error, as `check_errors`.
+        InputError: an error is invalid; see `check_errors`.
     """
     parameters = np.zeros((len(runs), 6, kernel.PARAMETERS))
     for run, errors in enumerate(runs):

@@ -1,21 +1,22 @@
 """Effects of motion within a sample: rectification of vibration, and size effect of the accelerometers.
 
-A sensor's response is non-linear at every instant; the emulator (stage 3 of `emulate`) applies it to the mean over an
-interval. With
+The response of a sensor is non-linear at every instant, but the emulator (stage 3 of `emulate`) applies it to the mean
+over an interval. Let
 
     n_i(x) = ½κ|x_i| + K₂x_i² + K₃x_i³ + Σ_j C_ij x_i u_j
 
-the response's departure from a straight line, x = (I + M)u what is felt along the sensitive axes and bars for means
-over the interval, the mean of n(x) is more than n(x̄). The rest is what vibration leaves as a bias: K₂σ² for one of
-standard deviation σ that is fast against the samples (vibration rectification), ½ C_ij a_i a_j cos φ for two in step
-(vibro-pendulous error; IEEE Std 1293, K₂, K_ip and K_io), 3K₃x̄σ² on top of a steady x̄. It enters as additional input r,
-so that all later stages act on it too, by so much that the emulator makes the right reading of it:
+be the departure of the response from a straight line, x = (I + M)u the input along the sensitive axes, and bars means
+over the interval. The mean of n(x) differs from n(x̄) by a bias due to vibration: K₂σ² for a vibration of standard
+deviation σ that is fast compared with the samples (vibration rectification), ½ C_ij a_i a_j cos φ for two synchronous
+vibrations (vibro-pendulous error; IEEE Std 1293, K₂, K_ip and K_io), 3K₃x̄σ² in addition to a steady x̄. The bias
+enters as an additional input r, so that all later stages act on it too. Its size is such that the emulator obtains the
+right reading:
 
     (1) r + n(x̄ + r) = mean n(x)
 
-Likewise an accelerometer at its own place r_i feels the block's rotation at every instant, and the emulator (stage 1)
-only what a curve through the samples shows of it. Turns of the amplitude φ at Ω leave −½(φΩ)² r_i along the arm,
-however fast they are. The exact force takes the place of the curve's:
+Likewise an accelerometer at its own place r_i senses the block's rotation at every instant, whereas the emulator (stage
+1) uses the rotation interpolated between the samples. Rotations of the amplitude φ at Ω cause −½(φΩ)² r_i along the
+arm, however fast they are. The exact force replaces the interpolated one:
 
     (2) ∫ω̇ dt × r_i + ∫ω × (ω × r_i) dt,    ∫ω̇ dt the difference of ω over the interval
 """
@@ -31,8 +32,9 @@ from sinssim.sensors.imu.terms import FIELDS, SLOTS, non_linearity
 from sinssim.truth.motions.quadrature import integrate_samples
 from sinssim.truth.trajectory import Trajectory
 
-# A cube holds three times a frequency where a motion's `fastest` allows for products of two; but panels six times as
-# long as those for rounding still leave no more than 6e-6 of what is rectified (and 1 % of what a corner, |x|, does).
+# A cube contains three times a frequency, whereas a motion's `fastest` allows for products of two. But even panels six
+# times as long as those for rounding leave an error of at most 6e-6 of the rectification (and 1 % of that by the corner
+# of |x|).
 _FASTEST = 1.5 / 6.0
 
 
@@ -40,13 +42,13 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
     """Add the effects of motion within the samples: rectification by non-linear responses, and the size effect.
 
     Args:
-        trajectory: the true motion; without its highest frequency (`fastest`, rad/s) it is taken to be slow compared
-            with the samples.
+        trajectory: the true motion; if it lacks its highest frequency (`fastest`, rad/s), it is assumed to be slow
+            compared with the samples.
         ideal: its increments.
         errors: the sensor block's errors.
 
     Returns:
-        Increments to emulate in place of the ideal ones; the ideal ones themselves without vibration, or without
+        Increments that replace the ideal ones in the emulator; the ideal ones themselves without vibration, or without
         non-linear terms and arms.
     """
     fastest = float(getattr(trajectory, "fastest", 0.0))
@@ -84,7 +86,7 @@ def _bends(triad: TriadErrors) -> bool:
 
 
 def _bend(u: Array, triad: TriadErrors) -> Array:
-    """Return the response's departure from a straight line, n(x), (N, 3)."""
+    """Return the departure of the response from a straight line, n(x), (N, 3)."""
     x = u + u @ triad.misalignment.T
     bent = non_linearity(x, x, triad.asymmetry, triad.quadratic, triad.cubic)
     return np.asarray(bent + x * (u @ triad.cross_axis.T))
@@ -92,8 +94,8 @@ def _bend(u: Array, triad: TriadErrors) -> Array:
 
 def _input(mean_of_bent: Array, mean: Array, triad: TriadErrors) -> Array:
     """Return the additional input r of (1) in the block's axes, (N, 3)."""
-    untilt = np.linalg.inv(np.eye(3) + triad.misalignment).T  # x back to u
+    untilt = np.linalg.inv(np.eye(3) + triad.misalignment).T  # convert x back to u
     extra = np.zeros_like(mean)
-    for _ in range(3):  # each comes nearer by n′, some 1e-4
+    for _ in range(3):  # each iteration reduces the error by n′, about 1e-4
         extra = (mean_of_bent - _bend(mean + extra, triad)) @ untilt  # (1)
     return np.asarray(extra)

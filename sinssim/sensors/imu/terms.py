@@ -1,10 +1,10 @@
-"""The error terms of an inertial sensor block: one row each, which everything else reads.
+"""The table of error terms of an inertial sensor block: one row each.
 
-From a row of `TERMS` follow the keys of a scenario's [imu] and [compensation] with their limits, the field of
-`TriadErrors` and its validation, the parameters of the kernel and the stage that they make necessary, the labels of
-report and tables, what `sinssim sensors` says of a grade, the entry in the alignment budget, and what a filter is told
-that it does not know. What a term does stands in `sinssim.sensors.imu.error_kernel`, the position error that it makes
-in `sinssim.sensors.expectation`. docs/extending/gyro-error-term.md adds one.
+A row of `TERMS` determines the keys of a scenario's [imu] and [compensation] with their limits, the field of
+`TriadErrors` and its validation, the parameters of the kernel and the stage that they need, the labels of report and
+tables, the line of `sinssim sensors`, the entry in the alignment budget, and the note on errors that a filter neglects.
+The effect of a term is in `sinssim.sensors.imu.error_kernel`, the resulting position error in
+`sinssim.sensors.expectation`. docs/extending/gyro-error-term.md adds a term.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from sinssim.sensors.imu.error_term import (
 from sinssim.units import DEG, DEG_H, G0, UG
 
 CORRELATION_TIME = 3600.0
-"""Correlation time of the bias instability [s]. No maker states one; an hour is what the published error models
-of such sensors assume (NavToolkit's `ImuModel` presets; the STIM300 and Ellipse2 error table of an article in
-NAVIGATION, the journal of the Institute of Navigation, which marks it as not specified by the manufacturer)."""
+"""Correlation time of the bias instability [s]. Manufacturers do not specify it. Published error models of such sensors
+assume one hour (NavToolkit's `ImuModel` presets; the STIM300 and Ellipse2 error table of an article in NAVIGATION, the
+journal of the Institute of Navigation, which marks it as not specified by the manufacturer)."""
 
 
-_MOST_TILT = 40_000.0  # arcsec: beyond 11 degrees three axes are no block any more
+_MOST_TILT = 40_000.0  # arcsec: 11 degrees, beyond which the three axes are too far from orthogonal
 
 
 def _both(
@@ -49,7 +49,7 @@ def _both(
     accel: Mapping[str, Any] | None = None,
     **shared: Any,
 ) -> Iterator[ErrorTerm]:
-    """Yield the rows of an error that gyros and accelerometers have alike, but for what is said of each."""
+    """Yield the rows of an error common to gyros and accelerometers, with their different descriptions."""
     for triad, units, own in (("gyro", gyro_units, gyro), ("accel", accel_units, accel)):
         yield ErrorTerm(
             **dict[str, Any](name=f"{triad}_{field}", triad=triad, field=field, size=size, units=units)
@@ -63,7 +63,7 @@ _ROWS = (
         "bias", 3, RATE, ACCELERATION,
         si_unit="{rate}",
         label="bias",
-        meaning="reading when there is nothing to read, constant in a run",
+        meaning="reading at zero input, constant in a run",
         explanation="turn-on biases (ω₀ and a₀ of equation (2))",
         calibrated=True,
         source="bias",
@@ -72,7 +72,7 @@ _ROWS = (
         "scale", 3, RATIO, RATIO,
         si_unit="1",
         label="scale factor",
-        meaning="part by which it exaggerates",
+        meaning="relative error of the reading",
         explanation="relative scale-factor errors (k and h of equation (2))",
         untold="scale factors",
         calibrated=True,
@@ -83,7 +83,7 @@ _ROWS = (
         "misalignment", 6, ANGLE, ANGLE,
         si_unit="rad",
         label="tilt towards",
-        meaning="lean of a sensitive axis towards each of the others",
+        meaning="tilt of a sensitive axis towards each of the others",
         explanation="the six angles xy, xz, yx, yz, zx, zy; ij is the tilt of sensitive axis i towards the "
         "block's axis j",
         stage="TILTED",
@@ -97,8 +97,8 @@ _ROWS = (
         "asymmetry", 3, RATIO, RATIO,
         si_unit="1",
         label="asymmetry",
-        meaning="scale factor of positive inputs less that of negative ones",
-        explanation="relative scale factor of positive inputs less that of negative ones",
+        meaning="scale factor of positive inputs minus that of negative ones",
+        explanation="relative scale factor of positive inputs minus that of negative ones",
         stage="BENT",
         untold="asymmetry",
         calibrated=True,
@@ -163,7 +163,7 @@ _ROWS = (
         "gyro_g_sensitivity", "gyro", "g_sensitivity", 9, per(RATE, PER_G),
         si_unit="rad/s/(m/s²)",
         label="g-sensitivity to",
-        meaning="rate that an acceleration feigns",
+        meaning="apparent rate due to an acceleration",
         explanation="the nine biases per specific force xx, xy, xz, yx, …, zz; ij is that of gyro i per force "
         "along the "
         "block's axis j",
@@ -177,8 +177,8 @@ _ROWS = (
         "bias_temperature", 3, per(RATE, PER_DEGREE), per(ACCELERATION, PER_DEGREE),
         si_unit="{rate}/K",
         label="bias, with temperature",
-        meaning="bias that a degree of warming brings",
-        explanation="biases per degree over the temperature of the calibration",
+        meaning="change of the bias per degree of warming",
+        explanation="biases per degree above the temperature of the calibration",
         stage="WARMING",
         calibrated=True,
         source="temperature",
@@ -187,7 +187,7 @@ _ROWS = (
         "scale_temperature", 3, per(RATIO, PER_DEGREE), per(RATIO, PER_DEGREE),
         si_unit="1/K",
         label="scale factor, with temperature",
-        meaning="scale-factor error that a degree of warming brings",
+        meaning="change of the scale-factor error per degree of warming",
         explanation="scale-factor errors per degree",
         stage="WARMING",
         untold="scale factors' dependence on temperature",
@@ -212,12 +212,12 @@ _ROWS = (
         gyro={
             "name": "gyro_arw",
             "label": "angle random walk",
-            "meaning": "white noise: how the angle wanders, with √t",
+            "meaning": "white noise: random walk of the angle, growing with √t",
         },
         accel={
             "name": "accel_vrw",
             "label": "velocity random walk",
-            "meaning": "white noise: how the velocity wanders, with √t",
+            "meaning": "white noise: random walk of the velocity, growing with √t",
         },
     ),
     *_both(
@@ -236,7 +236,7 @@ _ROWS = (
         "instability", 1, RATE, ACCELERATION,
         si_unit="{rate}",
         label="bias instability, 1σ",
-        meaning="slow wandering of the bias within a run",
+        meaning="slow variation of the bias within a run",
         explanation="1σ of the bias instability, first-order Gauss-Markov",
         stage="WANDERING",
         source="bias instability",
@@ -244,7 +244,7 @@ _ROWS = (
     *_both(
         "correlation_time", 1, {"s": 1.0, "h": 3600.0}, {"s": 1.0, "h": 3600.0},
         si_unit="s",
-        meaning="how long the bias remembers where it was",
+        meaning="correlation time of the variation of the bias",
         explanation="correlation time of the bias instability; default: 3600",
         label="",
         limits={"gt": 0.0},
@@ -267,7 +267,7 @@ _ROWS = (
         {"deg_h_sqrt_h": DEG_H / 60.0, "rad_s_sqrt_s": 1.0}, {"ug_sqrt_h": UG / 60.0, "mps2_sqrt_s": 1.0},
         si_unit="{rate}/√s",
         label="rate random walk",
-        meaning="how the bias itself wanders, with √t",
+        meaning="random walk of the bias itself, growing with √t",
         explanation="rate random walk K; no grade has any",
         stage="RATE_WALKING",
         source="rate random walk",
@@ -282,7 +282,7 @@ _ROWS = (
         "limit", 1, {"deg_s": DEG, "rad_s": 1.0}, {"g": G0, "mps2": 1.0},
         si_unit="{rate}",
         label="range ±",
-        meaning="largest input that the sensor can tell",
+        meaning="largest input that the sensor can measure",
         explanation="values beyond it in either direction are limited and flagged; default: no limit",
         stage="LIMITED",
         untold="range",
@@ -297,7 +297,7 @@ _ROWS = (
 )  # fmt: skip
 
 TERMS = tuple(sorted(_ROWS, key=lambda term: ("gyro", "accel").index(term.triad)))
-"""Every error term of a sensor block that a scenario can state, those of the gyros first."""
+"""All error terms of a sensor block that a scenario can give, those of the gyros first."""
 
 FIELDS: dict[str, ErrorTerm] = {term.field: term for term in reversed(TERMS)}
 """A row for each field of `TriadErrors`."""
@@ -307,7 +307,7 @@ STAGES = {stage: 1 << bit for bit, stage in enumerate(dict.fromkeys(term.stage f
 
 
 def _numbered() -> dict[str, tuple[int, ...]]:
-    """Give the parameters of the kernel their numbers."""
+    """Number the parameters of the kernel."""
     slots, used = {}, 0
     for name in dict.fromkeys(term.field for term in _ROWS):
         term = FIELDS[name]
@@ -318,11 +318,11 @@ def _numbered() -> dict[str, tuple[int, ...]]:
 
 
 SLOTS = _numbered()
-"""Parameters of the kernel by field: one for each axis; of six numbers the two after the channel's own axis, in the
-order x, y, z, x, …; of nine one for each axis of the block."""
+"""Parameters of the kernel by field: one for each axis; for six values those of the two axes after the channel's own,
+in the order x, y, z, x, …; for nine one for each axis of the block."""
 
 CALIBRATED = tuple(name for name in SLOTS if FIELDS[name].calibrated)
-"""Fields of `TriadErrors` that a calibration knows."""
+"""Fields of `TriadErrors` that a calibration determines."""
 
 
 def of_triad(triad: str) -> tuple[ErrorTerm, ...]:
@@ -338,9 +338,9 @@ def of_triad(triad: str) -> tuple[ErrorTerm, ...]:
 
 
 def non_linearity(x: Any, mean: Any, asymmetry: Any, quadratic: Any, cubic: Any) -> Any:
-    """Return ½κ|x| + K₂x² + K₃x³, for increments or means: the departure of a response from a straight line.
+    """Return ½κ|x| + K₂x² + K₃x³ for increments or means: the departure of a response from a straight line.
 
-    It is compiled into the kernel, and works on arrays.
+    The kernel compiles it; it also works on arrays.
 
     Args:
         x: increment along the sensitive axis; or its mean rate or specific force.

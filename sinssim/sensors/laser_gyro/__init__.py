@@ -1,4 +1,4 @@
-"""Laser gyros by their physics: the ring, the lock-in and its dither, the null shift by gas flow."""
+"""The physics of laser gyros: ring, lock-in and dither, null shift by gas flow."""
 
 from sinssim.sensors.laser_gyro.ring import LaserGyro
 

@@ -1,11 +1,11 @@
-"""Integrates the lock-in equation of a dithered laser gyro: the error that the coupling of the beams adds.
+"""Integrates the lock-in equation of a dithered laser gyro, which gives the error by the coupling of the beams.
 
-The dither goes from turnaround to turnaround along half a cosine each, θ_d = θ_k + ½(θ_{k+1} − θ_k)(1 − cos 2πft), so
-that its angle is known exactly. Taking the known phase out of equation (1) of `laser_gyro` leaves the error ε alone,
+The dither moves from turning point to turning point along half a cosine, θ_d = θ_k + ½(θ_{k+1} − θ_k)(1 − cos 2πft), so
+that its angle is known exactly. Without this known phase, equation (1) of `ring` becomes an equation of the error ε,
 
     ψ = ψ₀ + K(Ωt + θ_d(t) − θ_d(0)) + ε,    ε̇ = −K Ω_L sin ψ
 
-which Runge and Kutta's classical method of the fourth order follows in steps that are short against a fringe.
+which the classical fourth-order Runge-Kutta method integrates in steps that are short compared with a fringe.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from sinssim.jit import kernel
 from sinssim.sensors.laser_gyro.ring import LaserGyro
 
 Randomised = Literal["both", "one", "none"]
-"""Which turnarounds are at random: those on both sides, those on one side, or none."""
+"""Which turning points are random: those on both sides, those on one side, or none."""
 
 _MOST_SWINGS = 10**8
-"""An array of so many turnarounds takes 0.8 GB; a dither of 400 Hz takes 35 hours for them."""
+"""Maximum number of turning points: an array of them takes 0.8 GB, and a dither of 400 Hz takes 35 hours for them."""
 
 _MOST_STEPS = 1e9
-"""The kernel takes about two minutes for so many steps."""
+"""Maximum number of steps, for which the kernel takes about two minutes."""
 
 
 @kernel
@@ -70,24 +70,25 @@ def turnarounds(
     randomised: Randomised = "both",
     spread: float = 1.0,
 ) -> Array:
-    """Return the dither angles at successive turnarounds, on one side and the other in turn.
+    """Return the dither angles at successive turning points, on alternate sides.
 
     Args:
-        gyro: gives the amplitude.
+        gyro: the gyro, with its dither amplitude.
         swings: number of swings from one side to the other; a dither period has two.
-        rng: draws the random part, one independent normal number for each turnaround.
-        randomised: which turnarounds have one.
-        spread: standard deviation of the random part, in pulses; from about one pulse on, the phase of a turnaround is
-            as good as uniform.
+        rng: generator of the random part, one independent normal number for each turning point.
+        randomised: which turning points have a random part.
+        spread: standard deviation of the random part, in pulses; from about one pulse on, the phase of a turning point
+            is practically uniform.
 
     Returns:
         Angles, (swings + 1,) rad.
 
     Raises:
-        InputError: fewer than one swing or more than 10⁸, a negative spread, or an argument of another kind.
+        InputError: there are fewer than one swing or more than 10⁸, the spread is negative, or an argument has the
+            wrong type.
     """
     check_kind("gyro", gyro, LaserGyro)
-    check_kind("rng", rng, np.random.Generator, "a numpy.random.Generator, as numpy.random.default_rng(seed) gives it")
+    check_kind("rng", rng, np.random.Generator, "a numpy.random.Generator, for example numpy.random.default_rng(seed)")
     check_name("randomised", randomised, get_args(Randomised))
     if number("swings", swings, low=1.0, high=_MOST_SWINGS) % 1.0:
         raise InputError(f"swings = {swings!r} must be a whole number.")
@@ -102,37 +103,37 @@ def turnarounds(
 
 
 def angle_error(gyro: LaserGyro, rate: float, angles: ArrayLike, phase: float = 0.0, step: float = 1.0) -> Array:
-    """Integrate the lock-in equation and return the angle that the coupling of the beams adds.
+    """Integrate the lock-in equation and return the angle error by the coupling of the beams.
 
     Args:
         gyro: the gyro.
         rate: Ω, constant, rad/s.
-        angles: of the dither at its turnarounds, (M + 1,) rad; with zeros there is no dither.
+        angles: dither angles at the turning points, (M + 1,) rad; zeros for no dither.
         phase: ψ at the start, rad.
         step: longest step, in radians of the phase; the error of the method falls with its fourth power.
 
     Returns:
-        What the pulses tell, less the true rotation and the dither, at the middle of every half period of the dither,
+        Angle from the pulses minus the true rotation and the dither, at the middle of every half period of the dither,
         (M,) rad.
 
     Raises:
-        InputError: fewer than two turnarounds, a value that is not finite, a step that is not positive, or more than
-            10⁹ steps.
+        InputError: there are fewer than two turning points or more than 10⁹ steps, a value is not finite, or the step
+            is not positive.
     """
     check_kind("gyro", gyro, LaserGyro)
     rate, phase = number("rate", rate, "rad/s"), number("phase", phase, "rad")
     step, at = number("step", step, "rad of phase", low=POSITIVE), numbers("angles", angles)
     if at.ndim != 1 or len(at) < 2 or not np.isfinite(at).all():
         raise InputError(
-            f"angles of shape {at.shape} must be finite numbers, (M + 1,) rad, of at least two turnarounds."
+            f"angles of shape {at.shape} must be finite numbers, (M + 1,) rad, of at least two turning points."
         )
     swing = 0.5 / gyro.dither_frequency
     fastest = 0.5 * math.pi * float(np.abs(np.diff(at)).max()) / swing + abs(rate) + gyro.lock_in
     half_steps = gyro.scale * fastest * swing / 2.0 / step
     if not half_steps * 2.0 * (len(at) - 1) <= _MOST_STEPS:
         raise InputError(
-            f"lock-in: a beat of up to {gyro.scale * fastest:.3g} rad/s in steps of {step:g} rad takes more than "
-            f"{_MOST_STEPS:g} steps over {len(at) - 1} swings; give a lower rate, a longer step or fewer turnarounds."
+            f"lock-in: a beat of up to {gyro.scale * fastest:.3g} rad/s in steps of {step:g} rad needs more than "
+            f"{_MOST_STEPS:g} steps over {len(at) - 1} swings; use a lower rate, a longer step or fewer turning points."
         )
     steps = 2 * math.ceil(half_steps)
     error = np.empty(len(at) - 1)

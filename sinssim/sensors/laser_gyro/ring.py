@@ -1,4 +1,4 @@
-"""The physics of a ring laser gyro: scale, lock-in, mechanical dither, and the random walk they leave.
+"""The physics of a ring laser gyro: scale, lock-in, mechanical dither, and the resulting random walk.
 
 The beat of the two beams, in radians of phase ψ (Chow, Gea-Banacloche, Pedrotti, Sanders, Schleich and Scully, The ring
 laser gyro, Reviews of Modern Physics 57, 61, 1985; Aronowitz, Fundamentals of the ring laser gyro, RTO-AG-339, 1999):
@@ -6,21 +6,21 @@ laser gyro, Reviews of Modern Physics 57, 61, 1985; Aronowitz, Fundamentals of t
     (1) ψ̇ = K (Ω + Ω_d) − K Ω_L sin ψ,    K = 8πA/(λL)
 
 for a ring of area A and perimeter L at the wavelength λ. One pulse is a phase of 2π, so that there are 4A/(λL) pulses
-per radian and a pulse weighs λL/(4A). Backscatter couples the beams: below the lock-in rate Ω_L they beat no more.
+per radian and the pulse weight is λL/(4A). Backscatter couples the beams: below the lock-in rate Ω_L there is no beat.
 
-The dither turns the ring to and fro by an angle Θ at f, at a rate of at most Ω_D = 2πfΘ. Where it turns round the beat
-stands still for a moment, and the coupling leaves an error. With ψ ≈ ψ_t ± ½ K Ω̇_d t² there, the method of stationary
-phase gives the phase −K Ω_L √(2π/(K Ω̇_d)) sin(ψ_t ± π/4), Ω̇_d = 2πf Ω_D. If the phases ψ_t of all turnarounds are
-random, the 2f errors a second add up to a random walk of the angle,
+The dither oscillates the ring by ±Θ at the frequency f, with the peak rate Ω_D = 2πfΘ. At its turning points the beat
+stops momentarily, and the coupling causes an error. With ψ ≈ ψ_t ± ½ K Ω̇_d t² there, the method of stationary phase
+gives the phase −K Ω_L √(2π/(K Ω̇_d)) sin(ψ_t ± π/4), Ω̇_d = 2πf Ω_D. If the phases ψ_t of all turning points are
+random, the 2f errors per second add up to a random walk of the angle,
 
     (2) N = Ω_L / √(K Ω_D)
 
-whatever the frequency. It is K in radians of phase that stands here; with K in pulses per radian the same formula reads
-Ω_L/√(2πK Ω_D). Without randomness the errors of successive turnarounds add up in step, and slow rotations are locked in
-again, at rates below
+independent of the frequency. Here K is in radians of phase; with K in pulses per radian the formula is Ω_L/√(2πK Ω_D).
+Without randomness the errors of successive turning points add up coherently, and slow rotations are locked in again, at
+rates below
 
-    (3) Ω_L |J₀(KΘ)|       under a regular dither: the first-order average of (1), by the expansion of Jacobi and Anger
-    (4) Ω_L / √(2π KΘ)     with every other turnaround at random: the error of the others, which is always the same
+    (3) Ω_L |J₀(KΘ)|       with a regular dither: the first-order average of (1), by the Jacobi-Anger expansion
+    (4) Ω_L / √(2π KΘ)     with every other turning point random: the error of the others, which is always the same
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ class LaserGyro:
         area: A that the beams enclose, m².
         wavelength: λ, m.
         lock_in: Ω_L, half-width of the dead zone without dither, 0 for none, rad/s.
-        dither_amplitude: Θ, from the middle to a turnaround, rad.
+        dither_amplitude: Θ, from the middle to a turning point, rad.
         dither_frequency: f, Hz.
 
     Raises:
-        InputError: a value that is not positive and finite, more area than the perimeter can enclose, or a dither that
-            never turns faster than the lock-in rate and so cannot overcome it.
+        InputError: a value is not positive and finite, the perimeter cannot enclose the area, or the dither rate does
+            not exceed the lock-in rate.
     """
 
     perimeter: float
@@ -70,8 +70,8 @@ class LaserGyro:
             )
         if self.dither_rate <= self.lock_in:
             raise InputError(
-                f"laser gyro: the dither turns at no more than {self.dither_rate:.3g} rad/s and never leaves the "
-                f"lock-in of {self.lock_in:.3g} rad/s; a larger dither_amplitude or dither_frequency is needed."
+                f"laser gyro: the dither reaches only {self.dither_rate:.3g} rad/s, which is within the "
+                f"lock-in of {self.lock_in:.3g} rad/s; increase dither_amplitude or dither_frequency."
             )
 
     @property
@@ -81,7 +81,7 @@ class LaserGyro:
 
     @property
     def pulse_weight(self) -> float:
-        """Rotation that one pulse stands for, λL/(4A), rad."""
+        """Rotation per pulse, λL/(4A), rad."""
         return self.wavelength * self.perimeter / (4.0 * self.area)
 
     @property
@@ -96,18 +96,18 @@ class LaserGyro:
 
     @property
     def regular_dead_zone(self) -> float:
-        """Half-width (3) of the dead zone under a dither without randomness, rad/s."""
+        """Half-width (3) of the dead zone with a regular dither, rad/s."""
         from scipy.special import j0
 
         return self.lock_in * abs(float(j0(self.scale * self.dither_amplitude)))
 
     @property
     def half_random_dead_zone(self) -> float:
-        """Half-width (4) of the dead zone if only every other turnaround is at random, rad/s."""
+        """Half-width (4) of the dead zone if only every other turning point is random, rad/s."""
         return self.lock_in / math.sqrt(2.0 * math.pi * self.scale * self.dither_amplitude)
 
     def undithered_rate(self, rate: ArrayLike) -> Array:
-        """Return the mean rate that the pulses tell without dither.
+        """Return the mean measured rate without dither.
 
         Args:
             rate: Ω, (...) rad/s.

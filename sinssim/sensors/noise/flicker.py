@@ -1,15 +1,15 @@
 """Flicker noise, the bias instability B of IEEE Std 952: a spectrum B²/(2πf), an Allan deviation of √(2 ln 2/π) B.
 
-Ten first-order processes with time constants spread evenly in the logarithm, all driven by one white noise ν and
-added up with weights, as any noise with a spectrum 1/f is in the limit of many (Kasdin, Discrete simulation of colored
+The model is a weighted sum of ten first-order processes with logarithmically spaced time constants, all driven by one
+white noise ν. In the limit of many processes such a sum has the spectrum 1/f (Kasdin, Discrete simulation of colored
 noise and stochastic processes and 1/f^α power law noise generation, Proceedings of the IEEE 83, 1995):
 
     x_m ← (1 − r_m) x_m + ν,    c = B (w₀ ν + Σ w_m x_m)
 
-gives the means over successive intervals. The noise looks the same on any scale of time, so the rates r_m are per
-sample, whatever the interval is: the longest time constant is that of 4·10⁶ samples. The weights and the fastest rate
-were fitted to a flat Allan deviation. It is, within 0.2 % from 1 to 2.5·10⁶ samples, seven hours at 100 Hz; then it
-falls, by 0.5 % at 3·10⁶ and 1.5 % at 4·10⁶ samples.
+where c are the means over successive intervals. Flicker noise is self-similar, so the rates r_m are per sample,
+independent of the interval: the longest time constant is 4·10⁶ samples. The weights and the fastest rate were fitted to
+a flat Allan deviation. It is flat within 0.2 % from 1 to 2.5·10⁶ samples, seven hours at 100 Hz; then it falls, by 0.5
+% at 3·10⁶ and 1.5 % at 4·10⁶ samples.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from sinssim.data import Array
 RATES = (
     0.627007, 0.166908, 0.0332484, 0.00624162, 0.0011587, 0.000214654, 3.97503e-5, 7.36058e-6, 1.36294e-6, 2.52373e-7,
 )  # fmt: skip
-"""r_m, share of each process that decays in a sample."""
+"""r_m, fraction of each process that decays per sample."""
 
 WEIGHTS = (
     0.558835, 0.220411, 0.0990852, 0.0423077, 0.0182976, 0.00787056, 0.00338052, 0.00147849, 0.000621447, 0.00045356,
@@ -36,8 +36,8 @@ DIRECT = -0.0852224
 def _stationary() -> np.ndarray:
     """Return L with L Lᵀ the covariance of the x_m, 1/(1 − d_m d_n) with d = 1 − r, in closed form.
 
-    The rows are the values at d_m of Takenaka and Malmquist's orthonormal functions with their poles at the d_n, which
-    vanish for n > m (Heuberger, Van den Hof and Wahlberg, Modelling and Identification with Rational Orthogonal Basis
+    The rows are the values at d_m of the orthonormal Takenaka-Malmquist functions with poles at the d_n, which vanish
+    for n > m (Heuberger, Van den Hof and Wahlberg, Modelling and Identification with Rational Orthogonal Basis
     Functions, 2005, section 2.6).
     """
     count = len(RATES)
@@ -55,17 +55,17 @@ def _stationary() -> np.ndarray:
 
 
 STATIONARY = _stationary()
-"""Turns ten independent normal numbers into the x_m of a noise that has gone on for ever, (10, 10)."""
+"""Matrix from ten independent normal numbers to the x_m of stationary noise, (10, 10)."""
 
 
 def covariance(lag: Array) -> Array:
-    """Return the covariance of flicker noise of B = 1 with itself.
+    """Return the autocovariance of flicker noise with B = 1.
 
     Args:
-        lag: distance in samples, (...); beyond the first few samples it need not be whole.
+        lag: distance in samples, (...); beyond the first few samples it need not be an integer.
 
     Returns:
-        Σ w_m d_m^lag Σ cov(x_m, x_n) w_n, (...), without the share of w₀.
+        Σ w_m d_m^lag Σ cov(x_m, x_n) w_n, (...), without the contribution of w₀.
     """
     weights, kept = np.array(WEIGHTS), 1.0 - np.array(RATES)
     shares = weights * (STATIONARY @ STATIONARY.T @ weights)
@@ -73,10 +73,10 @@ def covariance(lag: Array) -> Array:
 
 
 def variance_of_mean(count: ArrayLike) -> Array:
-    """Return the variance of the mean of consecutive samples of flicker noise of B = 1.
+    """Return the variance of the mean of consecutive samples of flicker noise with B = 1.
 
     Args:
-        count: n, how many samples, at least 1, (...).
+        count: number of samples n, at least 1, (...).
 
     Returns:
         (C₀ + 2 Σ (1 − l/n) C_l)/n over the lags l < n, with the covariances C_l in closed form, (...).

@@ -9,12 +9,12 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.jit import strict_inline, strict_kernel
 
-_SERIES = 0.02  # T/τ below which the power series are exact to rounding with the terms they have
+_SERIES = 0.02  # T/τ below which the truncated power series are exact to rounding
 
 
 @strict_kernel
 def gauss_markov(interval: Array, correlation_time: float, white: Array) -> Array:
-    """Turn white noise into a stationary process of the same variance with an exponential autocorrelation.
+    """Convert white noise to a stationary process of the same variance with an exponential autocorrelation.
 
     The step is exact for any interval: b ← d b + √(1 − d²) w with d = exp(−T/τ) (Brown and Hwang, Introduction to
     Random Signals and Applied Kalman Filtering, section 5.3). The first value has the stationary variance.
@@ -40,13 +40,13 @@ def gauss_markov(interval: Array, correlation_time: float, white: Array) -> Arra
 
 @strict_inline
 def lost(x: float) -> float:
-    """Return 1 − e^−x, x ≥ 0, to rounding and without a library's exponential: 1 − e^−2x = (1 − e^−x)(1 + e^−x).
+    """Return 1 − e^−x, x ≥ 0, to rounding without a library's exponential, by 1 − e^−2x = (1 − e^−x)(1 + e^−x).
 
     Args:
         x: elapsed time over time constant.
 
     Returns:
-        What has decayed of 1.
+        The decayed fraction.
     """
     halvings = 0
     while x > _SERIES:
@@ -63,7 +63,7 @@ def mean_step(x: float) -> tuple[float, float, float, float]:
     """Return the coefficients of a recursion whose outputs are distributed as the process's means over intervals.
 
     The means m_k of a process of variance 1 over equal intervals T = xτ have the variance V = 2(x − 1 + d)/x² and the
-    covariances C d^(j−1) with C = (1 − d)²/x², d = e^−x. One normal number ν_k a step suffices to have just these:
+    covariances C d^(j−1) with C = (1 − d)²/x², d = e^−x. One normal number ν_k per step suffices for these:
 
         m_k = e s_(k−1) + g ν_k,   s_k = d s_(k−1) + q ν_k,   q = √(1 − d²),   s_0 normal of variance 1,
 

@@ -1,10 +1,10 @@
-"""Counter-based random numbers (Philox): each is a function of seed, term, axis and index, on any machine.
+"""Counter-based random numbers (Philox): each is a function of seed, term, axis and index, equal on all machines.
 
-Philox4x32-10 (Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC11, 2011): the seed is its
-key; its counter holds the number of the sample, the CRC-32 of the term's name and the axis. The 128 bits that come out
-make two normal numbers by Box and Muller's method: the first is the gyro's, the second the accelerometer's of the same
-term and axis. Logarithm, sine and cosine are polynomials, and everything stays in the order in which it is written, so
-that nothing depends on a machine's library, nor on whether the compiler computes one number at a time or eight.
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC11, 2011): the key is the
+seed, and the counter holds the number of the sample, the CRC-32 of the term's name and the axis. The 128 output bits
+give two normal numbers by the Box-Muller method: the first is for the gyro, the second for the accelerometer of the
+same term and axis. Logarithm, sine and cosine are polynomials, and all operations keep their written order, so that the
+numbers depend neither on a machine's library nor on vectorisation by the compiler.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _COS = tuple((-1) ** n / math.factorial(2 * n) for n in range(9))
 def philox(
     key_0: np.uint64, key_1: np.uint64, c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
-    """Return the four words of one block; every argument holds 32 bits.
+    """Return the four words of one block; every argument has 32 bits.
 
     Args:
         key_0, key_1: the key.
@@ -78,12 +78,12 @@ def _log(x: float) -> float:
 def normal_pair(
     key_0: np.uint64, key_1: np.uint64, number: np.int64, term: np.uint64, axis: np.uint64
 ) -> tuple[float, float]:
-    """Return two independent normal numbers, mean 0, variance 1, at most 8.6 from 0.
+    """Return two independent normal numbers of mean 0 and variance 1, of magnitude at most 8.6.
 
     Args:
-        key_0, key_1: of the seed, as `key` gives them.
-        number: of the sample, from 0.
-        term: as `term_number` gives it.
+        key_0, key_1: key of the seed, from `key`.
+        number: number of the sample, from 0.
+        term: number of the term, from `term_number`.
         axis: number of the axis.
 
     Returns:
@@ -91,7 +91,7 @@ def normal_pair(
     """
     sample = np.uint64(number)
     w0, w1, w2, w3 = philox(key_0, key_1, sample & _LOW, sample >> _32, term, axis)
-    # 52 bits and a half: neither 0 nor 1 is met
+    # 52 bits plus one half: neither 0 nor 1 occurs
     radius = math.sqrt(-2.0 * _log((float(np.int64((w0 << _20) | (w1 >> _12))) + 0.5) * _BITS))
     turn = (float(np.int64((w2 << _20) | (w3 >> _12))) + 0.5) * (4.0 * _BITS)
     quarter = math.floor(turn + 0.5)
@@ -116,13 +116,13 @@ def normal_pair(
 def normal_pairs(
     one: Array, two: Array, key_0: np.uint64, key_1: np.uint64, first: int, term: np.uint64, axis: np.uint64
 ) -> None:
-    """Write consecutive pairs of normal numbers, several at a time where the machine has the lanes.
+    """Write consecutive pairs of normal numbers, several at a time where the processor has vector units.
 
     Args:
-        one, two: for the gyro's and the accelerometer's numbers, (N,).
-        key_0, key_1: of the seed.
+        one, two: arrays for the gyro's and the accelerometer's numbers, (N,).
+        key_0, key_1: key of the seed.
         first: number of the first sample.
-        term: as `term_number` gives it.
+        term: number of the term, from `term_number`.
         axis: number of the axis.
     """
     for n in range(len(one)):
@@ -133,13 +133,13 @@ def normal_pairs(
 def normal_pairs_of_runs(
     one: Array, two: Array, key_0: Words, key_1: Words, number: int, term: np.uint64, axis: np.uint64
 ) -> None:
-    """Write the pairs of one sample of many runs, several at a time where the machine has the lanes.
+    """Write the pairs of one sample of many runs, several at a time where the processor has vector units.
 
     Args:
-        one, two: for the gyro's and the accelerometer's numbers, (R,).
-        key_0, key_1: of the runs' seeds, (R,).
-        number: of the sample.
-        term: as `term_number` gives it.
+        one, two: arrays for the gyro's and the accelerometer's numbers, (R,).
+        key_0, key_1: keys of the runs' seeds, (R,).
+        number: number of the sample.
+        term: number of the term, from `term_number`.
         axis: number of the axis.
     """
     for run in range(len(one)):
@@ -147,7 +147,7 @@ def normal_pairs_of_runs(
 
 
 def term_number(term: str) -> np.uint64:
-    """Return the number by which the generator knows a term.
+    """Return the generator's number of a term.
 
     Args:
         term: its name, for example "random walk".
@@ -168,12 +168,11 @@ def key(seed: int) -> tuple[np.uint64, np.uint64]:
         Low and high half.
 
     Raises:
-        InputError: the seed is not a whole number of at most 64 bits.
+        InputError: the seed is not an integer from 0 to 2⁶⁴ − 1.
     """
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 1 << 64:
         raise InputError(
-            f"the seed {shortened(repr(seed))} cannot start a random generator; it must be a whole number from 0 to "
-            "2⁶⁴ − 1."
+            f"the seed {shortened(repr(seed))} cannot be used; it must be a whole number from 0 to 2⁶⁴ − 1."
         )
     return np.uint64(int(seed) & 0xFFFFFFFF), np.uint64(int(seed) >> 32)
 
@@ -185,11 +184,11 @@ def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
         seed: the run's seed, from 0 to 2⁶⁴ − 1.
         term: name of the error term, for example "bias".
         axis: number of the axis, from 0.
-        count: how many.
+        count: number of samples.
         first: number of the first.
 
     Returns:
-        Those of the gyro and those of the accelerometer, (2, count).
+        The numbers of the gyro and of the accelerometer, (2, count).
 
     Raises:
         InputError: the seed cannot be used.
@@ -201,13 +200,13 @@ def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
 
 
 def normals(seed: int, term: str, axis: int, count: int) -> Array:
-    """Return normal numbers that belong to one axis of one term and to nothing else, mean 0, variance 1.
+    """Return the normal numbers of one axis of one term, of mean 0 and variance 1.
 
     Args:
         seed: the run's seed, from 0 to 2⁶⁴ − 1.
         term: name of the term, for example "gnss position".
         axis: number of the axis, from 0.
-        count: how many.
+        count: number of samples.
 
     Returns:
         The numbers, (count,).

@@ -14,26 +14,26 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw, warm_up
 
-# Each further triad of accelerometers draws from seeds of its own, far from any that a scenario uses.
+# Each further triad of accelerometers has its own seed, far from those of scenarios.
 _APART = 1 << 32
 
 
 def draw_accelerometers(section: ImuSection, count: int, seed: int = 0) -> list[TriadErrors]:
-    """Return the errors of single accelerometers, drawn in threes as those of a triad are.
+    """Return the errors of single accelerometers, drawn in threes like those of a triad.
 
     Args:
         section: the [imu] section of a scenario.
-        count: how many accelerometers, a multiple of three.
-        seed: the run's seed; the first three draw as the triad of an ordinary block does.
+        count: number of accelerometers, a multiple of three.
+        seed: the run's seed; the first three have the draws of the triad of a usual block.
 
     Returns:
         One triad for every three accelerometers.
 
     Raises:
-        InputError: another number of accelerometers, or a seed that cannot be used.
+        InputError: the number of accelerometers is not a multiple of three, or the seed cannot be used.
     """
     if count % 3:
-        raise InputError(f"accelerometers are emulated in threes; got {count} of them.")
+        raise InputError(f"the number of accelerometers must be a multiple of three, not {count}.")
     return [draw(section, seed + triad * _APART).accel for triad in range(count // 3)]
 
 
@@ -45,25 +45,25 @@ def emulate_accelerometers(
     seed: int = 0,
     errors: Sequence[TriadErrors] | None = None,
 ) -> Array:
-    """Return what accelerometers of a grade give in place of the ideal increments.
+    """Return the measured increments of single accelerometers of a grade.
 
-    Every one has all the errors that the section gives an accelerometer of a triad: it is emulated as the axis of a
-    triad at its own place, whose two other axes stand across it, so that its misalignment tilts it towards them.
+    Each has all the errors that the section gives an accelerometer of a triad. It is emulated as one axis of a triad at
+    its own place, with the two other axes perpendicular to it, so that its misalignment tilts it towards them.
 
     Args:
         time: edges of the intervals, (N+1,) s.
         force: integrals of the specific force at each accelerometer's place, (N, K, 3) m/s, K a multiple of three.
-        direction: of its sensitive axis, unit vectors in the same axes, (K, 3).
+        direction: directions of the sensitive axes, unit vectors in the same axes, (K, 3).
         section: the [imu] section of a scenario.
         seed: the run's seed.
-        errors: of the accelerometers in threes, if they are drawn of section and seed already.
+        errors: errors of the accelerometers in threes, if already drawn from section and seed.
 
     Returns:
         Measured increments, (N, K) m/s.
 
     Raises:
-        InputError: arrays that do not belong together, a number of accelerometers that is no multiple of three, or
-            what `emulate` refuses.
+        InputError: the arrays do not belong together, the number of accelerometers is not a multiple of three, or
+            `emulate` refuses the data.
     """
     from sinssim.sensors.noise.random_numbers import key
 
@@ -75,7 +75,7 @@ def emulate_accelerometers(
             f"shapes {time.shape}, {force.shape} and {direction.shape}."
         )
     if count % 3:
-        raise InputError(f"accelerometers are emulated in threes; got {count} of them.")
+        raise InputError(f"the number of accelerometers must be a multiple of three, not {count}.")
     check_finite("force", force, "m/s")
     if not np.allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=0.0, atol=1e-6):
         raise InputError(f"direction = {shortened(str(direction.tolist()))} must be unit vectors.")
@@ -98,11 +98,11 @@ def emulate_accelerometers(
 
 
 def axes_about(direction: Array, axis: int) -> Array:
-    """Return the axes of a right-handed triad, one of which points a given way.
+    """Return the axes of a right-handed triad, one of which has a given direction.
 
     Args:
         direction: unit vector, (3,).
-        axis: which of the triad's axes it is.
+        axis: number of this axis in the triad.
 
     Returns:
         Rotation matrix whose row `axis` is the direction, (3, 3).

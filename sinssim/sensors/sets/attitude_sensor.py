@@ -1,4 +1,4 @@
-"""A direct attitude sensor: a gyro with three degrees of freedom that reads the attitude in inertial space."""
+"""A direct attitude sensor: a gyro with three degrees of freedom that measures the attitude in inertial space."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from sinssim.units import ARCSEC
 
 @dataclass(frozen=True)
 class AttitudeSensorErrors:
-    """The errors of the sensor: its inertial reference is off, drifts away, and is read with noise.
+    """The errors of the sensor: bias and drift of its inertial reference, and noise of the readings.
 
     Attributes:
-        bias: rotation vector by which the reference is off at the first reading, inertial axes, (3,) rad.
-        drift: rate at which it turns on from there, inertial axes, (3,) rad/s.
+        bias: rotation vector of the reference's error at the first reading, inertial axes, (3,) rad.
+        drift: rate of this error, inertial axes, (3,) rad/s.
         noise: 1σ of every reading about every axis of the body, rad.
     """
 
@@ -36,19 +36,19 @@ def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorEr
     """Return the errors of one run's attitude sensor: fixed values as given, the others drawn.
 
     Args:
-        section: the [imu] section of a scenario, whose sensor_set is an attitude sensor. Where that says nothing of
-            a drift, the sensor drifts as the section's gyros would be biased.
+        section: the [imu] section of a scenario, whose sensor_set is an attitude sensor. By default its drift follows
+            from the section's gyro biases.
         seed: the run's seed.
 
     Returns:
         The errors, SI.
 
     Raises:
-        InputError: the seed cannot be used, or the section is of another set of sensors.
+        InputError: the seed cannot be used, or the section has another sensor set.
     """
     sensor = section.sensor_set
     if not isinstance(sensor, AttitudeSensor):
-        raise InputError(f'an attitude sensor is asked for of sensor_set.type = "{sensor.type}", which has none.')
+        raise InputError(f'sensor_set.type = "{sensor.type}" has no attitude sensor.')
     own = {"gyro_bias_deg_h": sensor.drift_deg_h, "gyro_bias_sigma_deg_h": sensor.drift_sigma_deg_h}
     if any(value is not None for value in own.values()):
         section = section.model_copy(update=own)
@@ -66,8 +66,8 @@ def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84
 
     Args:
         state: true states, N rows.
-        time: of each, (N,) s.
-        ellipsoid: gives the Earth's rate.
+        time: times of the states, (N,) s.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         Quaternions q_ib, (N, 4).
@@ -77,13 +77,13 @@ def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84
 
 
 def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed: int = 0) -> Array:
-    """Return what the sensor reads: q̃_ib = q(bias + drift (t − t₀)) ∘ q_ib ∘ q(noise).
+    """Return the readings of the sensor: q̃_ib = q(bias + drift (t − t₀)) ∘ q_ib ∘ q(noise).
 
     Args:
-        time: of the readings, (N,) s.
+        time: times of the readings, (N,) s.
         q_ib: true attitudes, (N, 4).
-        errors: of the sensor.
-        seed: the run's seed; each axis's noise has random numbers of its own.
+        errors: errors of the sensor.
+        seed: the run's seed; the noise of each axis has its own random numbers.
 
     Returns:
         Measured attitudes, unit quaternions, (N, 4).

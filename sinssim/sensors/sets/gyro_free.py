@@ -1,21 +1,21 @@
 """Sensor set 1 of the chapter (section 8.1): six accelerometers spread over the body, no gyro.
 
-An accelerometer at r with its axis along s feels
+An accelerometer at r with its axis along s measures
 
     A = s·f + (r × s)·ω̇ + s·(ω × (ω × r))
 
 Six of them give ω̇ and f once ω is known. In the cube of Chen, Lee and DeBra (J. Guidance, Control, and Dynamics 17,
-1994, pp. 286-290) they sit in the middle of the faces with their axes along face diagonals, and the products of ω drop
-out of ω̇, which is then linear in the readings: ω is its integral, and with it comes its sign, which no product of
-rates tells. Turned into increments of angle and velocity the block is navigated like any other.
+1994, pp. 286-290) they sit in the middle of the faces with their axes along face diagonals, and the products of ω
+cancel in ω̇, which is then linear in the readings. ω is its integral, including the sign, which products of rates do
+not determine. The readings are converted to increments of angle and velocity and navigated like those of any block.
 
-What it costs (position error of a level block, derived from (8.12) and (8.14)): an error δω̇ of the angular acceleration
-tilts the block by ½ δω̇ t², so that with δf of the specific force
+The position error of a level block follows from (8.12) and (8.14): an error δω̇ of the angular acceleration tilts the
+block by ½ δω̇ t², so that with an error δf of the specific force
 
     Δp = δf (1 − cos ω_s t)/ω_s² ∓ R δω̇ (½ t² − (1 − cos ω_s t)/ω_s²)  →  ½ δf t² ∓ g δω̇ t⁴/24
 
-and in the cube of half-edge ℓ accelerometer errors of 1σ σ make σ{δf} = σ/√2, σ{δω̇} = σ/(√2 ℓ). White noise N of
-every accelerometer makes, for ω_s t → 0, σ{Δp} = (N/√2) √(t³/3 + (g/ℓ)² t⁷/252).
+In the cube of half-edge ℓ, accelerometer errors of standard deviation σ cause σ{δf} = σ/√2, σ{δω̇} = σ/(√2 ℓ). White
+noise N of every accelerometer causes, for ω_s t → 0, σ{Δp} = (N/√2) √(t³/3 + (g/ℓ)² t⁷/252).
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ _CANCELS = 1e-9
 
 @dataclass(frozen=True)
 class AccelerometerSet:
-    """Six accelerometers that make an inertial block of their own.
+    """Six accelerometers that form an inertial block.
 
     Attributes:
-        position: from the block's reference point, in its axes, (6, 3) m.
+        position: positions from the block's reference point, in its axes, (6, 3) m.
         direction: sensitive axes, unit vectors, (6, 3).
     """
 
@@ -48,10 +48,10 @@ class AccelerometerSet:
 
     @cached_property
     def solution(self) -> Array:
-        """Return the matrix that takes six readings to (ω̇, f) of a body that does not turn, (6, 6).
+        """Return the matrix from six readings to (ω̇, f) of a body that does not rotate, (6, 6).
 
         Raises:
-            InputError: a set that cannot tell ω̇ and f apart, or whose ω̇ depends on products of the rate.
+            InputError: the set cannot separate ω̇ and f, or its ω̇ depends on products of the rate.
         """
         r, s = numbers("position", self.position), numbers("direction", self.direction)
         if not np.all(np.isfinite(r)):
@@ -62,23 +62,23 @@ class AccelerometerSet:
         size = float(np.abs(r).max())
         if not (size > 0.0 and np.linalg.cond(matrix / np.array([size] * 3 + [1.0] * 3)) < 1e6):
             raise InputError(
-                "the six accelerometers cannot tell angular from linear acceleration: their axes and lever arms must "
-                "be such that the vectors (r × s, s) are linearly independent, as in `cube`."
+                "the six accelerometers cannot separate angular from linear acceleration: their axes and lever arms "
+                "must be such that the vectors (r × s, s) are linearly independent, as in `cube`."
             )
         inverse = np.linalg.inv(matrix)
         leak = np.abs(np.einsum("ij,jkl->ikl", inverse[:3], self.products)).max()
         if leak > _CANCELS:
             raise InputError(
-                f"products of the rate leak into the angular acceleration of this set of accelerometers (factor "
-                f"{leak:.2g}); a set in which they cancel is needed, as in `cube`."
+                f"products of the rate affect the angular acceleration of this set of accelerometers (factor "
+                f"{leak:.2g}); use a set in which they cancel, as in `cube`."
             )
         return np.asarray(inverse)
 
     def feel(self, force: Array) -> Array:
-        """Return what ideal accelerometers of this set read.
+        """Return the readings of ideal accelerometers of this set.
 
         Args:
-            force: integrals of the specific force at each one's place, (N, 6, 3) m/s.
+            force: integrals of the specific force at the place of each, (N, 6, 3) m/s.
 
         Returns:
             Velocity increments along the sensitive axes, (N, 6) m/s.
@@ -94,42 +94,42 @@ class AccelerometerSet:
 
 
 def cube(arm: float) -> AccelerometerSet:
-    """Return the set of Chen, Lee and DeBra: the middles of a cube's faces, axes along face diagonals.
+    """Return the set of Chen, Lee and DeBra: at the middles of a cube's faces, with axes along face diagonals.
 
     Args:
-        arm: from the cube's centre to each face, m.
+        arm: distance from the cube's centre to each face, m.
 
     Returns:
         The set.
 
     Raises:
-        InputError: an arm that is not positive.
+        InputError: the arm is not positive.
     """
     if not (np.isfinite(arm) and arm > 0.0):
-        raise InputError(f"arm {arm!r} m of the cube of accelerometers: it must be positive and finite.")
+        raise InputError(f"arm = {arm!r} m of the cube of accelerometers must be positive and finite.")
     position = arm * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
     direction = np.array([[0, 1, 1], [0, 1, -1], [1, 0, 1], [-1, 0, 1], [1, 1, 0], [1, -1, 0]]) / np.sqrt(2.0)
     return AccelerometerSet(position, direction)
 
 
 def gyro_free_increments(time: Array, dvel: Array, layout: AccelerometerSet, rate: ArrayLike) -> ImuData:
-    """Turn six accelerometers' increments into the increments of a block with gyros.
+    """Convert the increments of six accelerometers to those of a block with gyros.
 
     Args:
         time: edges of the intervals, (N+1,) s.
         dvel: increments of each accelerometer, (N, 6) m/s.
-        layout: where they sit and point.
-        rate: inertial angular rate at time[0], (3,) rad/s; of a parked vehicle, Earth rate.
+        layout: positions and directions of the accelerometers.
+        rate: inertial angular rate at time[0], (3,) rad/s; the Earth's rate for a parked vehicle.
 
     Returns:
         Increments of angle and velocity at the block's reference point, for `navigate`.
 
     Raises:
-        InputError: arrays that do not belong together, fewer than two intervals, a layout that cannot work.
+        InputError: the arrays do not belong together, there are fewer than two intervals, or the layout is unsuitable.
     """
     from scipy.interpolate import make_interp_spline
 
-    check_kind("layout", layout, AccelerometerSet, "an AccelerometerSet, as cube(arm) makes one")
+    check_kind("layout", layout, AccelerometerSet, "an AccelerometerSet, for example cube(arm)")
     solution = layout.solution
     time, dvel, rate = doubles("time", time), doubles("dvel", dvel), vector("rate", rate, 3, "rad/s")
     if len(dvel) < 2 or dvel.shape != (len(dvel), 6) or time.shape != (len(dvel) + 1,):
@@ -139,17 +139,17 @@ def gyro_free_increments(time: Array, dvel: Array, layout: AccelerometerSet, rat
     check_finite("time", time, "s")
     check_finite("dvel", dvel, "m/s", time)
     check_increasing("time", time)
-    solved = dvel @ solution.T  # ∫ω̇ dt exactly, and ∫f dt but for the products of the rate
+    solved = dvel @ solution.T  # exact ∫ω̇ dt, and ∫f dt without the products of the rate
     omega = np.concatenate([[np.zeros(3)], np.cumsum(solved[:, :3], axis=0)]) + rate
-    # ω at the edges is exact; what it does in between, and its products, by splines through the edges
+    # ω at the edges is exact; splines through the edges give its values in between, and its products
     row, column = np.triu_indices(3)
     products = omega[:, row] * omega[:, column]
-    degree = min(5, len(dvel) - (len(dvel) + 1) % 2)  # odd, and fewer than the edges
+    degree = min(5, len(dvel) - (len(dvel) + 1) % 2)  # odd, and less than the number of edges
     try:
         curve = make_interp_spline(time, np.concatenate([omega, products], axis=1), k=degree)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(
-            f"no curve can be drawn through rates of up to {np.abs(omega).max():g} rad/s at the given times: {error}."
+            f"rates of up to {np.abs(omega).max():g} rad/s at the given times cannot be interpolated: {error}."
         ) from error
     integrals = curve.antiderivative()(time)
     turned = np.diff(integrals, axis=0)
@@ -169,30 +169,30 @@ def position_error(
     """Return the 1σ position error of a level gyro-free block; see the module's text.
 
     Args:
-        time: since a perfect start, (N,) s.
-        layout: where the accelerometers sit and point.
+        time: time since an exact initial state, (N,) s.
+        layout: positions and directions of the accelerometers.
         bias: 1σ of every accelerometer's bias, m/s².
         random_walk: white noise of every accelerometer, m/s/√s.
         gravity: m/s².
-        radius: of the Earth, m.
+        radius: radius of the Earth, m.
 
     Returns:
-        1σ of the error to the north and to the east of a block that points north, (N, 2) m.
+        1σ of the north and east error of a block that points north, (N, 2) m.
     """
     t = np.atleast_1d(np.asarray(time, dtype=np.float64))
     rate = np.sqrt(gravity / radius)
     turn, push = layout.solution[:3], layout.solution[3:]
-    # a tilt about east makes −g of acceleration north, one about north +g east
+    # a tilt about east causes an acceleration of −g to the north, one about north of +g to the east
     pairs = ((push[0], -turn[1]), (push[1], turn[0]))
 
     def squared(of_push: Array, of_turn: Array) -> Array:
-        """Sum over accelerometers of (of_push · row + of_turn · row)², (..., 2)."""
+        """Return the sum over accelerometers of (of_push · row + of_turn · row)², (..., 2)."""
         both = [np.multiply.outer(of_push, f) + np.multiply.outer(of_turn, w) for f, w in pairs]
         return np.stack([np.sum(rows * rows, axis=-1) for rows in both], axis=-1)
 
     versine = 2.0 * np.sin(0.5 * rate * t) ** 2 / rate**2  # (1 − cos ω_s t)/ω_s²
     variance = bias**2 * squared(versine, radius * (0.5 * t * t - versine))
-    # noise: the response to an impulse u seconds ago, squared and summed over u
+    # noise: the squared response to an impulse u seconds ago, summed over u
     nodes, weights = np.polynomial.legendre.leggauss(32)
     u = 0.5 * t[:, None] * (1.0 + nodes)
     sine = np.sin(rate * u) / rate

@@ -1,4 +1,4 @@
-"""The three sets of sensors of section 8.1 on the same motion: what they read, at any rate."""
+"""Readings of the three sensor sets of section 8.1 on the same motion, at any rate."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Readings:
-    """What one set of sensors reads along a motion.
+    """Readings of one sensor set along a motion.
 
     Attributes:
-        imu: increments of angle and velocity; those of angle are NaN where the attitude is measured instead, and come
-            from the differences of accelerometers where there are six.
-        attitude: attitude relative to inertial space at the edges, (N+1, 4), of a set that measures it, else None.
-        accelerometers: increments of single accelerometers, (N, 6) m/s, of a set without gyros, else None.
-        arm: of that set's cube, m.
-        rate: inertial angular rate at the start, (3,) rad/s, which that set has to be told.
+        imu: increments of angle and velocity; those of angle are NaN for a set that measures the attitude, and come
+            from differences of accelerometers for a set of six accelerometers.
+        attitude: attitude relative to inertial space at the edges, (N+1, 4), for a set that measures it, else None.
+        accelerometers: increments of single accelerometers, (N, 6) m/s, for a set without gyros, else None.
+        arm: arm of that set's cube, m.
+        rate: inertial angular rate at the start, (3,) rad/s, which that set needs as initial value.
     """
 
     imu: ImuData
@@ -41,15 +41,15 @@ class Readings:
     rate: Array | None = None
 
     def at(self, ratio: int) -> Readings:
-        """Return the same readings at a lower rate.
+        """Return the readings at a lower rate.
 
-        A gyro or accelerometer that is read less often counts the same pulses: its increments are summed.
+        A gyro or accelerometer that is read less often counts the same pulses, so its increments are summed.
 
         Args:
-            ratio: how many samples make one; samples left over at the end are dropped.
+            ratio: number of samples per new sample; left-over samples at the end are dropped.
 
         Returns:
-            Sums of the increments, and the attitude at the edges that are left.
+            Sums of the increments, and the attitude at the remaining edges.
         """
         if ratio == 1:
             return self
@@ -62,17 +62,17 @@ class Readings:
 
 
 def sums(rows: Array, ratio: int) -> Array:
-    """Return the increments of a lower rate: each is the sum of `ratio` consecutive ones.
+    """Return the increments at a lower rate: each is the sum of `ratio` consecutive ones.
 
-    Noise, quantisation and everything else in the samples is the same at every rate, and only the algorithm sees less
-    of the motion within them.
+    Noise, quantisation and all other errors of the samples are the same at every rate; only the resolution of the
+    motion differs.
 
     Args:
         rows: increments, (N, k).
-        ratio: how many are summed.
+        ratio: number of increments per sum.
 
     Returns:
-        (N // ratio, k); a rest at the end is dropped.
+        (N // ratio, k); a remainder at the end is dropped.
     """
     if ratio == 1:
         return rows
@@ -83,14 +83,14 @@ def sums(rows: Array, ratio: int) -> Array:
 def read(
     trajectory: Trajectory, ideal: ImuData, section: ImuSection, seed: int = 0, errors: TrueErrors | None = None
 ) -> tuple[Readings, Readings]:
-    """Return what a set of sensors would read without errors, and what it reads.
+    """Return the readings of a sensor set without errors, and its actual readings.
 
     Args:
         trajectory: the true motion.
-        ideal: ideal increments of an ordinary block along it, at the section's rate.
-        section: the [imu] section of a scenario: the set, and its errors.
+        ideal: ideal increments of a usual block along it, at the section's rate.
+        section: the [imu] section of a scenario: the sensor set, and its errors.
         seed: the run's seed.
-        errors: the true errors that are drawn of section and seed, if that is done already.
+        errors: the true errors, if already drawn from section and seed.
 
     Returns:
         Ideal and measured readings.

@@ -1,4 +1,4 @@
-"""The true errors of one run's sensors, drawn once for all who need them."""
+"""The true errors of one run's sensors, drawn once for all uses."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class TrueErrors:
 
     Attributes:
         imu: errors of a block of three gyros and three accelerometers.
-        calibration: what the calibration takes them for, None without one.
-        accelerometers: errors of the six single accelerometers in threes, of a set that has them.
-        attitude_sensor: errors of the attitude sensor, of a set that has one.
+        calibration: calibration values of these errors, None without a calibration.
+        accelerometers: errors of the six single accelerometers in threes, for a set that has them.
+        attitude_sensor: errors of the attitude sensor, for a set that has one.
     """
 
     imu: ImuErrors
@@ -34,7 +34,7 @@ def draw_true_errors(section: ImuSection, seed: int = 0, compensation: Compensat
     """Return the errors of one run's sensors: fixed values as given, the others drawn.
 
     Args:
-        section: the [imu] section of a scenario: the set, and its errors.
+        section: the [imu] section of a scenario: the sensor set, and its errors.
         seed: the run's seed.
         compensation: the [compensation] section, if there is one.
 

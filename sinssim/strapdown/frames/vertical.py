@@ -87,11 +87,11 @@ def checked_channel(vertical: str, height: ArrayLike | HeightReadings | None, ti
     time_constant = number("baro_time_constant", time_constant, "s", low=POSITIVE)
     if height is not None and vertical == "free":
         raise InputError(
-            'height would change nothing: vertical = "free" goes by no height; "baro-loop" and "truth" do.'
+            'height would have no effect: vertical = "free" goes by no height; "baro-loop" and "truth" do.'
         )
     if time_constant != BARO_TIME_CONSTANT and vertical != "baro-loop":
         raise InputError(
-            f'baro_time_constant = {time_constant:g} would change nothing: it is that of vertical = "baro-loop"; here '
+            f'baro_time_constant = {time_constant:g} would have no effect: it is that of vertical = "baro-loop"; here '
             f'vertical = "{vertical}".'
         )
     return time_constant

@@ -103,13 +103,13 @@ def test_two_views_of_one_name_are_named_with_their_paths(recording, tmp_path, m
     info = read_run_info(recording)
     one, other = own_view(tmp_path / "one", "twice"), own_view(tmp_path / "other", "twice")
     assert tab_names(info, own=[str(one), str(other)]) == [*OWN, "twice"]
-    said = f"There are two views named twice: {other} is used, {one} is left out."
+    said = f"There are two views named twice: {other} is used, {one} is ignored."
     assert [record.message for record in caplog.records] == [said]
     caplog.clear()
     monkeypatch.setenv("SINSSIM_VIEWS", f"{one.parent}{os.pathsep}{other.parent}")
     assert view_names()[-1] == "twice"
     assert [record.message for record in caplog.records] == [
-        f"There are two views named twice: {one} is used, {other} is left out."
+        f"There are two views named twice: {one} is used, {other} is ignored."
     ]
 
 
@@ -125,9 +125,9 @@ def test_no_code_is_run_from_the_folder_that_one_stands_in(recording, tmp_path, 
     assert tab_names(info, "flight") == list(OWN)
     assert {path.name for path in tmp_path.rglob("*")} == {"plot.py", "flight.py", "viz"}
     assert [record.message.split(", which ")[1] for record in caplog.records] == [
-        "is no absolute path: no view is taken from it.",
-        "is no absolute path: no view is taken from it.",
-        "does not exist: no view is taken from it.",
+        "is not an absolute path: the folder is ignored.",
+        "is not an absolute path: the folder is ignored.",
+        "does not exist: the folder is ignored.",
     ]
 
 

@@ -244,7 +244,7 @@ def test_a_failed_run_keeps_a_valid_recording_and_replaces_none(tmp_path, short,
     for name in ("run", "run-failed", "run-failed"):
         with pytest.raises(RuntimeError, match="the engine broke") as caught:
             run(fake_run.scenario(), tmp_path / "run", overwrite=True)
-        assert caught.value.__notes__ == [f"What was recorded until then is in {tmp_path / name}."]
+        assert caught.value.__notes__ == [f"The recording until then is in {tmp_path / name}."]
         check_what_is_left(tmp_path / name, "failed")
     assert {p.name for p in tmp_path.iterdir()} == {"run", "run-failed"}
 
@@ -407,7 +407,7 @@ def test_a_failed_run_does_not_go_where_somebody_elses_files_are(tmp_path, short
     (tmp_path / "run" / ".sinssim.json").write_text('{"files": []}')
     with pytest.raises(ZeroDivisionError) as caught:
         run(fake_run.scenario(), tmp_path / "run", overwrite=True)
-    assert caught.value.__notes__ == [f"What was recorded until then is in {tmp_path / 'run-failed-2'}."]
+    assert caught.value.__notes__ == [f"The recording until then is in {tmp_path / 'run-failed-2'}."]
     assert [p.name for p in (tmp_path / "run-failed").iterdir()] == ["mine"]
 
 

@@ -77,37 +77,37 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
     late = late.replace("bias_sigma_m = 5.0", "latency_s = 300.0")
     notes = [line for line in plan_lines(load_scenario(write(tmp_path, late))) if line.startswith("note")]
     assert notes == [
-        "note        aiding.gnss.outages_s.2 begins at 200 s, and the run ends at 200 s: it never happens.",
-        "note        aiding.gnss.ramps.1 begins at 700 s, and the run ends at 200 s: it never happens.",
-        "note        aiding.baro.latency_s = 300: the run ends at 200 s, and no reading arrives before.",
+        "note        aiding.gnss.outages_s.2 begins at 200 s, but the run ends at 200 s: it has no effect.",
+        "note        aiding.gnss.ramps.1 begins at 700 s, but the run ends at 200 s: it has no effect.",
+        "note        aiding.baro.latency_s = 300: no reading arrives before the end of the run at 200 s.",
     ]
     (note,) = times_not_reached(load_scenario(write(tmp_path, TEXT + "alignment_s = 199.0\n")), 198.0)
-    assert note == "filter.alignment_s = 199: the run ends at 198 s, and the alignment takes longer."
+    assert note == "filter.alignment_s = 199: the alignment takes longer than the run, which ends at 198 s."
     stop = TEXT + "\n[aiding.zero_velocity]\nduring_s = [[10.0, 20.0], [250.0, 300.0]]\n"
     (note,) = times_not_reached(load_scenario(write(tmp_path, stop)), 199.0)
-    assert note.startswith("aiding.zero_velocity.during_s.2 begins at 250 s, and the run ends at 199 s")
+    assert note.startswith("aiding.zero_velocity.during_s.2 begins at 250 s, but the run ends at 199 s")
 
 
 @pytest.mark.parametrize(
     ("old", "new", "below", "said"),
     [
-        ("outages_s = [[50.0, 100.0]", "outages_s = [[100.0, 50.0]", 0, "from 100 s to 50 s is no time; the end must"),
+        ("outages_s = [[50.0, 100.0]", "outages_s = [[100.0, 50.0]", 0, "from 100 s to 50 s must end after"),
         ("[[50.0, 100.0], [150.0, 160.0]]", "[[50.0, 100.0], 150.0]", 0, "aiding.gnss.outages_s.2 must be an array"),
         ("outages_s", "outage_s", 0, "Did you mean 'aiding.gnss.outages_s'?"),
-        ("to_s = 30.0", "to_s = 10.0", -2, "from 20 s to 10 s is no time"),
+        ("to_s = 30.0", "to_s = 10.0", -2, "the interval from 20 s to 10 s must end after"),
         ("from_s = 120.0\n", "", -1, "aiding.gnss.ramps.1.from_s is missing (time at which the fault begins)"),
         ("lever_arm_m", "lever_arm_ft", 0, "the unit is part of the name, use 'lever_arm_m'"),
         ("lever_arm_m =", "position_m = 3.0\nlever_arm_m =", 0, "position_m'. Did you mean 'aiding.gnss.position'?"),
         ("lever_arm_m =", "latency_ms = 200.0\nlever_arm_m =", 0, "use 'latency_s' (latency_s = 0.2)"),
         ("lever_arm_m =", "position_sigma_m = 0.0\nlever_arm_m =", 0, "position_sigma_m = 0.0 must be at least 1e-12"),
         ("lever_arm_m =", "latency_s = -0.1\nlever_arm_m =", 0, "latency_s = -0.1 must be at least 0"),
-        ("rate_hz = 2.0", "position = false\nvelocity = false", -1, "leave nothing that the receiver gives"),
+        ("rate_hz = 2.0", "position = false\nvelocity = false", -1, "leave no reading"),
         ("[aiding.baro]", "[aiding.barro]", 0, "unknown key 'aiding.barro'. Did you mean 'aiding.baro'?"),
         (
             "bias_sigma_m = 5.0", "scale_ppm = 5.0\nscale_sigma_ppm = 3.0", -1,
-            "scale_ppm (the error itself) and scale_sigma_ppm (1σ to draw it from) are both given",
+            "scale_ppm (the error itself) and scale_sigma_ppm (1σ of a random error) are both given",
         ),
-        ('"gyro scale"', '"gyro bias"', -1, "states names 'gyro bias' twice; every block can be there once"),
+        ('"gyro scale"', '"gyro bias"', -1, "states contains 'gyro bias' twice; give each block once"),
         ('"gyro scale"', '"gyro scal"', 0, "unknown block of states 'gyro scal'. Did you mean 'gyro scale'? Known:"),
         ("smooth = true", "smoth = true", 0, "Did you mean 'filter.smooth'?"),
         ("smooth = true", 'loop = "close"', 0, "filter.loop = 'close' is not known. Did you mean 'closed'?"),
@@ -118,12 +118,12 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         ("smooth = true", "[filter.initial_sigma]\ntilt_arcmin = 1e5", 1, "must be at most 10800"),
         ("smooth = true", "[filter.initial_sigma]\nposition_m = 1e-9", 1, "must be at least 1e-06"),
         ("smooth = true", "rate_hz = 0.01", 0, "filter.rate_hz = 0.01 must be at least 1"),
-        ("north_m = 40.0", "", -3, "north_m, east_m, up_m are all 0, so that nothing happens"),
-        ("east_mps = 0.5", "to_s = 130.0", -2, "north_mps, east_mps, up_mps are all 0, so that nothing happens"),
+        ("north_m = 40.0", "", -3, "north_m, east_m, up_m are all 0: give at least one of them"),
+        ("east_mps = 0.5", "to_s = 130.0", -2, "north_mps, east_mps, up_mps are all 0: give at least one of them"),
         ("[1.0, 0.0, -0.5]", "[1e6, 0.0, 0.0]", 0, "aiding.gnss.lever_arm_m.1 = 1000000.0 must be at most 1000"),
         ("bias_sigma_m = 5.0", "[aiding.star_tracker]\nsigma_arcsec = [5.0, 5.0, 0.0]", 1, "must be at least 1e-12"),
         ('["gyro bias", "accelerometer bias", "gyro scale"]', '"gyro bias"', 0, 'must be an array, like ["gyro bias"]'),
-        ('"gyro scale"', '"position"', 0, "'position' is a state of every filter"),
+        ('"gyro scale"', '"position"', 0, "every filter has the state 'position'"),
         ("smooth = true", 'alignment = "in-motion"', -2, 'alignment = "in-motion" needs alignment_s, a minute or two'),
         (
             "smooth = true", 'alignment = "in-motion"\nalignment_s = 30.0', -2,
@@ -145,12 +145,12 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (TEXT[: TEXT.index("[filter]")], "[aiding] has no [filter] that would use it"),
-        (TEXT[: TEXT.index("[aiding.gnss]")] + TEXT[TEXT.index("[filter]") :], "[filter] has nothing to correct by"),
-        (TEXT + '\n[imu.sensor_set]\ntype = "accelerometers"\narm_m = 1.0\n', "[filter] corrects a set with gyros"),
+        (TEXT[: TEXT.index("[filter]")], "[aiding] needs a [filter] that uses it"),
+        (TEXT[: TEXT.index("[aiding.gnss]")] + TEXT[TEXT.index("[filter]") :], "[filter] needs an aiding sensor"),
+        (TEXT + '\n[imu.sensor_set]\ntype = "accelerometers"\narm_m = 1.0\n', "[filter] needs a sensor set with gyros"),
         (
             TEXT[: TEXT.index("[aiding.gnss]")] + "[aiding]\n" + TEXT[TEXT.index("[filter]") :],
-            "it names no sensor; tables in it may be gnss, baro, magnetometer, airspeed, odometer, zero_velocity",
+            "it has no sensor; give one or more of the tables gnss, baro, magnetometer, airspeed, odometer",
         ),
         (
             TEXT.replace("rate_hz = 2.0", "velocity = false") + 'alignment = "in-motion"\nalignment_s = 60.0\n',
@@ -170,11 +170,14 @@ def test_tables_that_do_not_go_together(tmp_path: Path, text: str, said: str) ->
 @pytest.mark.parametrize(
     ("section", "said"),
     [
-        ('frame = "inertial"', 'navigation.frame = "inertial" does not reach [filter], which navigates in the frame'),
-        ('frame = "wander"', "leave navigation.frame out, or [filter]"),
-        ('curvature = "simplified"', 'navigation.curvature = "simplified" does not reach [filter]'),
-        ("rates_hz = [100.0, 50.0, 10.0]", "navigation.rates_hz = [100.0, 50.0, 10.0] does not reach [filter]"),
-        ('algorithms = ["euler"]', 'does not reach [filter], which navigates by "quaternion": add "quaternion"'),
+        (
+            'frame = "inertial"',
+            'navigation.frame = "inertial" does not apply to [filter], which navigates in the frame',
+        ),
+        ('frame = "wander"', "remove navigation.frame, or [filter]"),
+        ('curvature = "simplified"', 'navigation.curvature = "simplified" does not apply to [filter]'),
+        ("rates_hz = [100.0, 50.0, 10.0]", "navigation.rates_hz = [100.0, 50.0, 10.0] does not apply to [filter]"),
+        ('algorithms = ["euler"]', 'does not apply to [filter], which navigates by "quaternion": add "quaternion"'),
     ],
 )
 def test_what_does_not_reach_the_filter_is_refused(tmp_path: Path, section: str, said: str) -> None:

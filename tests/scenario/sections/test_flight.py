@@ -86,7 +86,7 @@ def test_what_is_wrong_is_said(legs: list[dict[str, Any]], words: str) -> None:
 
 def test_flight_from_a_runway_takes_off_before_anything_else() -> None:
     section([{"type": "parked", "duration_s": 5.0}, {"type": "takeoff"}, {"type": "loop"}], RUNWAY)
-    with pytest.raises(ValidationError, match=r"leg 2 \(turn\) begins on the runway"):
+    with pytest.raises(ValidationError, match=r"leg 2 \(turn\) would begin on the runway"):
         section([{"type": "parked", "duration_s": 5.0}, {"type": "turn", "heading_deg": 1.0}], RUNWAY)
     with pytest.raises(ValidationError, match=r"leg 2 \(parked\) needs the aircraft at rest"):
         section([{"type": "takeoff"}, {"type": "parked", "duration_s": 5.0}], RUNWAY)

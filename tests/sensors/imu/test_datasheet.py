@@ -92,11 +92,13 @@ def test_keys_of_a_scenario_are_keys_of_the_table() -> None:
 
 
 def test_unknown_units_and_quantities() -> None:
-    with pytest.raises(InputError, match="gyro_arw is not stated in 'deg_min'; known units: deg_sqrt_h, deg_h_sqrt_hz"):
+    with pytest.raises(
+        InputError, match="gyro_arw cannot be given in 'deg_min'; known units: deg_sqrt_h, deg_h_sqrt_hz"
+    ):
         to_si("gyro_arw_deg_min", 1.0)
     with pytest.raises(InputError, match="unknown quantity in 'gyro_colour_red'; known: gyro_bias, "):
         to_si("gyro_colour_red", 1.0)
-    with pytest.raises(InputError, match="gyro_arw is not stated in 'sigma_deg_sqrt_h'"):
+    with pytest.raises(InputError, match="gyro_arw cannot be given in 'sigma_deg_sqrt_h'"):
         to_si("gyro_arw_sigma_deg_sqrt_h", 1.0)  # a noise is not drawn
     with pytest.raises(InputError, match="gyro_bias_deg_h = nan is not a finite number"):
         to_si("gyro_bias_deg_h", float("nan"))
@@ -108,17 +110,17 @@ HEAD = "[parked]\nlatitude_deg = 50.0\nduration_s = 5.0\n[imu]\n"
 REFUSED = [
     (
         "gyro_arw_deg_min = 0.1",
-        r"line 5: unknown key 'imu.gyro_arw_deg_min' \(= 0.1\): gyro_arw is not stated in 'deg_min'; known units: deg_",
+        r"line 5: unknown key 'imu.gyro_arw_deg_min' \(= 0.1\): gyro_arw cannot be given in 'deg_min'; known units: ",
     ),
     (
         "accel_bias_sigma_mg = -1.0",
         r"line 5: imu.accel_bias_sigma_ug = -1000.0 must be at least 0 \(given as imu.accel_bias_sigma_mg\)",
     ),
     ("gyro_bias_sigma_deg_s = 1e5", r"line 5: imu.gyro_bias_sigma_deg_h: 3.6e\+08 is more than .* at most 3.6e\+06"),
-    ("gyro_bias_deg_h = [0.0, -1e300, 0.0]", r"gyro_bias_deg_h: -1e\+300 is more than any sensor has"),
+    ("gyro_bias_deg_h = [0.0, -1e300, 0.0]", r"gyro_bias_deg_h: -1e\+300 is larger than that of any sensor"),
     (
         "gyro_quantum_arcsec = 2e6",
-        "gyro_quantum_arcsec: 2e.06 is more than any sensor has; its size must be at most 1.296e.06",
+        "gyro_quantum_arcsec: 2e.06 is larger than that of any sensor; its magnitude must be at most 1.296e.06",
     ),
     ("gyro_misalignment_arcsec = [1.0, 2.0]", "line 5: imu.gyro_misalignment_arcsec must have 6 entries, and has 2"),
     ("accel_arms_mm = [[1.0, 0.0, 0.0]]", "line 5: imu.accel_arms_mm must have 3 entries, and has 1"),
@@ -140,15 +142,18 @@ REFUSED = [
     ("accel_misalignment_sigma_mrad = 100.0", r"accel_misalignment_sigma_arcsec = 2062\d.* must be at most 10000"),
     ("gyro_scale_ppm = [0.0, -1e6, 0.0]", r"imu\.gyro_scale_ppm\.2 = -1000000\.0 must be greater than -1e\+06"),
     ("gyro_bias_sigma_deg_h = 1.0\ngyro_bias_sigma_deg_s = 1.0", "sigma_deg_h is given twice, in two units"),
-    ("gyro_asymmetry_ppm = 5.0", "one number per axis, a list; a 1σ to draw from is gyro_asymmetry_sigma_ppm"),
+    (
+        "gyro_asymmetry_ppm = 5.0",
+        "a list with one number per axis; the 1σ of a random error is gyro_asymmetry_sigma_ppm",
+    ),
     ("accel_delay_ms = 11.0", r"accel_delay_ms = 11 is more .* at rate_hz = 100 at most 10 either way"),
     ('faults = [{type = "jitter", from_s = 0.0, sigma_ms = 2.0}]', r"faults\.1\.sigma_ms = 2 .* at most 1, a tenth"),
-    ('faults = [{type = "dropout", from_s = 3.0, to_s = 2.0}]', "from_s = 3 to to_s = 2 is no time; it must end after"),
+    ('faults = [{type = "dropout", from_s = 3.0, to_s = 2.0}]', "to_s = 2 must be later than from_s = 3"),
     ('faults = [{type = "freeze", from_s = 3.0, channels = ["gyro_w"]}]', r"'gyro_w' is not known.* Known: gyro_x,"),
     ('faults = [{type = "spyke", at_s = 3.0}]', r"'spyke' is not known\. Did you mean 'spike'\?"),
-    ('faults = [{type = "spike", at_s = 3.0}]', "a spike of nothing: gyro_arcsec or accel_mm_s says how large"),
-    ('faults = [{type = "bias-step", from_s = 3.0}]', "a step of nothing"),
-    ('faults = [{type = "saturation", from_s = 3.0}]', "a saturation of nothing"),
+    ('faults = [{type = "spike", at_s = 3.0}]', "the spike has no size: give gyro_arcsec or accel_mm_s"),
+    ('faults = [{type = "bias-step", from_s = 3.0}]', "the step has no size"),
+    ('faults = [{type = "saturation", from_s = 3.0}]', "the saturation has no range"),
     ('sensor_set = {type = "accelerometers", arm_m = 0.1}\naccel_delay_ms = 1.0', "accel_delay_ms is of a block of"),
 ]
 

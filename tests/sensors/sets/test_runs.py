@@ -152,20 +152,20 @@ def test_streams(tmp_path: Path, kind: dict[str, Any], navigation: dict[str, Any
         ({"imu": {"sensor_set": {**SIX, "noise_arcsec": 1.0}}}, "unknown key 'imu.sensor_set.noise_arcsec'"),
         ({"imu": {"sensor_set": {"type": "accelerometer"}}}, "Did you mean 'accelerometers'?"),
         ({"imu": {"sensor_set": SIX, "gyro_bias_sigma_deg_h": 1.0}}, 'gyro_bias_sigma_deg_h is given, and sensor_set'),
-        ({"imu": {"sensor_set": SIX, "accel_bias_ug": [1.0, 0.0, 0.0]}}, "six accelerometers, whose errors are drawn"),
+        ({"imu": {"sensor_set": SIX, "accel_bias_ug": [1.0, 0.0, 0.0]}}, "six accelerometers with random errors"),
         ({"imu": {"sensor_set": ATTITUDE}}, 'navigation.algorithms = ["measured-attitude"]'),
         ({"navigation": BY_ATTITUDE}, 'here imu.sensor_set.type = "gyros"'),
         ({"imu": {"sensor_set": ATTITUDE}, "navigation": {**BY_ATTITUDE, "frame": "level"}}, 'frame = "inertial"'),
         ({"navigation": {**BY_ATTITUDE, "algorithms": ["euler", "measured-attitude"]}}, "no other algorithm"),
         (
             {"imu": {"sensor_set": ATTITUDE}, "navigation": {**BY_ATTITUDE, "rates_hz": [100.0, 50.0, 10.0]}},
-            "navigation.rates_hz: a measured attitude has no parts",
+            "navigation.rates_hz: navigation with a measured attitude cannot run at three rates",
         ),
         (
             {"imu": {"sensor_set": {**ATTITUDE, "drift_deg_h": [1.0, 0.0, 0.0], "drift_sigma_deg_h": 1.0}}},
             "are both given: keep one of them",
         ),
-        ({"imu": {"sensor_set": SIX}, "compensation": {}}, "[compensation] is that of three gyros"),
+        ({"imu": {"sensor_set": SIX}, "compensation": {}}, "[compensation] is for three gyros"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_said_when_the_scenario_is_loaded(tmp_path: Path, tables: dict[str, Any], said: str) -> None:

@@ -99,7 +99,7 @@ def test_simplified_curvature_is_the_same_everywhere(s_turn, frame):
         ),
         ({"height": np.zeros(60001)}, r'height .* vertical = "free" goes by no height'),
         ({"baro_time_constant": 30.0}, r'baro_time_constant = 30 .* vertical = "baro-loop"; here vertical = "free"'),
-        ({"slow_quantities": "extrapolate"}, r'slow_quantities = "extrapolate" .* rates_hz gives none'),
+        ({"slow_quantities": "extrapolate"}, r'slow_quantities = "extrapolate" .* rates_hz is not given'),
     ],
 )
 def test_an_option_that_would_change_nothing_is_refused(s_turn, options, message):
@@ -213,8 +213,8 @@ def test_transverse_with_a_given_route(s_turn, algorithm):
 @pytest.mark.parametrize(
     ("route", "message"),
     [
-        ((0.5, 0.5, 0.5, 0.5), "coincide or lie opposite"),
-        ((0.5, 0.5, -0.5, 0.5 + np.pi), "coincide or lie opposite"),
+        ((0.5, 0.5, 0.5, 0.5), "coincide or are antipodal"),
+        ((0.5, 0.5, -0.5, 0.5 + np.pi), "coincide or are antipodal"),
         ((0.5, 0.5, np.nan, 0.5), "4 finite numbers"),
         ((0.5, 0.5), "4 finite numbers"),
     ],

@@ -1,4 +1,4 @@
-"""A first-order lag, as pressure in a tube has."""
+"""A first-order lag, such as that of pressure in a tube."""
 
 from __future__ import annotations
 
@@ -10,31 +10,30 @@ import numpy as np
 from sinssim.data import Array
 
 _STEPS = 32
-"""Steps within a time constant: a straight line instead of the signal x is off by at most (τ/32)² x″/8."""
+"""Steps per time constant: linear interpolation of the signal x is then in error by at most (τ/32)² x″/8."""
 
 _SHORTEST = 1e-3
-"""Shortest step, s: a straight line over it is off by x″ · 1.3e-7 s², 6 µm of a height at 5 g."""
+"""Shortest step, s: linear interpolation over it is in error by x″ · 1.3e-7 s², for a height at 5 g 6 µm."""
 
 _FORGOTTEN = 40.0
-"""Time constants after which the past counts by e⁻⁴⁰ = 4e-18, less than the rounding of a double."""
+"""Time constants after which the weight of the past is e⁻⁴⁰ = 4e-18, less than the rounding of a double."""
 
 _BLOCK = 1 << 18
-"""Values of the signal in memory at once."""
+"""Maximum number of signal values in memory."""
 
 
 def lagged(signal: Callable[[Array], Array], start: float, time: Array, lag: float) -> Array:
-    """Return what a first-order lag, τ ẏ = x − y, makes of a signal; it is settled at the start.
+    """Return the response of a first-order lag, τ ẏ = x − y, to a signal, with y = x at the start.
 
-    Over a step h on which x is a straight line, y has a closed form for every h/τ:
-    y₁ = e⁻ᵃ y₀ + (1 − r) x₁ + (r − e⁻ᵃ) x₀ with a = h/τ and r = (1 − e⁻ᵃ)/a. The steps cover the time between two
-    readings, or the last 40 τ of it if that is shorter. Memory does not grow with the length of the run, and the number
-    of steps is bounded for every τ.
+    Over a step h on which x is linear, y has a closed form for every h/τ: y₁ = e⁻ᵃ y₀ + (1 − r) x₁ + (r − e⁻ᵃ) x₀ with
+    a = h/τ and r = (1 − e⁻ᵃ)/a. The steps cover the time between two readings, or its last 40 τ if these are shorter.
+    Memory does not grow with the length of the run, and the number of steps is bounded for every τ.
 
     Args:
         signal: x at instants (K,) s.
         start: first instant, s.
         time: instants of the output, in order, (M,) s.
-        lag: time constant τ, 0 for none, s.
+        lag: time constant τ, s; 0 for no lag.
 
     Returns:
         y, (M,).

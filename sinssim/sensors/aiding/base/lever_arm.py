@@ -1,4 +1,4 @@
-"""The motion of a point that is fixed to the sensor block some way from it: an antenna, a wheel, another unit."""
+"""The motion of a point fixed at a lever arm from the sensor block: an antenna, a wheel, another unit."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ def turning(trajectory: Trajectory, time: Array, state: NavState) -> Array:
     Args:
         trajectory: the true motion of the block.
         time: instants, (M,) s.
-        state: its true states then.
+        state: true states at these instants.
 
     Returns:
-        In the block's axes, (M, 3) rad/s.
+        The rate in the block's axes, (M, 3) rad/s.
 
     Raises:
-        InputError: an instant outside the trajectory.
+        InputError: an instant lies outside the trajectory.
     """
     q_eb = rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
     spin = rotation.rotate(rotation.conjugate(q_eb), np.array([0.0, 0.0, trajectory.ellipsoid.omega]))
@@ -32,7 +32,7 @@ def turning(trajectory: Trajectory, time: Array, state: NavState) -> Array:
 
 
 def state_at(trajectory: Trajectory, time: Array, lever_arm: ArrayLike) -> NavState:
-    """Return the true state of a point of the rigid body that the sensor block belongs to.
+    """Return the true state of a point that is rigidly connected to the sensor block.
 
     r = r_block + C_eb l and v = v_block + C_eb (ω_eb × l), in Earth-fixed axes.
 
@@ -42,10 +42,10 @@ def state_at(trajectory: Trajectory, time: Array, lever_arm: ArrayLike) -> NavSt
         lever_arm: l, from the block to the point, body axes, (3,) m.
 
     Returns:
-        Its state; north, east and down are the point's own.
+        The state of the point; north, east and down are those at the point.
 
     Raises:
-        InputError: an instant outside the trajectory.
+        InputError: an instant lies outside the trajectory.
     """
     arm = np.asarray(lever_arm, dtype=np.float64)
     if not arm.any():

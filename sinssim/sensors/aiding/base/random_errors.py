@@ -1,4 +1,4 @@
-"""The random errors of aiding sensors; every axis of every term has random numbers of its own."""
+"""The random errors of aiding sensors; every axis of every term has its own random numbers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array
         seed: the run's seed.
         term: name of the sensor and the error.
         sigma: 1σ of each axis, (k,).
-        time: of the readings, (M,) s.
+        time: times of the readings, (M,) s.
         correlation_time: s.
 
     Returns:
@@ -49,13 +49,13 @@ def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array
 
 
 def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int = 0) -> float:
-    """Return an error that is constant during a run: the given one, or one that is drawn.
+    """Return an error that is constant during a run: the given value, or a random one.
 
     Args:
         seed: the run's seed.
         term: name of the sensor and the error.
-        fixed: the error itself, None to draw it.
-        sigma: 1σ to draw it from.
+        fixed: the error itself; None for a random error.
+        sigma: 1σ of the random error.
         axis: number of the axis.
 
     Returns:

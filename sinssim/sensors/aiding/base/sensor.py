@@ -1,8 +1,9 @@
-"""The base of every aiding sensor: its keys, its readings on their way to the filter, and the filter's states for it.
+"""The base of every aiding sensor: its keys, its readings, and its states in the filter.
 
 An error that differs from run to run can be given in two ways, as for the inertial sensors: `bias_sigma_m = 10.0` is
-the 1σ that it is drawn from, `bias_m = 10.0` the error itself. All noises are 1σ of each reading. The filter is told
-the 1σ of the white noise, and the description of what its states can follow; `[filter]` may tell it otherwise.
+the 1σ of a random error, `bias_m = 10.0` the error itself. All noises are 1σ of each reading. By default the filter
+assumes the true 1σ of the white noise and the true description of the errors in its states; `[filter]` can change
+these.
 """
 
 from __future__ import annotations
@@ -31,14 +32,14 @@ Spans = Sequence[tuple[float, float]]
 
 
 def in_order(span: tuple[float, float]) -> tuple[float, float]:
-    """Return a span of time; raise ValueError for one that does not end after it begins."""
+    """Return a time interval; raise ValueError if it does not end after it begins."""
     if not span[0] < span[1]:
-        raise ValueError(f"from {span[0]:g} s to {span[1]:g} s is no time; the end must lie after the begin")
+        raise ValueError(f"the interval from {span[0]:g} s to {span[1]:g} s must end after it begins")
     return span
 
 
 Span = Annotated[tuple[Moment, Moment], AfterValidator(in_order)]
-"""From, to: times of the run, s."""
+"""Beginning and end of an interval of the run, s."""
 
 Noise3 = tuple[Noise, Noise, Noise]
 
@@ -49,10 +50,10 @@ class Vehicle:
 
     Attributes:
         trajectory: true motion of the sensor block.
-        seed: the run's seed; every axis of every term of every sensor has a generator of its own, so that the draws of
-            one do not depend on which others there are.
-        navigate: navigates another inertial system of a grade at a lever arm [m] from the block, from the exact start;
-            the solution is in the block's axes. None if nothing does.
+        seed: the run's seed; every axis of every term of every sensor has its own generator, so that its draws do not
+            depend on the other sensors.
+        navigate: function that navigates another inertial system of a given grade at a lever arm [m] from the block,
+            from the exact initial state; the solution is in the block's axes. None if not available.
     """
 
     trajectory: Trajectory
@@ -64,9 +65,9 @@ class SensorState(NamedTuple):
     """An error of an aiding sensor that the filter estimates: a constant, or a Gauss-Markov process.
 
     Attributes:
-        block: name of the states, "<label> bias" for example, see `sinssim.estimation.model.BLOCKS`.
+        block: name of the states, for example "<label> bias"; see `sinssim.estimation.model.BLOCKS`.
         sigma: 1σ of each component, SI; the filter has no state for an error whose 1σ are all zero.
-        correlation_time: of a Gauss-Markov process, s; infinite for a constant.
+        correlation_time: correlation time of a Gauss-Markov process, s; infinite for a constant.
     """
 
     block: str
@@ -76,13 +77,13 @@ class SensorState(NamedTuple):
 
 @dataclass(frozen=True)
 class AidingReadings:
-    """The readings of an aiding sensor, of one kind of measurement, and the truth about them.
+    """The readings of an aiding sensor for one kind of measurement, with the true values of its parameters.
 
     Attributes:
-        measurements: what the filter gets.
-        time: instants of all readings, those in outages too, (M,) s.
-        parameters: true values of what a filter may estimate of the sensor, by block of states: constants (k,), or at
-            `time` (M, k).
+        measurements: readings for the filter.
+        time: instants of all readings, including those in outages, (M,) s.
+        parameters: true values of the sensor's parameters that a filter may estimate, by block of states: constants
+            (k,), or values at `time` (M, k).
     """
 
     measurements: Measurements
@@ -91,7 +92,7 @@ class AidingReadings:
 
 
 class AidingSensor(Section):
-    """A table of [aiding]: the keys of every aiding sensor, a rate, a latency, and times without readings."""
+    """A table of [aiding]: the common keys of aiding sensors, which are rate, latency, and outages."""
 
     rate_hz: Rate = Field(
         default=1.0, description="readings per second, at most the IMU's; the first one interval after the start"
@@ -102,25 +103,25 @@ class AidingSensor(Section):
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return what the sensor gives during a run.
+        """Return the readings of the sensor during a run.
 
         Args:
-            vehicle: the vehicle that carries it.
+            vehicle: the vehicle that carries the sensor.
 
         Returns:
-            One entry for each kind of measurement that it gives.
+            One entry for each kind of measurement of the sensor.
 
         Raises:
-            InputError: the motion is over before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         raise NotImplementedError
 
     def states(self) -> Iterable[SensorState]:
-        """Return the errors of the sensor that the filter estimates; by default there are none."""
+        """Return the errors of the sensor that the filter estimates; none by default."""
         return ()
 
     def epochs(self, trajectory: Trajectory) -> Array:
-        """Return the instants at which the sensor reads, outages included.
+        """Return the instants of the readings, outages included.
 
         Args:
             trajectory: the true motion.
@@ -129,14 +130,14 @@ class AidingSensor(Section):
             start + k/rate for k = 1, 2, …, (M,) s.
 
         Raises:
-            InputError: the motion is over before the first reading.
+            InputError: the motion ends before the first reading.
         """
         duration = trajectory.end - trajectory.start
         if duration * self.rate_hz < 1.0 - 1e-9:
             key = next((k for k, entry in SENSORS.items() if entry.endswith(f".{type(self).__name__}")), "?")
             raise InputError(
                 f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first reading comes after {1.0 / self.rate_hz:g} s, and "
-                f"the motion is over after {duration:g} s; a higher rate or a longer motion is needed."
+                f"the motion ends after {duration:g} s. Use a higher rate or a longer motion."
             )
         return sample_edges(trajectory.start, trajectory.end, self.rate_hz)[1:]
 
@@ -153,19 +154,19 @@ class AidingSensor(Section):
         valid: Mask | None = None,
         lag: float = 0.0,
     ) -> AidingReadings:
-        """Return readings as the filter gets them.
+        """Return readings in the form for the filter.
 
-        All have been drawn before: an outage leaves the noise of the others alone.
+        All errors are drawn before, so that an outage does not change the noise of the other readings.
 
         Args:
-            label: name of the readings, unique among all sensors; those of the sensor's blocks begin with it.
+            label: name of the readings, unique among all sensors; names of the sensor's blocks begin with it.
             kind: kind of measurement, see `Measurements`.
             time: instants of all readings, (M,) s.
             value: all readings, (M, k).
-            sigma: 1σ of each component that the filter is told, (k,).
+            sigma: 1σ of each component, (k,).
             parameters: see `AidingReadings`.
             lever_arm: from the block to the sensor, body axes, (3,) m.
-            valid: which readings exist, outages apart, (M,); all by default.
+            valid: which readings exist, regardless of outages, (M,); all by default.
             lag: time by which the reading lags the quantity, s.
 
         Returns:
@@ -186,11 +187,11 @@ class AidingSensor(Section):
 
 
 def within(time: Array, spans: Spans) -> Mask:
-    """Return which instants lie in one of some spans.
+    """Return which instants lie in one of several intervals.
 
     Args:
         time: (M,) s.
-        spans: begin and end of each, both included, s.
+        spans: beginning and end of each interval, both included, s.
 
     Returns:
         (M,).
