@@ -1,4 +1,4 @@
-"""The parked vehicle: heading, roll, pitch and latitude from gyros and accelerometers, and their errors."""
+"""Alignment of a parked vehicle: heading, roll, pitch and latitude from gyros and accelerometers, and their errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Body axes and angles of the parked-vehicle theory, and its one conversion to the package's axes."""
+"""Body axes and angles of the parked-vehicle theory, and the conversion to the package's axes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 
 SINGULAR_ZONE = np.radians(0.05)
-"""Half-width of the zones round the poles and round the vertical attitude in which angles are not determined, rad."""
+"""Half-width of the zones around the poles and around the vertical attitude in which angles are undetermined, rad."""
 
 
 class Attitude(NamedTuple):
-    """Attitude of a parked vehicle, all in rad, arrays of any shapes that broadcast together.
+    """Attitude of a parked vehicle, in rad, arrays that broadcast together.
 
     Attributes:
         heading: clockwise from north.
@@ -31,13 +31,13 @@ class Attitude(NamedTuple):
 
 
 class Angles(NamedTuple):
-    """One number for each angle that a parked vehicle determines: an error, a mean, a standard deviation, rad.
+    """One value for each angle that is determined on a parked vehicle: an error, a mean or a standard deviation, rad.
 
     Attributes:
-        heading: of the heading.
-        roll: of the roll.
-        pitch: of the pitch.
-        latitude: of the latitude.
+        heading: value for the heading.
+        roll: value for the roll.
+        pitch: value for the pitch.
+        latitude: value for the latitude.
     """
 
     heading: Array
@@ -47,12 +47,12 @@ class Angles(NamedTuple):
 
 
 def paper_axes(vector: ArrayLike) -> Array:
-    """Turn components forward-right-down into right-forward-up, the axes of eqs. (1)-(26), or back.
+    """Convert components forward-right-down to right-forward-up, the axes of eqs. (1)-(26), or back.
 
     The conversion is its own inverse: X right, Y forward, Z up is (right, forward, -down).
 
     Args:
-        vector: (..., 3) components of one vector (or of the coefficients by which a vector is multiplied).
+        vector: (..., 3) components of a vector (or of coefficients that multiply a vector).
 
     Returns:
         The same vector in the other axes, (..., 3).
@@ -97,10 +97,10 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
         latitude: rad.
 
     Returns:
-        The same as float arrays.
+        The angles as float arrays.
 
     Raises:
-        InputError: an angle is not finite, or a pitch or latitude is beyond +-90 deg.
+        InputError: an angle is not finite, or a pitch or latitude exceeds ±90 deg.
     """
     given: object = attitude
     sized = isinstance(given, tuple | list) or (isinstance(given, np.ndarray) and given.ndim > 0)
@@ -117,7 +117,8 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
         if np.any(beyond):
             value = np.degrees(arrays[name][beyond].flat[0])
             raise InputError(
-                f"the {name} is {value:.6g} deg{where(beyond)}; it lies between -90 and 90 deg and is given in radians."
+                f"the {name} is {value:.6g} deg{where(beyond)}; it must lie between -90 and 90 deg and be given in "
+                "radians."
             )
     return Attitude(arrays["heading"], arrays["roll"], arrays["pitch"]), arrays["latitude"]
 
@@ -126,10 +127,10 @@ def check_broadcast(arrays: Mapping[str, Array]) -> None:
     """Raise if arrays do not broadcast together.
 
     Args:
-        arrays: by name.
+        arrays: arrays by name.
 
     Raises:
-        InputError: with their shapes.
+        InputError: they do not; the message gives their shapes.
     """
     try:
         np.broadcast_shapes(*(array.shape for array in arrays.values()))
@@ -142,10 +143,10 @@ def where(bad: NDArray[Any]) -> str:
     """Describe the first invalid element of an array for a message.
 
     Args:
-        bad: boolean array, true where the value is bad.
+        bad: boolean array, true where the value is invalid.
 
     Returns:
-        " (element [i, j])", or nothing for a single number.
+        " (element [i, j])", or "" for a single number.
     """
     if bad.ndim == 0:
         return ""

@@ -1,27 +1,27 @@
-"""Tests whether the vehicle stood still in a session, and bounds the effect of motion too small to be refused.
+"""Tests whether the vehicle stood still in a session, and bounds the effect of undetected motion.
 
-Eq. (1) takes the mean rate of the gyros for the Earth's. A base that has turned by d between the first instant and the
-last adds d/T to that mean, whatever it did between: one second of arc in 300 s is 1.2′ of heading at 50° of latitude.
-Two things guard against it.
+Eq. (1) assumes that the mean rate of the gyros is the Earth's. A base that turns by d between the first and the last
+instant adds d/T to that mean, regardless of its motion in between: one second of arc in 300 s causes 1.2′ of heading
+error at 50° of latitude. A test and a variance account for this.
 
-**A test.** All that the record shows is compared with what the noise of the sensors explains. That noise is the grade's
-where a grade is given, and never the record's own: a sway would excuse itself. The gyros' angle may leave a straight
-line no farther than a Brownian bridge does; the specific force of a part of the session may lie no farther from the
-mean; sums over parts of 1, 2, 4 … samples may not vary more than white noise lets them; and the net turn d, measured as
-below, must be zero within its error. One session in `1/FALSE_ALARM` of a vehicle that stands still is refused.
+**Test.** The observed departures are compared with limits from the noise of the sensors. If a grade is given, that
+noise is the grade's and not the record's own, which would include a sway. The departure of the gyros' angle from a
+straight line must not exceed that of a Brownian bridge. The specific force of parts of the session must agree with the
+mean. Sums over 1, 2, 4 … samples must not vary more than white noise. The net turn d, measured as below, must be zero
+within its error. One session in `1/FALSE_ALARM` of a vehicle at rest is refused.
 
-**A variance.** Gyros cannot tell a steady turn from the Earth's, accelerometers can: over the first τ seconds and the
-last ones they show the plumb line, and the gyros carry it to the first and to the last instant. The change between the
-two is d about the horizontal axes, with the standard deviation
+**Variance.** Gyros cannot distinguish a steady turn from the Earth's rotation, but accelerometers can. Over the first
+and the last τ seconds they measure the plumb line, which the gyros transfer to the first and to the last instant. The
+change between the two is d about the horizontal axes, with the standard deviation
 
     σ_d² = [2 N_a²/(g² τ) + N_g² (2τ/3 − τ²/T) + pulses and drifts] / (1 − τ/T)²
 
-for white noises N_a and N_g, least at one τ, which is taken. Of d nothing is known beforehand, so that the measured d̂
-leaves it a mean square of d̂² + σ_d² (the posterior of a flat prior), and (d̂ d̂ᵀ + σ_d²)/T² goes into the covariance of
-the mean rate. This holds for motion of every kind, slower than the session or faster. About the vertical nothing but
-the gyros measures, and a slow turn is not seen. The base is taken to turn there by no more than it may tilt. Nothing
-but that bound is known of d, so that its square, the largest mean square within the bound, goes into the covariance. A
-steady turn about the vertical that is larger spoils the latitude and leaves the heading.
+for white noises N_a and N_g; the τ that minimises it is used. With a flat prior for d, the posterior mean square is d̂²
++ σ_d² for the measured d̂, and (d̂ d̂ᵀ + σ_d²)/T² is added to the covariance of the mean rate. This holds for any
+motion, slower or faster than the session. About the vertical only the gyros measure, so that a slow turn is not
+detected. The turn about the vertical is assumed to be within the limit for tilts, and the square of the limit, the
+largest mean square within it, is added to the covariance. A larger steady turn about the vertical causes an error of
+the latitude but not of the heading.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ from sinssim.errors import InputError
 from sinssim.units import ARCSEC
 
 FALSE_ALARM = 1e-3
-"""Probability with which a session of a vehicle that stands still is refused."""
+"""Probability that a session of a vehicle at rest is refused."""
 
-_PARTS = (2, 20)  # into which a session is cut to compare mean specific forces: a slow sinking, a jolt
-_FEWEST_PARTS = 4  # of which a variance is worth a test
-_ROUNDING = 0.01 * ARCSEC  # what arithmetic and the digits of a log leave of an angle
-# Limits of a session without a grade, whose noise is only seen: a departure that is let pass whatever the noise is.
+_PARTS = (2, 20)  # number of parts of a session for the comparison of mean specific forces: slow sinking, jolts
+_FEWEST_PARTS = 4  # smallest number of sums for a test of variance
+_ROUNDING = 0.01 * ARCSEC  # rounding error of an angle by arithmetic and the digits of a log
+# Limits without a grade, where the noise is estimated from the record: departures that always pass.
 _UNKNOWN_TURN = 5.0 * ARCSEC
 _UNKNOWN_TILT = 1.5 * ARCSEC
 
@@ -57,10 +57,10 @@ class Departure:
     """Departure of a quantity that is constant on a vehicle at rest, and its limit.
 
     Attributes:
-        what: a clause that ends before the size: "its specific force turns by".
-        size: of the departure, rad.
-        limit: what the noise of the sensors explains, rad.
-        time: when, s; None of a departure that has no one instant.
+        what: beginning of a sentence that the size completes: "its specific force turns by".
+        size: size of the departure, rad.
+        limit: largest departure that the noise of the sensors explains, rad.
+        time: time of the departure, s; None for a departure without a single instant.
     """
 
     what: str
@@ -74,8 +74,8 @@ class Stillness:
     """Observed motion of the vehicle in a session, and its limits.
 
     Attributes:
-        departures: of all that was tested.
-        graded: whether the limits are those of a known grade.
+        departures: departures of all tests.
+        graded: whether the limits are based on a known grade.
         net_turn: d̂ from the first instant to the last about the horizontal axes, forward-right-down, (3,) rad.
         net_turn_sigma: σ_d of each of its two components, rad.
         net_turn_limit: the largest |d̂| that noise explains, rad.
@@ -93,12 +93,12 @@ class Stillness:
 
     @property
     def worst(self) -> Departure:
-        """The departure that is largest against its limit."""
+        """The departure with the largest ratio to its limit."""
         return max(self.departures, key=lambda found: found.size / found.limit)
 
     @property
     def moved(self) -> bool:
-        """Whether noise does not explain the departures."""
+        """Whether a departure exceeds what noise explains."""
         return self.worst.size > self.worst.limit
 
     @property
@@ -112,7 +112,7 @@ class Stillness:
         """Refuse a session whose vehicle moved.
 
         Raises:
-            InputError: what was seen, what the noise explains, and what to do.
+            InputError: the vehicle moved; the message gives the departure, its limit and a remedy.
         """
         if not self.moved:
             return
@@ -120,32 +120,32 @@ class Stillness:
         when = "" if worst.time is None else f"at {worst.time:.6g} s "
         explains = "the noise of the sensors' grade" if self.graded else "the noise in the record"
         raise InputError(
-            f"the vehicle moved during the session: {when}{worst.what} {worst.size / ARCSEC:.4g} arcsec, where "
-            f"{explains} explains up to {worst.limit / ARCSEC:.3g} arcsec. Align it as a disturbed base (--disturbed, "
-            "align_disturbed), or take a part of the session in which it stands still."
+            f"the vehicle moved during the session: {when}{worst.what} {worst.size / ARCSEC:.4g} arcsec, but "
+            f"{explains} explains only {worst.limit / ARCSEC:.3g} arcsec. Align it as a disturbed base (--disturbed, "
+            "align_disturbed), or use a part of the session in which it stands still."
         )
 
 
 def motion_errors(c: Coefficients, still: Stillness) -> Angles:
-    """Return the standard deviations of the angles of eq. (1) by motion too small to be refused.
+    """Return the standard deviations of the angles of eq. (1) by undetected motion.
 
     Args:
         c: coefficients of one vehicle.
-        still: what its session shows.
+        still: observed motion of its session.
 
     Returns:
-        Heading and latitude by the mean rate; roll and pitch by the turn itself, of which half the mean square lies
-        between the session's mean and its last instant if it sways, a quarter if it sinks; rad.
+        Heading and latitude by the mean rate; roll and pitch by the turn itself. Half of its mean square lies between
+        the session's mean and its last instant for a sway, a quarter for steady sinking; rad.
     """
     turn = still.turn_covariance
     rate = turn / still.duration**2
-    tilt = np.sqrt(0.25 * float(np.trace(turn) - still.up @ turn @ still.up))  # on average of the horizontal axes
+    tilt = np.sqrt(0.25 * float(np.trace(turn) - still.up @ turn @ still.up))  # mean of the horizontal axes
     heading, latitude = (np.sqrt(float(by @ rate @ by)) for by in (c.m, c.p))
     return Angles(*(np.asarray(value) for value in (heading, tilt, tilt, latitude)))
 
 
 class _Noise(NamedTuple):
-    """Noise of the sensors alone: white noise N, the weight of a pulse, a change within the session."""
+    """Noise of the sensors alone: white noise N, pulse weight, change within the session."""
 
     white: float
     quantum: float
@@ -162,15 +162,15 @@ def determine_session(imu: ImuData, expected: Expected | None = None, start: flo
     """Determine heading, roll, pitch and latitude from a session of a vehicle that stood still, eq. (1).
 
     Args:
-        imu: the session's increments; a few hundred seconds average the noise.
-        expected: of the sensor block's errors, if they are known; see `sinssim.alignment.expected_errors`.
+        imu: the session's increments; a few hundred seconds reduce the noise by averaging.
+        expected: expected errors of the sensor block, if known; see `sinssim.alignment.expected_errors`.
         start: time from when the sensors were switched on to the session's first sample, s.
 
     Returns:
         The determination.
 
     Raises:
-        InputError: unusable increments, a vehicle that moved during the session, or as `determine`.
+        InputError: the increments are unusable, the vehicle moved during the session, or as for `determine`.
     """
     result = determine(*mean_readings(imu), None if expected is None else expected.instrument_sigmas)
     stillness(imu, expected, start).require()
@@ -182,15 +182,15 @@ def stillness(imu: ImuData, expected: Expected | None = None, start: float = 0.0
 
     Args:
         imu: the session's increments.
-        expected: of the sensor block's errors; without it the record's own noise has to serve, and no covariance can
-            be stated.
+        expected: expected errors of the sensor block; without them the noise is estimated from the record, and there is
+            no covariance.
         start: time from when the sensors were switched on to the session's first sample, s.
 
     Returns:
         Departures and limits, and the net turn.
 
     Raises:
-        InputError: unusable increments.
+        InputError: the increments are unusable.
     """
     imu = check_session(imu)
     elapsed = imu.time - imu.time[0]
@@ -199,31 +199,31 @@ def stillness(imu: ImuData, expected: Expected | None = None, start: float = 0.0
     gravity = float(np.linalg.norm(accel))
     up = accel / gravity
     gyro, tilt = _noises(imu, expected, start, gravity)
-    # the direction of the specific force turns against the block; turn by which the block has tilted, times the time
+    # the direction of the specific force turns opposite to the block; tilt of the block times the time
     level = np.cross(imu.dvel, up) / gravity
     angle = np.concatenate([np.zeros((1, 3)), np.cumsum(imu.dtheta, axis=0)])
     bridge = angle - np.outer(elapsed / duration, angle[-1])
     net, sigma, window = _net_turn(bridge, level, elapsed, up, gyro, tilt)
     count = len(imu)
     octaves = [2**k for k in range(int(np.log2(count / _FEWEST_PARTS)) + 1)] if expected is not None else []
-    # the net turn, which alone tells of slow motion, has half of the false alarms; all the others share the rest
+    # the net turn, which alone detects slow motion, has half of the false alarms; the others share the rest
     each = 0.5 * FALSE_ALARM / (3 + sum(_PARTS) + 6 * max(len(octaves), 1))
-    # a sway smaller than σ_d adds no more to the net turn than is stated; unknown noise states nothing
+    # a sway smaller than σ_d adds to the net turn at most the stated σ; without known noise there is no such allowance
     harmless = _ROUNDING if expected is None else sigma + _ROUNDING
     departures = [
         _of_bridge(bridge, imu.time, gyro, duration, harmless, each),
         _of_tilt(level, imu.time, tilt, harmless, each),
     ]
-    # what is known of the drifts is of one axis, the turn of two; 1 − τ/T as of the net turn
+    # the known drift is per axis, the turn is about two; 1 − τ/T as for the net turn
     known = np.sqrt(2.0) * (tilt.known + 0.5 * gyro.known * window) / (1.0 - window / duration)
     largest = float(known) + sigma * float(np.sqrt(-2.0 * np.log(0.5 * FALSE_ALARM)))
     if expected is not None:
-        what = "from its first instant to its last the base turns by"
+        what = "from the first instant to the last the base turns by"
         departures.append(Departure(what, float(np.linalg.norm(net)), largest + _ROUNDING))
         interval = duration / count
         departures += [_of_sums(np.diff(bridge, axis=0), size, interval, gyro, harmless**2, each) for size in octaves]
         for size in octaves:
-            # a sway that is let pass, or the velocity of one, which the window of the net turn averages to as little
+            # an accepted sway, or its velocity, which the window of the net turn reduces to the same size
             allowed = 0.5 * (harmless * max(size * interval, window)) ** 2
             departures.append(_of_sums(level, size, interval, tilt, allowed, each, parts=True))
     if expected is None:
@@ -235,7 +235,7 @@ def stillness(imu: ImuData, expected: Expected | None = None, start: float = 0.0
 
 
 def _noises(imu: ImuData, expected: Expected | None, start: float, gravity: float) -> tuple[_Noise, _Noise]:
-    """Return the noise of gyros, and of accelerometers as tilts."""
+    """Return the noise of the gyros, and that of the accelerometers as tilts."""
     duration = float(imu.time[-1] - imu.time[0])
     if expected is None:
         return (
@@ -283,7 +283,7 @@ def _of_bridge(
     """Compare the gyros' angle with a straight line: a Brownian bridge exceeds x with 2 exp(−2x²/N²T)."""
     noise = gyro.white * np.sqrt(0.5 * np.log(2.0 / probability) * duration)
     k, axis = np.unravel_index(int(np.argmax(np.abs(bridge))), bridge.shape)
-    # a rate that stays in a range of width c takes the angle no farther than cT/4 from its line
+    # a rate within a range of width c moves the angle at most cT/4 from its line
     limit = noise + gyro.quantum + 0.25 * gyro.change * duration + sigma
     what = "its gyros' angle departs from a steady turn by"
     return Departure(what, float(np.abs(bridge[k, axis])), float(limit), float(time[k]))
@@ -314,16 +314,16 @@ def _of_sums(
     probability: float,
     parts: bool = False,
 ) -> Departure:
-    """Compare the variance of sums over so many samples with that of white noise, pulses and drift.
+    """Compare the variance of sums over `size` samples with that of white noise, pulses and drift.
 
     Args:
         increments: (N, 3) rad, or tilts times the interval, rad s.
         size: samples in a sum.
         interval: between samples, s.
-        noise: of the sensors.
-        allowed: variance of motion that does not matter.
-        probability: of a false alarm.
-        parts: whether the sums are to be told as the mean tilts of the parts.
+        noise: noise of the sensors.
+        allowed: variance of acceptable motion.
+        probability: probability of a false alarm.
+        parts: whether the sums are reported as mean tilts of the parts.
     """
     from scipy.special import chdtri
 
@@ -331,7 +331,7 @@ def _of_sums(
     sums = increments[: count * size].reshape(count, size, 3).sum(axis=1)
     variance = float(sums.var(axis=0, ddof=1).max())
     white = noise.white**2 * span * float(chdtri(count - 1, probability)) / (count - 1)
-    # a reading within a range of width c has a variance of c²/4 at most, a sum between pulses an error of one at most
+    # a reading within a range of width c has a variance of at most c²/4, a sum between pulses an error of at most one
     limit = white + noise.quantum**2 + (0.5 * noise.change * span) ** 2 + allowed
     unit = span if parts else 1.0
     what = (

@@ -1,8 +1,8 @@
 """Error budget of an attitude determination: by instruments, session length and method.
 
-The paper's twelve errors are those that no session averages. Around them stand those that at rest act as a bias of
-every axis whose ideal reading is x: misalignment, non-linearity ½κ|x| + K₂x² + K₃x³ + Σ C_ij x_i x_j, g-sensitivity.
-What drifts acts by its mean over the session, from t to t + T after the sensors were switched on:
+The paper's twelve errors do not decrease with the length of a session. The same holds for errors that at rest act as a
+bias of an axis with the ideal reading x: misalignment, non-linearity ½κ|x| + K₂x² + K₃x³ + Σ C_ij x_i x_j,
+g-sensitivity. Drifts act by their mean over the session, from t to t + T after the sensors were switched on:
 
     temperature                 β Θ̄ and k′ Θ̄ x,  Θ̄ = Θ∞ + (Θ₀ − Θ∞) (τ/T) e^(−t/τ) (1 − e^(−T/τ))
     ramp R                      R (t + T/2)
@@ -10,8 +10,8 @@ What drifts acts by its mean over the session, from t to t + T after the sensors
     bias instability, flicker   variance of the mean of their process
     null shift of laser gyros   its mean, a known bias
 
-and what a session of length T averages is random walk (variance N²/T of a mean reading) and quantisation (a pulse of
-weight Q at either end leaves Q²/6T²).
+A longer session reduces the random walk (variance N²/T of a mean reading) and the quantisation (pulses of weight Q at
+both ends cause Q²/6T²).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from sinssim.sensors.imu.terms import TERMS, non_linear_inputs, non_linearity, o
 from sinssim.sensors.noise import flicker
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
-"""Eq. (1) on a quiet base, or the inertial fit on a disturbed one, which finds the latitude or is given it."""
+"""Eq. (1) on a quiet base, or the inertial fit on a disturbed base with unknown or known latitude."""
 
 _DRIFTS = (
     "bias", "scale factor", "misalignment", "non-linearity", "temperature", "ramp", "rate random walk",
@@ -47,7 +47,7 @@ _AVERAGED = ("random walk", "quantisation")
 
 
 def _further(triad: str) -> tuple[str, ...]:
-    """Return the sources of one triad's terms whose rows say what they multiply."""
+    """Return the sources of one triad's terms whose rows have `multiplies`."""
     return tuple(dict.fromkeys(term.source for term in of_triad(triad) if term.multiplies is not None))
 
 
@@ -60,19 +60,19 @@ OF_GYROS = _sources("gyro", "gyro", "angle")
 """The sources that act through the rates; the others act through the specific forces."""
 
 SOURCES = (*OF_GYROS, *_sources("accel", "accelerometer", "velocity"))
-"""The sources of error, in the order of tables and bars. Faults and ranges are in no budget."""
+"""The sources of error, in the order of tables and bars. Faults and ranges are not part of budgets."""
 
 MOTION = "motion of the base"
-"""The source that only a session itself can tell of: what motion too small to be refused may have done."""
+"""The source that depends on the session itself: undetected motion."""
 
 SLOW = tuple(source for source in SOURCES if source.endswith(("instability", "flicker")))
 """Noises that hardly change within a session of usual length."""
 
 AVERAGED = (*SLOW, *(source for source in SOURCES if source.startswith(("angle", "velocity"))))
-"""The sources that a longer session makes smaller."""
+"""The sources that a longer session reduces."""
 
-INSTANTS = 10_000  # of a session, over which the null shift is averaged
-_SHORTEST, _LONGEST = 1e-6, 1e12  # session lengths beyond which a crossing counts as none, s
+INSTANTS = 10_000  # instants of a session, over which the null shift is averaged
+_SHORTEST, _LONGEST = 1e-6, 1e12  # limits of session lengths, s; a crossing beyond them does not count
 
 
 class Expected(NamedTuple):
@@ -83,7 +83,7 @@ class Expected(NamedTuple):
 
     @property
     def instrument_sigmas(self) -> InstrumentErrors:
-        """Standard deviations of biases and scale factors, as the paper's theory takes them."""
+        """Standard deviations of biases and scale factors, for the paper's theory."""
         gyro, accel = self.sigma.gyro, self.sigma.accel
         return InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
 
@@ -95,10 +95,10 @@ class Expected(NamedTuple):
 
 
 def expected_errors(section: ImuSection) -> Expected:
-    """Return means and standard deviations of the errors that a sensor section describes.
+    """Return means and standard deviations of the errors described by a sensor section.
 
-    What the section fixes is a mean without spread; what it leaves to be drawn has the section's or the grade's
-    standard deviation.
+    A fixed error is a mean with zero standard deviation; a random error has the standard deviation of the section or
+    the grade.
 
     Args:
         section: the [imu] section of a scenario.
@@ -107,7 +107,7 @@ def expected_errors(section: ImuSection) -> Expected:
         Means and standard deviations, SI.
 
     Raises:
-        InputError: no such section.
+        InputError: the argument is not such a section.
     """
     check_kind("section", section, ImuSection, "ImuSection, for example ImuSection(grade='tactical')")
     mean: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
@@ -132,7 +132,7 @@ def reading_errors(
     """Return the errors of mean readings at rest by known sensor errors, to first order.
 
     Args:
-        errors: of the sensor block; its noise is left out.
+        errors: errors of the sensor block; its noise is neglected.
         gyro: ideal rates, (3,) rad/s.
         accel: ideal specific forces, (3,) m/s².
         duration: length of the session, s.
@@ -170,7 +170,7 @@ def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) ->
         start: time from when the sensors were switched on to its first sample, (...) s.
 
     Returns:
-        Over the temperature of the calibration, (...) K.
+        Temperature above that of the calibration, (...) K.
     """
     x = np.asarray(duration, dtype=np.float64) / warm_up.time_constant
     begun = np.exp(-np.asarray(start, dtype=np.float64) / warm_up.time_constant)
@@ -188,12 +188,11 @@ def error_budget(
     start: float = 0.0,
     rate_hz: float = 100.0,
 ) -> dict[str, Angles]:
-    """Return the standard deviation of every angle from every source.
+    """Return the standard deviation of every angle by every source.
 
-    For a disturbed base the heading's part from angle random walk grows as the fit weighs it; the other angles of
-    that method, taken at the session's end rather than over it, are given as on a quiet base, except the latitude,
-    which the fit finds from cosφ, or which is known and then has no error. What drifts is taken there, too, by its
-    plain mean.
+    On a disturbed base, the heading error by angle random walk is larger because of the weights of the fit. The other
+    angles, which that method determines at the end of the session, are given as on a quiet base. The latitude follows
+    from cosφ in the fit, or is known without error. Drifts act by their plain mean, too.
 
     Args:
         attitude: heading, roll, pitch, rad, broadcasting.
@@ -203,13 +202,13 @@ def error_budget(
         method: see `Method`.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
         start: time from when the sensors were switched on to the session's first sample, s.
-        rate_hz: samples per second: flicker noise goes back 4·10⁶ samples.
+        rate_hz: samples per second; the memory of flicker noise is 4·10⁶ samples.
 
     Returns:
-        By source, standard deviations, rad.
+        Standard deviations by source, rad.
 
     Raises:
-        InputError: as `coefficients` and `reading_variances`.
+        InputError: as for `coefficients` and `reading_variances`.
     """
     check_name("method", method, get_args(Method))
     c = coefficients(attitude, latitude, gravity=gravity)
@@ -237,7 +236,7 @@ def reading_variances(
     start: float = 0.0,
     rate_hz: float = 100.0,
 ) -> dict[str, Array]:
-    """Return by source the variance of every axis's mean reading over a session.
+    """Return the variance of every axis's mean reading over a session, by source.
 
     Args:
         sigma: standard deviations of the sensor block's errors.
@@ -249,10 +248,10 @@ def reading_variances(
         rate_hz: samples per second, for flicker noise.
 
     Returns:
-        By source, (..., 3) (rad/s)² or (m/s²)².
+        Variances by source, (..., 3) (rad/s)² or (m/s²)².
 
     Raises:
-        InputError: no standard deviations of a sensor block, a duration that is not positive, an unknown method.
+        InputError: sigma is not that of a sensor block, the duration is not positive, or the method is unknown.
     """
     check_sigmas(sigma)
     check_name("method", method, get_args(Method))
@@ -301,7 +300,7 @@ def _further_variances(name: str, triad: TriadErrors, ideal: Array, force: Array
 
 
 def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None, known: bool) -> Coefficients:
-    """Return the coefficients with the latitude's taken from the cone's opening, cosφ = (horizontal rate)/U.
+    """Return the coefficients with the latitude from the opening of the cone, cosφ = (horizontal rate)/U.
 
     Args:
         c: coefficients of eq. (1).
@@ -313,7 +312,7 @@ def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike |
         Coefficients of the fit on a disturbed base.
 
     Raises:
-        InputError: a latitude at which the cone's opening hardly depends on it.
+        InputError: the opening of the cone hardly depends on the latitude.
     """
     if known:
         return c._replace(p=np.zeros_like(c.p), r=np.zeros_like(c.r))
@@ -340,8 +339,8 @@ def total(budget: dict[str, Angles], sources: tuple[str, ...] | None = None) -> 
     """Return the root of the sum of squares over sources.
 
     Args:
-        budget: by source, standard deviations.
-        sources: which sources to sum; all of them by default.
+        budget: standard deviations by source.
+        sources: sources to sum; all by default.
 
     Returns:
         Standard deviations.
@@ -364,7 +363,7 @@ def bias_takes_over(
     start: float = 0.0,
     rate_hz: float = 100.0,
 ) -> Angles:
-    """Return the session length at which the averaged errors equal the errors that do not average.
+    """Return the session length at which the errors reduced by averaging equal the others.
 
     A longer session gains at most a factor √2 in the standard deviation.
 
@@ -374,19 +373,19 @@ def bias_takes_over(
         sigma: standard deviations of the sensor block's errors.
         method: see `Method`.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
-        start, rate_hz: as of `error_budget`.
+        start, rate_hz: as for `error_budget`.
 
     Returns:
-        Session lengths by angle, s; infinite where nothing but averaged errors acts, 0 where nothing is averaged.
+        Session lengths by angle, s; infinite if all errors are averaged, 0 if none are.
 
     Raises:
-        InputError: as `error_budget`.
+        InputError: as for `error_budget`.
     """
     shape = np.broadcast_shapes(*(np.shape(value) for value in (*attitude, latitude, gravity) if value is not None))
     count = len(Angles._fields)
-    low, high = np.full((count, *shape), _SHORTEST), np.full((count, *shape), _LONGEST)  # an angle a row
+    low, high = np.full((count, *shape), _SHORTEST), np.full((count, *shape), _LONGEST)  # one row per angle
     steady = tuple(source for source in SOURCES if source not in AVERAGED)
-    for _ in range(80):  # bisection of the logarithm
+    for _ in range(80):  # bisection in the logarithm
         middle = np.sqrt(low * high)
         budget = error_budget(
             attitude, latitude, sigma, middle, method=method, gravity=gravity, start=start, rate_hz=rate_hz

@@ -1,8 +1,8 @@
 """Heading, roll, pitch and latitude of a parked vehicle from the mean readings of its gyros and accelerometers.
 
-Eq. (1). "Up" is the direction that accelerometers feel: the plumb line. Where gravity has a component along
-the ellipsoid's horizon (at height: 8e-6 m/s² per km at mid-latitudes, and the deflection of the vertical on the
-real Earth), the angles and the latitude are the astronomic ones, against the plumb line.
+The method is eq. (1). "Up" is the direction measured by accelerometers, the plumb line. Where gravity has a component
+along the ellipsoid's horizon (8e-6 m/s² per km of height at mid-latitudes, and the deflection of the vertical on the
+real Earth), the angles and the latitude are the astronomic ones, relative to the plumb line.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from sinssim.errors import InputError
 from sinssim.units import DEG_H
 
 GRAVITY_RANGE = (9.3, 10.3)
-"""Specific forces that a parked vehicle on the Earth can measure with instruments worth the name, m/s²."""
+"""Range of specific forces that usable instruments measure on a parked vehicle on the Earth, m/s²."""
 EARTH_RATE_TOLERANCE = 0.25
 """Relative error of the measured Earth rate beyond which heading and latitude are not determined."""
 LARGEST_RATE = 1000.0 * DEG_H
-"""Rate beyond which a vehicle is not parked, or the unit is wrong, rad/s."""
+"""Rate beyond which the vehicle is not parked or the unit is wrong, rad/s."""
 LARGEST_SIGMA = np.radians(30.0)
-"""Expected standard deviation of an angle beyond which it is called undetermined, rad."""
+"""Expected standard deviation of an angle beyond which it counts as undetermined, rad."""
 
 
 Mask = NDArray[np.bool_]
 
 
 class Flags(NamedTuple):
-    """One yes or no for each angle, boolean arrays."""
+    """One flag for each angle, boolean arrays."""
 
     heading: Mask
     roll: Mask
@@ -46,17 +46,17 @@ class Flags(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Determination:
-    """Angles and latitude of a parked vehicle; an angle that the readings do not determine is NaN, with a reason.
+    """Angles and latitude of a parked vehicle; an undetermined angle is NaN, with a reason.
 
     Attributes:
         heading: clockwise from north, in [0, 2π), (...) rad.
         roll: right wing down positive, in (-π, π], (...) rad.
         pitch: nose up positive, (...) rad.
         latitude: north positive, (...) rad.
-        earth_rate: length of the measured rate, (...) rad/s.
-        gravity: length of the measured specific force, (...) m/s².
+        earth_rate: magnitude of the measured rate, (...) rad/s.
+        gravity: magnitude of the measured specific force, (...) m/s².
         undetermined: which angles are NaN.
-        warnings: one sentence for each reason why something is undetermined or doubtful.
+        warnings: one sentence for each reason why a result is undetermined or doubtful.
     """
 
     heading: Array
@@ -75,7 +75,7 @@ class Determination:
 
 
 def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
-    """Solve eq. (1) without any check, for studies beyond its range of validity.
+    """Solve eq. (1) without checks, for studies beyond its range of validity.
 
     Args:
         gyro: mean angular rates, (..., 3) rad/s, forward-right-down.
@@ -85,23 +85,23 @@ def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
         Angles with the heading in [0, 2π), U_m in rad/s, g_m in m/s².
     """
     w, a = np.asarray(gyro, dtype=np.float64), np.asarray(accel, dtype=np.float64)
-    # paper_axes, component by component: stacking them would cost a third of the time
+    # paper_axes by components: stacking them would take a third of the time
     wx, wy, wz = w[..., 1], w[..., 0], -w[..., 2]
     ax, ay, az = a[..., 1], a[..., 0], -a[..., 2]
     horizontal2 = ax * ax + az * az
     g_m = np.sqrt(horizontal2 + ay * ay)
     u_m = np.sqrt(wx * wx + wy * wy + wz * wz)
-    # The arctangent forms are equal to the arcsines of (1) and keep their precision near ±90°; they also say
-    # which way up the vehicle stands.
+    # The arctangent forms equal the arcsines of (1) but keep their precision near ±90°; they also distinguish upright
+    # from inverted attitudes.
     a_term = (wx * az - wz * ax) * g_m
     b_term = wy * horizontal2 - (wx * ax + wz * az) * ay
-    # subtracted from zero, not negated: a negative zero would be printed, and make −180° of a roll of 180°
+    # subtracted from zero instead of negated: a negative zero would turn a roll of 180° into −180°
     heading = np.arctan2(0.0 - a_term, b_term)
     heading = np.where(heading < 0.0, heading + 2.0 * np.pi, heading)
     heading = np.where(heading >= 2.0 * np.pi, 0.0, heading)  # a tiny negative angle plus 2π rounds to 2π
     roll = np.arctan2(0.0 - ax, az)
     pitch = np.arctan2(ay, np.sqrt(horizontal2))
-    # |ω × a| / (g_m U_m) is the cosine whose sine (1) gives
+    # |ω × a| / (g_m U_m) is the cosine that belongs to the sine in (1)
     cross = np.sqrt((wy * az - wz * ay) ** 2 + (wz * ax - wx * az) ** 2 + (wx * ay - wy * ax) ** 2)
     latitude = np.arctan2(wx * ax + wy * ay + wz * az, cross)
     return Angles(heading, roll, pitch, latitude), u_m, g_m
@@ -110,10 +110,10 @@ def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
 def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None = None) -> Determination:
     """Determine heading, roll, pitch and latitude of parked vehicles from mean readings, eq. (1).
 
-    Where the readings say that an angle is not determined it is NaN: the heading at the poles, heading and roll
-    when the vehicle's longitudinal axis is vertical (both within `SINGULAR_ZONE`), heading and latitude when the
-    gyros do not find the Earth's rate within `EARTH_RATE_TOLERANCE`. With `sigmas` an angle is also NaN where its
-    expected standard deviation is beyond `LARGEST_SIGMA`.
+    An angle that the readings do not determine is NaN: the heading at the poles, heading and roll if the vehicle's
+    longitudinal axis is vertical (both within `SINGULAR_ZONE`), heading and latitude if the measured rate differs from
+    the Earth's by more than `EARTH_RATE_TOLERANCE`. With `sigmas` an angle is also NaN if its expected standard
+    deviation exceeds `LARGEST_SIGMA`.
 
     Args:
         gyro: mean angular rates, (..., 3) rad/s, forward-right-down.
@@ -124,8 +124,8 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
         The determination, arrays of the broadcast shape.
 
     Raises:
-        InputError: readings that are not vectors of 3, not finite or all zeros, a specific force that is not
-            gravity's, a rate at which no parked vehicle turns.
+        InputError: the readings are not vectors of 3, not finite or all zero, the specific force is not that of
+            gravity, or the rate is impossible for a parked vehicle.
     """
     w, a = _checked_vectors(gyro, "gyro", "rad/s"), _checked_vectors(accel, "accel", "m/s²")
     try:
@@ -147,7 +147,7 @@ def determine(gyro: ArrayLike, accel: ArrayLike, sigmas: InstrumentErrors | None
     result = Determination(*angles, u_m, g_m, undetermined, tuple(warnings))
     if sigmas is None:
         return result
-    # where there is no angle there is no theory either: any regular one holds its place
+    # the theory does not apply to an undetermined angle: a regular one is its placeholder
     usable = Angles(*(np.where(vertical | polar | wrong_rate, 0.5, np.nan_to_num(angle)) for angle in angles))
     return doubt(result, error_statistics(Attitude(*usable[:3]), usable.latitude, None, sigmas, gravity=g_m).sigma)
 
@@ -169,17 +169,17 @@ def _reasons(angles: Angles, u_m: Array, vertical: Mask, polar: Mask, wrong_rate
     if np.any(wrong_rate):
         rate = u_m[wrong_rate].flat[0] / DEG_H
         yield (
-            f"heading and latitude are not determined{where(wrong_rate)}: the gyros read {rate:.4g} deg/h where the "
-            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h; their errors are too large, the vehicle turned, or their "
-            "unit is not the one that was stated (for an array rad/s)."
+            f"heading and latitude are not determined{where(wrong_rate)}: the gyros read {rate:.4g} deg/h, but the "
+            f"Earth turns at {OMEGA_IE / DEG_H:.3f} deg/h: their errors are too large, the vehicle turned, or their "
+            "unit is wrong (for an array rad/s)."
         )
 
 
 def doubt(determination: Determination, sigma: Angles) -> Determination:
-    """Mark the angles whose expected standard deviation is beyond `LARGEST_SIGMA`.
+    """Mark the angles whose expected standard deviation exceeds `LARGEST_SIGMA`.
 
     Args:
-        determination: what was determined.
+        determination: the determination.
         sigma: expected standard deviations, rad; broadcasts with it.
 
     Returns:
@@ -216,17 +216,19 @@ def _checked_vectors(values: ArrayLike, name: str, unit: str) -> Array:
 
 
 def check_lengths(u_m: Array, g_m: Array) -> None:
-    """Raise for readings that no parked vehicle gives, with the value found."""
+    """Raise for readings that are impossible for a parked vehicle, with their value."""
     if not np.all(g_m > 0.0):
         raise InputError(f"the accelerometers read zero{where(~(g_m > 0.0))}: no data, or a vehicle in free fall.")
     if not np.all(u_m > 0.0):
-        raise InputError(f"the gyros read zero on all axes{where(~(u_m > 0.0))}: no data; the Earth turns.")
+        raise InputError(
+            f"the gyros read zero on all axes{where(~(u_m > 0.0))}: no data, as the Earth's rate is not zero."
+        )
     low, high = GRAVITY_RANGE
     if np.min(g_m, initial=low) < low or np.max(g_m, initial=high) > high:
         bad = (g_m < low) | (g_m > high)
         value = g_m[bad].flat[0]
         raise InputError(
-            f"the measured specific force is {value:.6g} m/s²{where(bad)}, a parked vehicle on the Earth reads {low} "
+            f"the measured specific force is {value:.6g} m/s²{where(bad)}; a parked vehicle on the Earth reads {low} "
             f"to {high} m/s²: check the unit (m/s², or m/s per increment), the scale factors, and that the vehicle "
             "stood still."
         )
@@ -234,7 +236,7 @@ def check_lengths(u_m: Array, g_m: Array) -> None:
         bad = u_m > LARGEST_RATE
         value = u_m[bad].flat[0]
         raise InputError(
-            f"the measured rate is {value / DEG_H:.6g} deg/h ({value:.4g} rad/s){where(bad)}, the Earth turns at "
-            f"{OMEGA_IE / DEG_H:.3f} deg/h: the vehicle turned, or the gyros' unit is not the one that was stated (for "
+            f"the measured rate is {value / DEG_H:.6g} deg/h ({value:.4g} rad/s){where(bad)}; the Earth turns at "
+            f"{OMEGA_IE / DEG_H:.3f} deg/h: the vehicle turned, or the gyros' unit is wrong (for "
             "an array rad/s)."
         )

@@ -1,16 +1,16 @@
 """Alignment on a disturbed base: the cone that gravity describes in inertial space (the i0 method).
 
-The gyros carry the block's attitude in an inertial frame ib0 that coincides with the block at the first instant;
-no attitude relative to the Earth is assumed to stay. Seen in ib0 the reaction to gravity, which turns with the
-Earth, describes a cone about the Earth's axis. The velocity that it builds up is known in the inertial frame i up to
-the latitude:
+The gyros give the block's attitude relative to an inertial frame ib0 that coincides with the block at the first
+instant; the attitude relative to the Earth may change. In ib0 the reaction to gravity, which rotates with the Earth,
+describes a cone about the Earth's axis. Its integral, a velocity, is known in the inertial frame i except for the
+latitude:
 
     v(t) = v₀ + g C_ib0,i [cosφ sin(Ut)/U, cosφ (1 − cos Ut)/U, t sinφ]
 
-(X of i through the meridian at the first instant, Z along the Earth's axis). A least-squares fit of this to the
-measured velocity gives C_ib0,i, φ and g; heave and sway only add velocities that come back, and the fit averages
-them. The method is the one of inertial-frame coarse alignment (Qin, Yan, Gu and Zheng, "A clever way of SINS coarse
-alignment despite rocking ship", 2005); fitting the whole curve replaces its two chosen instants.
+(X of i through the meridian at the first instant, Z along the Earth's axis). A least-squares fit of this curve to the
+measured velocity gives C_ib0,i, φ and g. Heave and sway add only oscillating velocities, which the fit averages. The
+method is the one of inertial-frame coarse alignment (Qin, Yan, Gu and Zheng, "A clever way of SINS coarse alignment
+despite rocking ship", 2005); fitting the whole curve replaces its two chosen instants.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from sinssim.rotation.kernels import multiply_k
 from sinssim.units import DEG_H
 
 SHORTEST = 60.0
-"""Shortest session that shows enough of the cone, s."""
+"""Shortest session with a sufficient part of the cone, s."""
 
 LARGEST_SPEED = 2.0
-"""Largest velocity of a base that only sways, m/s."""
+"""Largest velocity of a swaying base, m/s."""
 
-_BLOCKS = 300  # of the session, over which velocities are averaged before the fit
-_ITERATIONS = 300  # a few at mid-latitudes, many near the poles, where the residual bends the fit
+_BLOCKS = 300  # number of blocks of the session over which velocities are averaged before the fit
+_ITERATIONS = 300  # a few steps at mid-latitudes, many near the poles, where the fit is strongly non-linear
 
-# The latitude's sign comes from the vertical part of the Earth's rate, if the vehicle's own turn is less than this
-# part of it.
+# The sign of the latitude follows from the vertical component of the Earth's rate if the vehicle's own rate is less
+# than this fraction of it.
 _OWN_TURN = 0.5
 
 
@@ -51,9 +51,9 @@ class DisturbedAlignment:
 
     Attributes:
         determination: the angles at the session's last instant, and the latitude.
-        residual: root mean square of the velocity that the cone does not explain, m/s: heave and sway.
+        residual: root mean square of the residual velocity, which is heave and sway, m/s.
         time: edges of the session's intervals, (N+1,) s.
-        residual_velocity: that velocity, in the block's axes at the first instant, (N+1, 3) m/s.
+        residual_velocity: residual velocity in the block's axes at the first instant, (N+1, 3) m/s.
     """
 
     determination: Determination
@@ -63,7 +63,7 @@ class DisturbedAlignment:
 
 
 def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAlignment:
-    """Align a vehicle that sways about its place, and determine its latitude if that is not given.
+    """Align a vehicle that sways about its place, and determine its latitude if it is not given.
 
     Args:
         imu: the session's increments, fast enough to follow the sway; 300 s or more.
@@ -73,8 +73,8 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
         The alignment.
 
     Raises:
-        InputError: unusable increments, a session that is too short, readings that no parked vehicle gives, a
-            latitude beyond a pole.
+        InputError: the increments are unusable, the session is too short, the readings are impossible for a parked
+            vehicle, or the latitude is beyond a pole.
         RunError: the fit does not converge.
     """
     imu = check_session(imu)
@@ -86,12 +86,12 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
             "better 300 s."
         )
     if latitude is not None and not abs(latitude) <= np.pi / 2:
-        raise InputError(f"the latitude is {np.degrees(latitude):.6g} deg; it lies between -90 and 90 deg.")
+        raise InputError(f"the latitude is {np.degrees(latitude):.6g} deg; it must lie between -90 and 90 deg.")
     _, accel = mean_readings(imu)
     check_lengths(np.asarray(OMEGA_IE), np.asarray(np.linalg.norm(accel)))
 
     attitude, velocity = inertial_curve(imu)
-    # Means over blocks, so that no vibration is sampled at its own rhythm.
+    # Means over blocks avoid aliasing of vibration.
     edges = np.unique(np.linspace(0, len(imu) + 1, _BLOCKS + 1).astype(int))
     counts = np.diff(edges)[:, None]
     t = np.add.reduceat(imu.time - imu.time[0], edges[:-1]) / counts[:, 0]
@@ -109,20 +109,20 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
 def _check_stayed(fit: _Fit, imu: ImuData, velocity: Array) -> None:
     """Raise for velocities too large for a swaying base.
 
-    One steady acceleration all through the session is not found out: it cannot be told from a tilt.
+    A constant acceleration throughout the session is not detected, because it cannot be distinguished from a tilt.
     """
     speed = np.linalg.norm(fit.residual(imu.time - imu.time[0], velocity), axis=1)
     start, worst = float(np.linalg.norm(fit.v0)), int(np.argmax(speed))
     if max(start, float(speed[worst])) > LARGEST_SPEED:
         found, when = (start, imu.time[0]) if start > speed[worst] else (float(speed[worst]), imu.time[worst])
         raise InputError(
-            f"the vehicle travelled during the session: {found:.3g} m/s at {when:.6g} s, where a swaying base has less "
-            f"than {LARGEST_SPEED:g} m/s; take a part of the session in which it stays at its place."
+            f"the vehicle travelled during the session: {found:.3g} m/s at {when:.6g} s, but a swaying base has less "
+            f"than {LARGEST_SPEED:g} m/s; use a part of the session in which it stays at its place."
         )
 
 
 def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
-    """Carry attitude and velocity of the block in the inertial frame of its first instant.
+    """Compute attitude and velocity of the block in the inertial frame of its first instant.
 
     Args:
         imu: increments.
@@ -163,12 +163,12 @@ class _Fit:
     v0: Array
 
     def residual(self, t: Array, v: Array) -> Array:
-        """Return what the cone leaves of a velocity, (N, 3) m/s."""
+        """Return the residual of a velocity after the cone, (N, 3) m/s."""
         return v - self.v0 - self.gravity * (_cone(t, self.latitude) @ self.c.T)
 
 
 def _cone(t: Array, latitude: float) -> Array:
-    """Return the velocity that unit gravity's reaction builds up on the cone, in i, (N, 3) s."""
+    """Return the integral of the reaction to unit gravity on the cone, in i, (N, 3) s."""
     half = 0.5 * OMEGA_IE * t
     return np.stack(
         [
@@ -181,9 +181,9 @@ def _cone(t: Array, latitude: float) -> Array:
 
 
 def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
-    """Return a start in each hemisphere, or one on the equator, from the parabola v₀ + at + bt².
+    """Return initial values in each hemisphere, or on the equator, from the parabola v₀ + at + bt².
 
-    a is up, b points east, and its length tells cosφ.
+    a points up, b points east, and the length of b gives cosφ.
     """
     x = t / t[-1]
     coefficients, *_ = np.linalg.lstsq(np.stack([np.ones_like(x), x, x * x], axis=1), v, rcond=None)
@@ -191,17 +191,19 @@ def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
     gravity = float(np.linalg.norm(a))
     up = a / gravity
     east = b - up * (up @ b)
-    # b = ½ g U cosφ: gravity's direction turns at the horizontal part of the Earth's rate.
+    # b = ½ g U cosφ: the direction of gravity turns at the horizontal component of the Earth's rate.
     apparent = 2.0 * float(np.linalg.norm(east)) / gravity
     if not apparent > 0.0:
-        raise InputError("gyros and accelerometers show no turn of the Earth at all; are these real increments?")
+        raise InputError(
+            "gyros and accelerometers do not show the Earth's rotation; check that the increments are real."
+        )
     slack = EARTH_RATE_TOLERANCE * OMEGA_IE
     low, high = (-slack, OMEGA_IE + slack)
     if latitude is not None:
         low, high = (OMEGA_IE * np.cos(latitude) + side for side in (-slack, slack))
     if not low < apparent < high:
         raise InputError(
-            f"gravity seems to turn in inertial space at {apparent / DEG_H:.4g} deg/h, where "
+            f"the measured gravity turns in inertial space at {apparent / DEG_H:.4g} deg/h, but "
             + ("the Earth" if latitude is None else f"the Earth at latitude {np.degrees(latitude):.3g} deg")
             + f" makes it turn at {'most ' if latitude is None else ''}{(high - slack) / DEG_H:.4g} deg/h: the gyros' "
             "errors are too large for an alignment, or the vehicle travelled."
@@ -226,7 +228,8 @@ def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
 def _turn_about_vertical(t: Array, attitude: Array, fit: _Fit) -> float:
     """Return the mean rate of the block about the plumb line, rad/s: U sinφ if it does not turn on the Earth.
 
-    The slope of a straight line through the angle, which a sway hardly changes. It serves to tell north from south.
+    It is the slope of a straight line through the angle, which a sway hardly changes. It distinguishes north from
+    south.
     """
     from sinssim import rotation
 
@@ -241,7 +244,7 @@ def _fit(t: Array, v: Array, start: _Fit, fixed: bool) -> _Fit:
     scale = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0])
     for _ in range(_ITERATIONS):
         curve = _cone(t, fit.latitude) @ fit.c.T
-        slope = _cone(t, fit.latitude + 0.5 * np.pi) @ fit.c.T  # the derivative of cosine and sine
+        slope = _cone(t, fit.latitude + 0.5 * np.pi) @ fit.c.T  # derivatives of cosine and sine
         jacobian = np.empty((len(t), 3, 8))
         for k in range(3):  # a small rotation δ of C adds δ × curve
             jacobian[:, :, k] = fit.gravity * np.cross(np.eye(3)[k], curve)
@@ -261,8 +264,8 @@ def _fit(t: Array, v: Array, start: _Fit, fixed: bool) -> _Fit:
         if length < 1e-10:
             return fit
     raise RunError(
-        "the fit of gravity's cone does not converge: the session is too short, the gyros too coarse, or the vehicle "
-        "travelled; give the latitude if it is known, or a longer session."
+        "the fit of gravity's cone does not converge: the session is too short, the gyros are too inaccurate, or the "
+        "vehicle travelled. Give the latitude if it is known, or a longer session."
     )
 
 
@@ -292,13 +295,13 @@ def _determination(imu: ImuData, q_last: Array, fit: _Fit, turn: float, free: bo
     if equatorial:
         warnings.append(
             f"the latitude is not determined: within {np.degrees(EQUATOR):g} deg of the equator gravity's cone hardly "
-            "depends on it; give it if it is known."
+            "depends on it; give the latitude if it is known."
         )
     if turned:
         warnings.append(
             f"heading and latitude are not determined: the vehicle turned about the vertical at {turn / DEG_H:.3g} "
-            f"deg/h, where the Earth alone would give {vertical_rate / DEG_H:.3g} or {-vertical_rate / DEG_H:.3g} "
-            "deg/h, so that north and south latitude cannot be told apart; give the latitude."
+            f"deg/h, but the Earth's rate gives {vertical_rate / DEG_H:.3g} or {-vertical_rate / DEG_H:.3g} "
+            "deg/h, so that north and south latitude cannot be distinguished; give the latitude."
         )
     if polar:
         warnings.append(f"the heading is not determined: at latitude {np.degrees(phi):.3f} deg there is no north.")

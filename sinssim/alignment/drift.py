@@ -14,13 +14,13 @@ from sinssim.units import G0
 
 
 class Drift(NamedTuple):
-    """Largest change of readings within a session of a vehicle that stands still.
+    """Largest change of readings within a session of a vehicle at rest.
 
     Attributes:
-        rate: what is known of the change of a rate, rad/s.
-        rate_sigma: standard deviation of the rest, rad/s.
-        force: what is known of the change of a specific force, m/s².
-        force_sigma: standard deviation of the rest, m/s².
+        rate: known part of the change of a rate, rad/s.
+        rate_sigma: standard deviation of the unknown part, rad/s.
+        force: known part of the change of a specific force, m/s².
+        force_sigma: standard deviation of the unknown part, m/s².
     """
 
     rate: float
@@ -33,12 +33,12 @@ def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Dr
     """Return the largest change of a reading at rest within a session by the drifts of the sensors.
 
     Args:
-        expected: of the sensor block's errors.
+        expected: expected errors of the sensor block.
         duration: length of the session, s.
         start: time from when the sensors were switched on to its first sample, s.
 
     Returns:
-        The largest over the axes.
+        The largest change over the axes.
     """
     ends = np.array([start, start + duration])
     change = abs(float(np.diff(expected.mean.warm_up.temperature(ends))[0]))
@@ -50,7 +50,7 @@ def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Dr
 
         remembered = np.exp(-duration / sigma.correlation_time)
         wandered = sigma.rate_walk**2 * duration + 2.0 * sigma.instability**2 * (1.0 - remembered)
-        # of a density B²/(πf): between means over a second that lie T apart, (2B²/π)(ln T + 3/2)
+        # density B²/(πf): the variance between means over a second at a distance T is (2B²/π)(ln T + 3/2)
         wandered += sigma.flicker**2 * 2.0 / np.pi * (np.log(max(duration, 1.0)) + 1.5)
         return float(np.max(driven(mean))), float(np.max(np.sqrt(driven(sigma) ** 2 + wandered)))
 

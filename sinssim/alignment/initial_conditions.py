@@ -36,27 +36,27 @@ STATES = tuple(
     )
     for axis in axes
 )
-"""The states of P₀: position [m], velocity [m/s], attitude φ with C_determined = (I − [φ×]) C_true [rad], and of the
-sensors, as eq. (2) has them, gyro bias [rad/s], accelerometer bias [m/s²] (what is added to the true reading), relative
-scale-factor errors and misalignments [rad]."""
+"""The states of P₀: position [m], velocity [m/s], attitude φ with C_determined = (I − [φ×]) C_true [rad]; and of the
+sensors, as in eq. (2), gyro bias [rad/s], accelerometer bias [m/s²] (added to the true reading), relative scale-factor
+errors and misalignments [rad]."""
 
 
 def initial_state(
     determination: Determination, longitude: float, height: float, latitude: float | None = None
 ) -> NavState:
-    """Return the state from which navigation starts: the determined attitude, at rest.
+    """Return the initial state of navigation: the determined attitude, at rest.
 
     Args:
-        determination: of one vehicle.
+        determination: determination of one vehicle.
         longitude: rad.
         height: above the ellipsoid, m.
-        latitude: rad, if it is known better than it was determined.
+        latitude: rad, if it is known better than determined.
 
     Returns:
         The state.
 
     Raises:
-        InputError: an angle that is needed is undetermined, or the determination is of many vehicles.
+        InputError: a required angle is undetermined, or the determination is that of several vehicles.
     """
     from sinssim import rotation
 
@@ -71,7 +71,7 @@ def initial_state(
     )
 
 
-# Long: the blocks of P₀ follow one another in the order of the states.
+# Long: the blocks of P₀ follow in the order of the states.
 def initial_covariance(
     determination: Determination,
     sigma: ImuErrors,
@@ -86,26 +86,26 @@ def initial_covariance(
     states: Sequence[str] = STATES[:15],
     still: Stillness | None = None,
 ) -> Array:
-    """Return P₀ of states, with the correlations between the attitude and the sensor errors.
+    """Return P₀ with the correlations between the attitude and the sensor errors.
 
     Args:
-        determination: of one vehicle.
+        determination: determination of one vehicle.
         sigma: standard deviations of the sensor block's errors.
         duration: length of the session, s.
         height: above the ellipsoid, m.
-        latitude: rad, if it is known; otherwise the determined latitude is the position, with its own error.
-        position_sigma: standard deviations of the position, north, east, down, m; north only of a known latitude.
+        latitude: rad, if it is known; otherwise the position has the determined latitude with its error.
+        position_sigma: standard deviations of the position, north, east, down, m; north only for a known latitude.
         velocity_sigma: standard deviations of the velocity, north, east, down, m/s.
-        method: "quiet" for eq. (1), "disturbed" for the inertial fit, whose latitude is known if it is given here.
+        method: "quiet" for eq. (1), "disturbed" for the inertial fit, with a known latitude if it is given here.
         rate_hz: samples per second, for flicker noise.
         states: which of `STATES`, n names; by default navigation and the biases.
-        still: what the session showed of the base's motion, for "quiet"; None for a base that is known not to move.
+        still: observed motion of the base, for "quiet"; None for a base known to be at rest.
 
     Returns:
         (n, n), symmetric and positive semi-definite.
 
     Raises:
-        InputError: an angle that is needed is undetermined, the determination is of many vehicles, or an argument
+        InputError: a required angle is undetermined, the determination is that of several vehicles, or an argument
             cannot be used; the message names it.
     """
     from sinssim import earth, rotation
@@ -113,7 +113,7 @@ def initial_covariance(
     _check_usable(determination, need_latitude=latitude is None)
     check_name("method", method, get_args(Method))
     if still is not None:
-        check_kind("still", still, Stillness, "Stillness, as stillness() gives it, or None")
+        check_kind("still", still, Stillness, "Stillness, the result of stillness(), or None")
     wanted = names("states", "state", states, STATES)
     duration, height = number("duration", duration, "s", low=POSITIVE), number("height", height, "m")
     d = determination
@@ -134,7 +134,8 @@ def initial_covariance(
     angles = np.stack([np.r_[c.m, c.n], np.r_[zero, c.q], np.r_[zero, c.l], np.r_[c.p, c.r]])
     sin_k, cos_k = np.sin(float(d.heading)), np.cos(float(d.heading))
     sin_t, cos_t = np.sin(float(d.pitch)), np.cos(float(d.pitch))
-    # Heading turns about down, pitch about the horizontal axis to the right, roll about the nose; φ is minus that.
+    # Heading is a rotation about down, pitch about the horizontal axis to the right, roll about the nose; φ is its
+    # negative.
     turns = -np.array([[0.0, cos_t * cos_k, -sin_k], [0.0, cos_t * sin_k, cos_k], [1.0, -sin_t, 0.0]])
     moved = np.zeros((6, 6))
     if still is not None:
@@ -182,10 +183,10 @@ def _spread(name: str, sigma: ArrayLike, unit: str) -> Array:
 
 
 def _check_usable(determination: Determination, need_latitude: bool) -> None:
-    check_kind("determination", determination, Determination, "a Determination, as determine() gives it")
+    check_kind("determination", determination, Determination, "a Determination, the result of determine()")
     d = determination
     if np.ndim(d.heading) != 0:
-        raise InputError("navigation starts from one vehicle; take one element of the determination.")
+        raise InputError("navigation needs the determination of one vehicle; select one of its elements.")
     names = ["heading", "roll", "pitch", *(["latitude"] if need_latitude else [])]
     missing = [name for name in names if not np.isfinite(getattr(d, name))]
     if missing:

@@ -1,8 +1,8 @@
-"""Headings, or sets of two or four headings, that minimise the error of an angle.
+"""Headings, or sets of several headings, that minimise the error of an angle.
 
-A vehicle (or its sensor block on a turntable) that is turned between sessions carries its instruments' errors with
-it. The mean of the determined headings, each less its known turn, then keeps of every instrument error only the mean
-of its coefficient: over two opposite headings the biases cancel, over four at right angles the scale factors too.
+If a vehicle (or its sensor block on a turntable) is turned between sessions, the errors of the instruments turn with
+it. Every instrument error then enters the mean of the determined headings, each minus its known turn, with the mean of
+its coefficients. Over two opposite headings the biases cancel, over four at right angles the scale factors, too.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class BestHeadings(NamedTuple):
     """A set of headings and its standard deviations.
 
     Attributes:
-        headings: in [0, 2π), (count,) rad.
+        headings: headings in [0, 2π), (count,) rad.
         sigma: standard deviations of the mean determination, rad.
-        worst: standard deviation of the chosen angle if the set is turned to its worst, rad.
+        worst: standard deviation of the chosen angle at the worst orientation of the set, rad.
     """
 
     headings: Array
@@ -48,9 +48,9 @@ def set_sigma(
     """Return the standard deviations of a determination averaged over a set of positions.
 
     The errors of one run (bias, scale factor, misalignment, …, and the slow bias instability and flicker) are the same
-    in every position; ramp, temperature and rate random walk go on from one position to the next, taken in their order
-    and without a pause, from when the sensors are switched on; noise is new in each. Roll and pitch are those of the
-    positions, their errors averaged.
+    in every position. Ramp, temperature and rate random walk continue from one position to the next, in order and
+    without a pause, from when the sensors are switched on. Noise is independent in each position. Roll and pitch are
+    those of the positions, with averaged errors.
 
     Args:
         attitude: heading, roll, pitch, rad, broadcasting, the last axis counting the positions.
@@ -64,7 +64,7 @@ def set_sigma(
         Standard deviations of the averaged angles, rad.
 
     Raises:
-        InputError: as `coefficients`, or a duration that is not positive.
+        InputError: as for `coefficients`, or the duration is not positive.
     """
     phi = np.asarray(latitude, dtype=np.float64)[..., None]
     g = None if gravity is None else np.asarray(gravity, dtype=np.float64)[..., None]
@@ -92,12 +92,12 @@ def set_sigma(
 
 
 class _Turn:
-    """Drifts between the positions of a set, taken one after the other.
+    """Drifts between successive positions of a set.
 
     Attributes:
         middle: time to the middle of each position, (..., count, 1) s.
-        warmth: mean temperature in each, (..., count, 1) K.
-        walk: covariance of the means of a random walk of 1 in each, (..., count, count) s.
+        warmth: mean temperature in each position, (..., count, 1) K.
+        walk: covariance of the means of a unit random walk in the positions, (..., count, count) s.
     """
 
     def __init__(self, each: Array, warm_up: WarmUp, count: int) -> None:
@@ -109,7 +109,7 @@ class _Turn:
 
 
 def _further(weight: Array, ideal: Array, force: Array, triad: TriadErrors, name: str) -> Array:
-    """Return the variance from the constant errors whose rows of the table say what they multiply."""
+    """Return the variance by constant errors whose rows of the table have `multiplies`."""
     variance = np.zeros(weight.shape[:-2])
     for term in of_triad(name):
         if term.multiplies is not None:
@@ -122,7 +122,7 @@ def _further(weight: Array, ideal: Array, force: Array, triad: TriadErrors, name
 
 
 def _carried(weight: Array, ideal: Array, triad: TriadErrors, turn: _Turn) -> Array:
-    """Return the variance from errors that are the same in every position, or drift: (mean coefficient)² σ²."""
+    """Return the variance by errors that are common to all positions or drift: (mean coefficient)² σ²."""
 
     def alike(coefficient: Array, sigma: Array) -> Array:
         return np.asarray(coefficient.mean(axis=-2) ** 2 @ sigma**2)
@@ -132,7 +132,7 @@ def _carried(weight: Array, ideal: Array, triad: TriadErrors, turn: _Turn) -> Ar
         constant = constant + alike(weight * x, getattr(triad, field))
     constant = (
         constant
-        # M_ij brings part of the reading along j into that of i, C_ij part of the product of both
+        # M_ij adds a part of the reading along j to that of i, C_ij a part of the product of both
         + (_products(weight, ideal) ** 2 * triad.misalignment**2).sum(axis=(-2, -1))
         + (_products(weight * ideal, ideal) ** 2 * triad.cross_axis**2).sum(axis=(-2, -1))
     )
@@ -164,23 +164,24 @@ def best_headings(
     """Find the evenly spaced headings that minimise the error of an angle.
 
     Args:
-        count: how many headings: 1, 2, 4 ...
+        count: number of headings: 1, 2, 4 ...
         latitude: rad.
         sigma: standard deviations of the sensor block's errors.
         duration: length of all sessions together, s.
         roll, pitch: the vehicle's tilt, rad.
-        angle: which error is to be smallest: "heading" or "latitude" (roll and pitch do not depend on heading).
+        angle: the angle whose error is minimised: "heading" or "latitude" (errors of roll and pitch do not depend on
+            heading).
 
     Returns:
-        The headings and what they bring. Where several sets are equally good, the one nearest north.
+        The headings and their standard deviations; of several equally good sets, the one nearest to north.
 
     Raises:
-        InputError: a count below 1, another angle, or as `coefficients`.
+        InputError: the count is below 1, the angle is another one, or as for `coefficients`.
     """
     if count < 1:
         raise InputError(f"a set of {count} headings: there must be at least one.")
     if angle not in ("heading", "latitude"):
-        raise InputError(f"no heading makes the {angle} better; choose heading or latitude.")
+        raise InputError(f"the error of the {angle} does not depend on the heading; choose heading or latitude.")
     spread = 2.0 * np.pi * np.arange(count) / count
 
     def value(first: Array) -> Array:

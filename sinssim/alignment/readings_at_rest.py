@@ -38,16 +38,16 @@ def ideal_readings(
     attitude, phi = checked_angles(Attitude(heading, roll, pitch), latitude)
     axes = body_axes(attitude)
     g = local_gravity(phi, gravity)
-    # (3): the Earth's rotation is U cosφ along north and U sinφ along up, seen on N and H of each body axis.
+    # (3): the Earth's rate is U cosφ along north and U sinφ along up, projected by N and H of each body axis.
     rate = earth_rate * (np.cos(phi)[..., None] * axes.north + np.sin(phi)[..., None] * axes.up)
-    # (4): the support pushes up with g.
+    # (4): the reaction of the support is g upwards.
     shape = np.broadcast_shapes(g.shape, rate.shape[:-1])
     force = np.broadcast_to(g[..., None] * axes.up, (*shape, 3))
     return paper_axes(np.broadcast_to(rate, (*shape, 3))), paper_axes(force)
 
 
 def local_gravity(latitude: Array, gravity: ArrayLike | None) -> Array:
-    """Return g: the one that is given, or normal gravity on the ellipsoid.
+    """Return g: the given value, or normal gravity on the ellipsoid.
 
     Args:
         latitude: (...) rad.

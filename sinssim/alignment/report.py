@@ -38,18 +38,18 @@ class AlignmentReport:
     """One session's alignment.
 
     Attributes:
-        source: what was aligned: a scenario's name or a log's file name.
-        method: how it was aligned.
+        source: name of the scenario or of the log's file.
+        method: method of alignment.
         imu: the session.
         determination: the angles and the latitude.
         sigma: standard deviations of the sensor block's errors, if known.
         mean: known part of the determination's error (from errors that a scenario fixes), rad, if known.
-        budget: standard deviations by source, if known and if the theory holds there, rad.
-        crossing: session lengths at which bias takes over, s, likewise.
+        budget: standard deviations by source, if known and if the theory holds, rad.
+        crossing: session lengths from which bias dominates, s, likewise.
         truth: heading, roll, pitch and latitude of a simulated session, rad.
-        residual: what a disturbed base's cone does not explain, root mean square, m/s.
-        residual_velocity: the same over time, in the block's axes at the first instant, (N+1, 3) m/s.
-        mean_angles: what eq. (1) makes of a disturbed session, beside it, rad.
+        residual: root mean square of the residual velocity on a disturbed base, m/s.
+        residual_velocity: residual velocity over time, in the block's axes at the first instant, (N+1, 3) m/s.
+        mean_angles: result of eq. (1) for a disturbed session, for comparison, rad.
         warmed: time from when the sensors were switched on to the session's first sample, s.
     """
 
@@ -79,7 +79,7 @@ class AlignmentReport:
 
     @property
     def error(self) -> Angles | None:
-        """Determined less true, rad."""
+        """Determined minus true angles, rad."""
         if self.truth is None:
             return None
         d = self.determination
@@ -87,7 +87,7 @@ class AlignmentReport:
         return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(determined, self.truth, strict=True)))
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain numbers with their units in the names; what is not determined is None."""
+        """Return plain numbers with units in the names; undetermined values are None."""
         d = self.determination
         result: dict[str, Any] = {
             "source": self.source,
@@ -114,7 +114,7 @@ class AlignmentReport:
         return result
 
 
-# Long: one session goes through checks, determination, budget and report in a row.
+# Long: checks, determination, budget and report of one session in sequence.
 def align_session(
     imu: ImuData,
     source: str,
@@ -129,18 +129,18 @@ def align_session(
 
     Args:
         imu: the session.
-        source: what to call it.
+        source: name of the session.
         sensors: the sensor block's grade and errors, if known.
-        method: "quiet" for eq. (1), otherwise gravity's cone, for a base that moves.
+        method: "quiet" for eq. (1), otherwise gravity's cone, for a moving base.
         latitude: rad, if known; used by the disturbed method.
-        truth: true heading, roll, pitch, latitude, of a simulated session, rad.
+        truth: true heading, roll, pitch and latitude of a simulated session, rad.
         warmed: time from when the sensors were switched on to the session's first sample, s.
 
     Returns:
         The report.
 
     Raises:
-        InputError: unusable increments, or a vehicle that moved and a method that cannot bear it.
+        InputError: the increments are unusable, or the vehicle moved and the method does not allow it.
     """
     expected = None if sensors is None else expected_errors(sensors)
     residual = residual_velocity = mean_angles = still = None
@@ -177,7 +177,7 @@ def align_session(
     try:
         budget = error_budget(determination.attitude, where, expected.sigma, report.duration, **known)
         crossing = bias_takes_over(determination.attitude, where, expected.sigma, **known)
-    except InputError:  # too near a singularity for a first-order theory; the determination has said what it can
+    except InputError:  # too near a singularity for a first-order theory; the determination has its own warnings
         return report
     by_reading = coefficients(determination.attitude, where, gravity=determination.gravity)
     if still is not None:
@@ -210,10 +210,10 @@ def align_source(
     """Align a scenario's simulated session, or a recorded log.
 
     Args:
-        source: a scenario's file or name, or a log, told by its suffix (`sinssim.sensors.log.SUFFIXES`).
+        source: a scenario's file or name, or a log, recognised by its suffix (`sinssim.sensors.log.SUFFIXES`).
         columns: TOML file that names a log's columns, units and axes.
         grade: the grade of a log's sensors, for the expected error.
-        start, end: part of the session to use, on its own time, s.
+        start, end: part of the session to use, in its own time, s.
         method: "quiet" or "disturbed".
         latitude: rad, if known, for "disturbed".
         settings: "key=value" replacements in a scenario.
@@ -222,25 +222,27 @@ def align_source(
         The report.
 
     Raises:
-        InputError: something that cannot be used, named.
-        RunError: a scenario that cannot be flown.
+        InputError: an argument cannot be used; the message names it.
+        RunError: the scenario cannot be flown.
     """
     from sinssim.sensors.log import SUFFIXES
 
     if method == "quiet" and latitude is not None:
         raise InputError(
-            "a known latitude serves the alignment on a disturbed base; eq. (1) on a quiet base finds the latitude "
-            "itself. Add --disturbed, or leave --latitude out."
+            "--latitude is only for a disturbed base; eq. (1) on a quiet base determines the latitude "
+            "itself. Add --disturbed, or omit --latitude."
         )
     if Path(source).suffix.lower() in SUFFIXES:
         if settings:
-            raise InputError(f"{source} is a log, --set {settings[0]} is for scenarios; its sensors: --grade NAME.")
+            raise InputError(
+                f"{source} is a log, but --set {settings[0]} is for scenarios; give its sensors with --grade NAME."
+            )
         return _align_log(Path(source), columns, grade, (start, end), method, latitude)
     _check_is_scenario(source)
     if columns is not None or grade is not None:
         raise InputError(
-            f"{source} is a scenario, which describes its own sensors; columns and grade are for logs "
-            f"({', '.join(SUFFIXES)}). Another grade: --set imu.grade=NAME."
+            f"{source} is a scenario, which describes its own sensors; --columns and --grade are for logs "
+            f"({', '.join(SUFFIXES)}). Choose another grade with --set imu.grade=NAME."
         )
     return _align_scenario(source, settings, (start, end), method, latitude)
 
@@ -251,14 +253,14 @@ def _check_is_scenario(source: str) -> None:
 
     path = Path(source)
     if path.is_dir():
-        got = f"a directory; of a run, give its log {path / 'streams' / 'imu_measured.parquet'}"
+        got = f"a directory; for a run, give its log {path / 'streams' / 'imu_measured.parquet'}"
     elif path.suffix and path.suffix.lower() != ".toml":
         got = f"a file that ends in {path.suffix}"
     else:
         return
     raise InputError(
         f"{source} is neither a log nor a scenario, but {got}. A log ends in {', '.join(SUFFIXES)}; text in columns "
-        "under another name has to be renamed, and described with --columns. A scenario is a .toml file, or one of "
+        "with another suffix must be renamed and described with --columns. A scenario is a .toml file, or one of "
         "`sinssim list scenarios`."
     )
 
@@ -281,7 +283,7 @@ def _align_scenario(
     errors = draw_gyro_block(scenario.imu, scenario.seed)
     felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
     imu = _part(emulate(felt, errors, scenario.seed), *span, source)
-    # eq. (1) finds the mean attitude of a session, the cone that of its last instant
+    # eq. (1) gives the mean attitude of a session, the cone that at its last instant
     state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
@@ -303,7 +305,7 @@ def _align_log(
 
     sensors = None
     if grade is not None:
-        find_grade(grade)  # its own message names the grades
+        find_grade(grade)  # its message names the grades
         sensors = ImuSection(grade=grade)
     imu = _part(read_log(path, columns), *span, str(path))
     report = align_session(imu, path.name, sensors, method=method, latitude=latitude)
@@ -311,20 +313,20 @@ def _align_log(
     doubts = [] if (rare := slow(imu.time)) is None else [rare]
     if np.abs(d.roll) > 0.5 * np.pi:
         doubts.append(
-            f"the sensor block lies on its back (roll {float(d.roll) / DEG:.1f} deg): right if it is mounted so; "
-            "otherwise the log's axes are not what they are said to be, or its accelerometers have the opposite sign "
+            f"the sensor block is upside down (roll {float(d.roll) / DEG:.1f} deg). If it is not mounted so, "
+            "the axes of the log are wrong, or its accelerometers have the opposite sign "
             "(at rest a specific force points up)."
         )
     return replace(report, determination=replace(d, warnings=(*d.warnings, *doubts)))
 
 
 def _part(imu: ImuData, start: float | None, end: float | None, source: str) -> ImuData:
-    """Cut a session out of a longer one."""
+    """Return a part of a session."""
     first = 0 if start is None else int(np.searchsorted(imu.time, start - 1e-9))
     last = len(imu.time) if end is None else int(np.searchsorted(imu.time, end + 1e-9, side="right"))
     if last - first < 2:
         raise InputError(
-            f"{source}: there is no session from {start} to {end} s; it runs from {imu.time[0]:.6g} to "
+            f"{source}: there is no session from {start} to {end} s; the data run from {imu.time[0]:.6g} to "
             f"{imu.time[-1]:.6g} s."
         )
     return ImuData(imu.time[first:last], imu.dtheta[first : last - 1], imu.dvel[first : last - 1])

@@ -9,7 +9,7 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 
 FEWEST_SAMPLES = 40
-"""Samples below which a session does not show whether the vehicle moved."""
+"""Number of samples that a test for motion needs."""
 
 
 def mean_readings(imu: ImuData) -> tuple[Array, Array]:
@@ -22,7 +22,7 @@ def mean_readings(imu: ImuData) -> tuple[Array, Array]:
         Rate, (3,) rad/s, and specific force, (3,) m/s², forward-right-down.
 
     Raises:
-        InputError: increments that do not fit together, are not finite or not in the order of time.
+        InputError: the increments do not fit together, are not finite or not in order of time.
     """
     imu = check_session(imu)
     duration = imu.time[-1] - imu.time[0]
@@ -39,22 +39,21 @@ def check_session(imu: ImuData) -> ImuData:
         The increments, their arrays contiguous doubles.
 
     Raises:
-        InputError: arrays that do not fit together, too few samples, a sample that is not finite, times that do not
-            increase.
+        InputError: the arrays do not fit together, there are too few samples, a sample is not finite, or the times do
+            not increase.
     """
     imu = checked_imu(imu)
     if len(imu) < FEWEST_SAMPLES:
-        raise InputError(
-            f"the session has {len(imu)} samples; at least {FEWEST_SAMPLES} show whether the vehicle stood still."
-        )
+        raise InputError(f"the session has {len(imu)} samples; the test for motion needs at least {FEWEST_SAMPLES}.")
     return imu
 
 
 def white_level(increments: Array, duration: float) -> float:
     """Return the random walk coefficient N of the noisiest axis, without slow motion and most of quantisation.
 
-    White noise has an Allan deviation N/√τ at every τ; slow motion raises it at long τ, quantisation at short τ, a
-    jolt in one part of the session. So the smallest N over octaves of τ, of the median over parts of the session.
+    White noise has an Allan deviation N/√τ at every τ; slow motion raises it at long τ, quantisation at short τ, a jolt
+    in one part of the session. The result is therefore the smallest N over octaves of τ of the median over parts of the
+    session.
 
     Args:
         increments: (N, 3) rad or m/s.
@@ -78,7 +77,8 @@ def white_level(increments: Array, duration: float) -> float:
 
 
 def pulse(increments: Array) -> float:
-    """Return three times what one sample typically departs from the mean at most: the weight of a pulse.
+    """Return an upper estimate of the pulse weight: three times the typical largest departure of a sample from the
+    mean.
 
     Args:
         increments: (N, 3) rad or m/s.

@@ -22,8 +22,8 @@ The fit of v₀ + at + bt² to a velocity weighs the rate by W = 30 x²(1 − x)
 """
 
 EQUATOR = np.radians(5.0)
-"""The cone of gravity tells cosφ, and so the latitude's size, except this near the equator, where cosφ hardly changes,
-rad."""
+"""Distance from the equator, rad, within which the cone of gravity does not give the latitude, because cosφ hardly
+changes."""
 
 _FIELDS = ("gyro_bias", "gyro_scale", "accel_bias", "accel_scale")
 
@@ -32,8 +32,8 @@ _FIELDS = ("gyro_bias", "gyro_scale", "accel_bias", "accel_scale")
 class InstrumentErrors:
     """Bias and relative scale-factor error of three gyros and three accelerometers, eq. (2).
 
-    The same container holds errors, their means or their standard deviations. A single number is meant for all
-    three axes; arrays are (..., 3), forward-right-down.
+    The container holds errors, their means or their standard deviations. A single number applies to all three axes;
+    arrays are (..., 3), forward-right-down.
 
     Attributes:
         gyro_bias: ω₀, rad/s.
@@ -48,7 +48,7 @@ class InstrumentErrors:
     accel_scale: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        """Turn every field into a float array (..., 3) and check it."""
+        """Convert every field to a float array (..., 3) and check it."""
         for name in _FIELDS:
             array = numbers(name, getattr(self, name))
             if array.ndim == 0:
@@ -88,7 +88,7 @@ class InstrumentErrors:
         return np.asarray(gyro) + d_rate, np.asarray(accel) + d_force
 
     def squared(self) -> InstrumentErrors:
-        """Return the variances that belong to these standard deviations.
+        """Return the variances of these standard deviations.
 
         Raises:
             InputError: a standard deviation is negative.
@@ -103,7 +103,7 @@ class InstrumentErrors:
 
 
 class Coefficients(NamedTuple):
-    """Partial derivatives of the determined angles by the readings, each (..., 3), forward-right-down.
+    """Partial derivatives of the determined angles with respect to the readings, each (..., 3), forward-right-down.
 
     Attributes:
         m: heading by rate, s.
@@ -117,7 +117,7 @@ class Coefficients(NamedTuple):
     m: Array
     n: Array
     q: Array
-    l: Array  # noqa: E741 - the theory's own letter
+    l: Array  # noqa: E741 - symbol of the theory
     p: Array
     r: Array
 
@@ -148,8 +148,8 @@ def coefficients(
         The coefficients for readings forward-right-down.
 
     Raises:
-        InputError: an angle out of its range, or within `SINGULAR_ZONE` of a pole or of the vertical attitude,
-            where no first-order theory exists.
+        InputError: an angle is out of its range, or within `SINGULAR_ZONE` of a pole or of the vertical attitude, where
+            the first-order theory does not hold.
     """
     attitude, phi = checked_angles(attitude, latitude)
     _check_regular(attitude, phi)
@@ -160,7 +160,7 @@ def coefficients(
     sin_g, cos_g, tan_t = np.sin(roll), np.cos(roll), np.tan(pitch)
     sin_t, cos_t = np.sin(pitch), np.cos(pitch)
     zero = np.zeros_like(sin_g * sin_t)
-    # What a change of roll and of pitch takes from the body axes: the last terms of n, and q, l themselves.
+    # Derivatives of the body axes with respect to roll and pitch: the last terms of n, and q, l themselves.
     tilt = np.concatenate(np.broadcast_arrays(cos_g * tan_t, zero, sin_g * tan_t), axis=-1)
     m = -east / (earth_rate * np.cos(phi))  # (7)
     n = (east * np.tan(phi) - tilt) / g  # (7)
@@ -180,7 +180,8 @@ def _check_regular(attitude: Attitude, latitude: Array) -> None:
         if np.any(singular):
             text = what.format(np.degrees(angle[singular].flat[0]), where(singular))
             raise InputError(
-                f"{text} and the first-order error theory does not hold; stay {np.degrees(SINGULAR_ZONE):g} deg away."
+                f"{text} and the first-order error theory does not hold; stay at least {np.degrees(SINGULAR_ZONE):g} "
+                "deg away."
             )
 
 
@@ -205,7 +206,7 @@ def errors(
         ΔK, Δγ, Δθ, Δφ, rad.
 
     Raises:
-        InputError: as `coefficients`.
+        InputError: as for `coefficients`.
     """
     c = coefficients(attitude, latitude, earth_rate=earth_rate, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, earth_rate=earth_rate, gravity=gravity)
@@ -213,7 +214,7 @@ def errors(
 
 
 def linear(c: Coefficients, d_rate: Array, d_force: Array) -> Angles:
-    """Return the sums of (7)-(10) over the axes; with squares of coefficients and variances, those of (12)-(23).
+    """Return the sums of (7)-(10) over the axes; with squared coefficients and variances, those of (12)-(23).
 
     Args:
         c: coefficients.
@@ -246,8 +247,8 @@ def error_statistics(
 ) -> ErrorStatistics:
     """Return means and standard deviations of the angle errors, eqs. (11)-(26) in their general form.
 
-    The instruments' errors are uncorrelated random values; broadcasting makes a map over heading and latitude one
-    call.
+    The instruments' errors are uncorrelated random values. By broadcasting, one call computes a map over heading and
+    latitude.
 
     Args:
         attitude: true heading, roll, pitch, rad, broadcasting.
@@ -261,12 +262,12 @@ def error_statistics(
         M{Δ} and σ{Δ} of heading (11, 12), roll (16, 17), pitch (19, 20) and latitude (22, 23), rad.
 
     Raises:
-        InputError: as `coefficients`, or a negative standard deviation.
+        InputError: as for `coefficients`, or a standard deviation is negative.
     """
     c = coefficients(attitude, latitude, earth_rate=earth_rate, gravity=gravity)
     gyro, accel = ideal_readings(*attitude, latitude, earth_rate=earth_rate, gravity=gravity)
     mean = linear(c, *(means or InstrumentErrors()).reading_errors(gyro, accel))
-    # (12), (17), (20), (23): the variance of a reading is that of its bias plus that of its scale factor at work.
+    # (12), (17), (20), (23): the variance of a reading is the sum of those by its bias and by its scale factor.
     variances = sigmas.squared().reading_errors(gyro**2, accel**2)
     variance = linear(Coefficients(*(value**2 for value in c)), *variances)
     return ErrorStatistics(mean, Angles(*(np.sqrt(value) for value in variance)))

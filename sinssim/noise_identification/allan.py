@@ -3,10 +3,10 @@
     σ²(τ) = ⟨(θ_{k+2m} − 2θ_{k+m} + θ_k)²⟩ / (2τ²),   τ = mT
 
 with θ the accumulated angle (or velocity) at the edges of intervals of length T (IEEE Std 952-2020, annex C). The
-squares overlap and are far from independent. The estimate is distributed as σ²(τ) χ²_ν/ν with the equivalent degrees of
-freedom ν that give it the variance it has; that variance follows from the noise itself, whatever mixture of terms it
-is (the method of Greenhall and Riley, Uncertainty of stability variances based on finite differences, 35th PTTI
-meeting, 2003, where the noise is a single power law).
+squares overlap and are far from independent. The estimate is approximately distributed as σ²(τ) χ²_ν/ν, with equivalent
+degrees of freedom ν that match its variance. The variance follows from the noise, for any mixture of terms (the method
+of Greenhall and Riley, Uncertainty of stability variances based on finite differences, 35th PTTI meeting, 2003, for a
+single power law).
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from sinssim.errors import InputError, shortened
 from sinssim.noise_identification.terms import NoiseTerm
 
 PER_DECADE = 10
-"""Averaging times in a decade, where there are so many."""
-_BLOCK = 32768  # squares at a time, so that they stay near the processor
-_LAGS = 1500  # at which a covariance that goes on for longer is sampled
-_REACH = 12  # averaging times after which the covariance of second differences is taken to be over
+"""Maximum number of averaging times per decade."""
+_BLOCK = 32768  # squares at a time, so that they stay in the processor's cache
+_LAGS = 1500  # number of lags at which a long covariance is sampled
+_REACH = 12  # averaging times after which the covariance of second differences is neglected
 
 
 @dataclass(frozen=True)
@@ -55,19 +55,19 @@ class AllanDeviation:
 def allan_deviation(
     increments: Array, interval: float, samples: Sequence[int] | NDArray[np.int64] | None = None
 ) -> AllanDeviation:
-    """Compute the overlapping Allan deviation of a rate whose integrals over equal intervals are given.
+    """Compute the overlapping Allan deviation of a rate from its integrals over equal intervals.
 
     Args:
-        increments: (N,) rad or m/s; their mean does not matter and is removed, for the sake of digits.
+        increments: (N,) rad or m/s; their mean has no effect and is removed for precision.
         interval: T, s.
-        samples: averaging times in intervals, each with 2m ≤ N; ten a decade up to a third of the record by default.
+        samples: averaging times in intervals, each with 2m ≤ N; by default ten per decade up to a third of the record.
 
     Returns:
         The Allan deviation, in rad/s or m/s².
 
     Raises:
-        InputError: increments that are no row of finite numbers, an interval that is not positive, an averaging time
-            that does not fit twice into the record.
+        InputError: the increments are not a row of finite numbers, the interval is not positive, or an averaging time
+            does not fit twice into the record.
     """
     increments = doubles("increments", increments)
     interval = number("interval", interval, "s", low=POSITIVE)
@@ -116,9 +116,9 @@ def degrees_of_freedom(
 ) -> Array:
     """Return the equivalent degrees of freedom of overlapping Allan variances.
 
-    With z the second differences, s their covariance and M their number: the variance of the mean square is
-    (2/M) Σ_j (1 − |j|/M) s_j² (and, on a ramp, which gives z the mean μ, 4μ²/M Σ_j (1 − |j|/M) s_j more), and
-    ν = 2 (s_0 + μ²)² over it.
+    With the second differences z, their covariance s and their number M, the variance of the mean square is (2/M) Σ_j
+    (1 − |j|/M) s_j². A ramp, which gives z the mean μ, adds 4μ²/M Σ_j (1 − |j|/M) s_j. The result is ν = 2 (s_0 + μ²)²
+    over this variance.
 
     Args:
         count: N, number of increments in the record.
@@ -128,7 +128,7 @@ def degrees_of_freedom(
         ramp: R, rad/s² or m/s³.
 
     Returns:
-        ν, (M,); infinite where there is no noise at all.
+        ν, (M,); infinite without noise.
     """
     freedom = np.empty(len(samples))
     smooth = [(term, c) for term, c in terms if c > 0.0 and term.symbol != "Q"]
@@ -144,7 +144,7 @@ def degrees_of_freedom(
         s0 = s[0]
         squares = float(np.sum(weights * taper * s**2))
         plain = float(np.sum(weights * taper * s))
-        # the rounding errors meet at five lags only
+        # the rounding errors are correlated at five lags only
         for lag, size in ((0, 6.0), (m, -4.0), (2 * m, 1.0)):
             if quantum > 0.0 and lag < number:
                 there = float(np.interp(lag, lags, s))
@@ -159,7 +159,8 @@ def degrees_of_freedom(
 
 
 def _lags(m: int, last: int) -> tuple[Array, Array]:
-    """Return lags 0 … last and the weights of a sum over both signs; of a long sum only some, by the trapezoid rule."""
+    """Return lags 0 … last and the weights of a sum over both signs; for a long sum only some, by the trapezoid
+    rule."""
     if last <= _LAGS:
         weights = np.full(last + 1, 2.0)
         weights[0] = 1.0
@@ -181,12 +182,12 @@ def _second_difference_covariance(term: NoiseTerm, lag: Array, tau: float, inter
 
 
 def confidence_band(deviation: Array, freedom: Array, probability: float = 0.95) -> tuple[Array, Array]:
-    """Return the band in which the expected Allan deviation lies.
+    """Return the confidence band of the expected Allan deviation.
 
     Args:
-        deviation: σ(τ) as computed, (M,).
+        deviation: computed σ(τ), (M,).
         freedom: equivalent degrees of freedom ν, (M,).
-        probability: that the band contains the expected deviation.
+        probability: probability that the band contains the expected deviation.
 
     Returns:
         Lower and upper end, (M,): σ √(ν/χ²) at both ends of the distribution of χ² with ν degrees of freedom.

@@ -1,9 +1,9 @@
 """Cosine coefficients of a record, averaged over bands in which the noise terms hardly change.
 
-What a likelihood needs to know of a record of millions of samples is some 250 sums of squares: the coefficients z_k
-(see `noise_terms`) one by one at low frequencies, then over bands that are each 4 % as wide as their frequency. Beside
-the squares stand the sums of products with what is in a record and is no noise with a spectrum: the ramp, and the two
-ends of the quantisation.
+The likelihood of a record of millions of samples needs only some 250 sums of squares: of the coefficients z_k (see
+`terms`) one by one at low frequencies, then over bands whose width is 4 % of their frequency. In addition it needs the
+sums of products with components of a record that are not noise with a spectrum: the ramp, and the two ends of the
+quantisation.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.noise_identification.terms import FEW, NoiseTerm, end_effects, ramp_coefficients
 
-_WIDTH = 1.04  # of a band, ratio of its last to its first frequency
+_WIDTH = 1.04  # ratio of a band's last to its first frequency
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -39,20 +39,20 @@ class Bands:
     Args:
         departures: the increments less their mean, (n,) rad or m/s.
         interval: T, s.
-        largest: of the increments themselves, whose digits limit those of the departures.
+        largest: largest increment, whose digits limit those of the departures.
 
     Attributes:
-        count: increments that are used; a few at the end may be left, so that the transform is fast.
+        count: number of increments used; a few at the end may be dropped for a fast transform.
         interval: T, s.
         edges: first coefficient of each band, and the one after the last, (b+1,).
         number: coefficients in each band, (b,).
         power: sum of z² over each band.
         shapes_z: sums of ramp or end effect times z, (3, b).
         shapes: sums of products of ramp and end effects, (3, 3, b).
-        ramp: what has been taken off z, SI.
-        fourth: fourth cumulant of a single rounding error, were all white noise of the angle such errors, SI.
-        floor: power that the rounding of numbers in a computer, those of times among them, may have.
-        rounded: whether there is no more than that.
+        ramp: ramp subtracted from z, SI.
+        fourth: fourth cumulant of a single rounding error, if all white noise of the angle were such errors, SI.
+        floor: power of floating-point rounding errors, including those of times.
+        rounded: whether the record has no more power than that.
     """
 
     def __init__(self, departures: Array, interval: float, largest: float) -> None:
@@ -65,13 +65,13 @@ class Bands:
         self.number = np.diff(self.edges).astype(np.float64)
         self._z = dct(departures[: self.count], norm="ortho")
         self.ramp = 0.0
-        # The ramp as if all noise were rate random walk: the rise between the ends.
+        # The ramp for pure rate random walk: the rise between the ends.
         ramp = self._basis.ramp
         weights = np.arange(self.count, dtype=np.float64) ** 2 * ramp
         self.take_off(np.array([float(weights @ self._z / (weights @ ramp)), 0.0, 0.0]))
         self.floor = (rounding(self.count) * largest) ** 2
         self.rounded = float(self.power.sum()) < self.count * self.floor
-        second = np.diff(departures)  # of the angle's rounding errors q₂ − 2q₁ + q₀: 1 + 2⁴ + 1 fourth cumulants
+        second = np.diff(departures)  # rounding errors of the angle q₂ − 2q₁ + q₀: 1 + 2⁴ + 1 fourth cumulants
         squares = second**2
         self.fourth = float(np.mean(squares**2) - 3.0 * np.mean(squares) ** 2) / 18.0
 
@@ -79,7 +79,7 @@ class Bands:
         """Subtract approximate ramp and end effects from the coefficients, to reduce rounding errors.
 
         Args:
-            sizes: of the ramp, and of the end effects in even and odd coefficients, (3,).
+            sizes: sizes of the ramp and of the end effects in even and odd coefficients, (3,).
         """
         z, basis = self._z, self._basis
         z -= float(sizes[0]) * basis.ramp
@@ -105,10 +105,10 @@ class Bands:
         """Return a term's mean power in each band.
 
         Args:
-            term: with its coefficient at one.
+            term: the term, with a coefficient of one.
 
         Returns:
-            (b,), by Gauss's quadrature over the wider ones.
+            (b,), by Gauss quadrature over wide bands.
         """
         low, high = self.edges[:-1], self.edges[1:]
         middle, half = 0.5 * (low + high - 1), 0.5 * (high - low) * (high - low > 1)
@@ -128,7 +128,7 @@ class _Basis:
 
 @lru_cache(maxsize=1)
 def _basis(count: int, interval: float) -> _Basis:
-    """Return the basis that all channels of a log share."""
+    """Return the basis common to all channels of a log."""
     edges = list(range(1, min(FEW, count)))
     edge = float(FEW)
     while edge < count:

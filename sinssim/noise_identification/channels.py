@@ -16,10 +16,10 @@ from sinssim.sensors.log import Samples, TriadName
 AXES = ("x", "y", "z")
 """Forward, right, down."""
 SHORTEST, LONGEST = 1e-9, 1e6
-"""Intervals that a log may have, s."""
+"""Allowed intervals of a log, s."""
 
 _DIRECTIONS = ("forward", "right", "down")
-_STEADY = 0.01  # of an interval, by which times may be rounded
+_STEADY = 0.01  # fraction of an interval by which times may be rounded
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class LogChannel:
     """One channel of a log.
 
     Attributes:
-        name: for example gyro_x; of any other quantity the name of its column.
-        units: of its noise.
+        name: for example gyro_x; for any other quantity the name of its column.
+        units: units of its noise.
         triad: "gyro" or "accel"; None for any other quantity.
-        axis: of a triad: 0, 1 or 2.
+        axis: number of the triad's axis: 0, 1 or 2.
     """
 
     name: str
@@ -40,14 +40,14 @@ class LogChannel:
 
     @property
     def title(self) -> str:
-        """The name, and where the axis of a triad points: "gyro_x (forward)"."""
+        """The name, with the direction of a triad's axis: "gyro_x (forward)"."""
         return self.name if self.triad is None else f"{self.name} ({_DIRECTIONS[self.axis]})"
 
 
 CHANNELS: tuple[LogChannel, ...] = tuple(
     LogChannel(f"{triad}_{AXES[i]}", units, triad, i) for triad, units in UNITS.items() for i in range(3)
 )
-"""The channels of gyros and accelerometers, in the order in which they are shown."""
+"""The channels of gyros and accelerometers, in the order of display."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Clock:
 
     @property
     def even(self) -> bool:
-        """Whether the intervals are equal but for the rounding of times."""
+        """Whether the intervals are equal except for the rounding of times."""
         return self.unevenness <= _STEADY
 
 
@@ -73,11 +73,11 @@ def chosen_channels(names: Sequence[str]) -> list[LogChannel]:
 
     Args:
         names: "gyro_x" … "accel_z", "gyro" or "accel" for three of them, or any column of a log with its unit,
-            "pressure=hPa"; the unit may be left out where the column's name ends in it, "pressure_hpa". Nothing stands
-            for all gyros and accelerometers.
+            "pressure=hPa"; the unit may be omitted if the column's name ends in it, "pressure_hpa". By default all
+            gyros and accelerometers.
 
     Returns:
-        The channels: those of `CHANNELS` in their order, then others as they are named.
+        The channels: those of `CHANNELS` in their order, then the others in the given order.
 
     Raises:
         InputError: there is no such channel, or a column is named with two units.
@@ -95,12 +95,12 @@ def chosen_channels(names: Sequence[str]) -> list[LogChannel]:
             column, unit = name, unit_in_name(name) or ""
         if not unit:
             raise InputError(
-                f"{unknown_name('channel', column, known)} Any other column is given with its unit, {column}=UNIT, for "
-                f"example {column}=hPa; 1 is the unit of a plain number."
+                f"{unknown_name('channel', column, known)} Give any other column with its unit, {column}=UNIT, for "
+                f"example {column}=hPa, or {column}=1 for a plain number."
             )
         first = others.setdefault(column, LogChannel(column, units_of(unit))).units.rate[0]
         if first != unit:
-            raise InputError(f"the column {column!r} is named with two units, {first} and {unit}.")
+            raise InputError(f"the column {column!r} is given with two units, {first} and {unit}; give one of them.")
     return [*(channel for channel in CHANNELS if channel.name in wanted), *others.values()]
 
 
@@ -109,14 +109,14 @@ def part(samples: Samples, start: float | None, end: float | None, source: str) 
 
     Args:
         samples: the log.
-        start, end: times on the log's own clock, s; None for its own ends.
-        source: what to call it in a message.
+        start, end: times of the log's clock, s; None for the beginning or end of the log.
+        source: name of the log in messages.
 
     Returns:
-        The intervals that lie between.
+        The intervals between them.
 
     Raises:
-        InputError: there are none.
+        InputError: there are no samples between them.
     """
     time = samples.time
     first = 0 if start is None else int(np.searchsorted(time, start - 1e-9))
@@ -140,27 +140,27 @@ def clock(samples: Samples, source: str) -> Clock:
 
     Args:
         samples: the log.
-        source: what to call it in a message.
+        source: name of the log in messages.
 
     Returns:
-        Mean interval, and how much the intervals differ.
+        Mean interval, and the variation of the intervals.
 
     Raises:
-        InputError: samples are missing somewhere.
+        InputError: samples are missing.
     """
     steps = np.diff(samples.time)
     if (gap := longest_gap(samples.time)) is not None:
         worst, typical = gap
         raise InputError(
             f"{source}, sample {worst}: there are no samples for {steps[worst]:.6g} s from {samples.time[worst]:.9g} s "
-            f"on, where intervals are {typical:.6g} s. Take a part without a gap (--from, --to); if samples are lost "
-            "but not their increments, put the log on equal intervals first."
+            f"on; usual intervals are {typical:.6g} s. Use a part without a gap (--from, --to); if samples are lost "
+            "but not their increments, resample the log to equal intervals first."
         )
     interval = float((samples.time[-1] - samples.time[0]) / len(steps))
     if not SHORTEST <= interval <= LONGEST:
         raise InputError(
-            f"{source}: samples every {interval:.3g} s are no sensor's, which gives one every {SHORTEST:g} to "
-            f"{LONGEST:g} s. Which unit do its times have (time_unit, rate_hz)?"
+            f"{source}: samples every {interval:.3g} s are impossible for a sensor, whose intervals are {SHORTEST:g} "
+            f"to {LONGEST:g} s. Check the unit of the times (time_unit, rate_hz)."
         )
     return Clock(interval, float(np.max(np.abs(steps - interval))) / interval)
 
@@ -168,16 +168,16 @@ def clock(samples: Samples, source: str) -> Clock:
 def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Array:
     """Return one channel's increments over equal intervals.
 
-    A reading is taken to hold over the interval before its time. At uneven times the accumulated readings are taken at
-    the sample nearest to each edge, not interpolated, which would smooth the noise: white noise stays what it is.
+    A reading is assumed to hold over the interval before its time. At uneven times the accumulated readings are taken
+    at the sample nearest to each edge. Interpolation would smooth the noise, whereas this keeps white noise white.
 
     Args:
         samples: the log.
-        channel: one that it holds.
-        timing: its times.
+        channel: a channel of the log.
+        timing: sample times of the log.
 
     Returns:
-        (N,) rad or m/s; of any other quantity, in its unit times seconds.
+        (N,) rad or m/s; for any other quantity, its unit times seconds.
     """
     if channel.triad is None:
         summed, values = False, samples.quantities[channel.name]
@@ -188,7 +188,7 @@ def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Arr
         return values if summed else np.asarray(values * timing.interval)
     steps = np.diff(samples.time)
     mean = float(np.sum(values) / np.sum(steps)) if summed else float(np.mean(values))
-    # without the mean rate, so that uneven times do not become noise by it
+    # without the mean rate, from which uneven times would make noise
     departures = values - mean * steps if summed else (values - mean) * steps
     total = np.concatenate([[0.0], np.cumsum(departures)])
     edges = np.linspace(samples.time[0], samples.time[-1], len(samples.time))

@@ -1,7 +1,7 @@
 """Confidence bands of the identified coefficients from the profile of the likelihood.
 
-A value is in the band of a coefficient if, all other coefficients refitted, twice the logarithm of the likelihood has
-lost less than `LIMIT`, the 95 % point of χ² with one degree of freedom.
+A value is in the band of a coefficient if, with all other coefficients refitted, twice the log-likelihood decreases by
+less than `LIMIT`, the 95 % point of χ² with one degree of freedom.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from sinssim.noise_identification.likelihood import Likelihood
 from sinssim.noise_identification.terms import gauss_markov_term
 
 PROBABILITY = 0.95
-"""Of the confidence bands."""
+"""Probability of the confidence bands."""
 LIMIT = 3.841458820694124
-"""χ² with one degree of freedom, 95 %."""
-_WIDE = 9.0  # twice the loss of the logarithm of the likelihood beyond which a walk counts for nothing
-_MIXED = 16  # walks for which a ramp's distribution is computed
+"""95 % point of χ² with one degree of freedom."""
+_WIDE = 9.0  # twice the loss of log-likelihood beyond which a walk is negligible
+_MIXED = 16  # number of walks for which a ramp's distribution is computed
 
 
 def coefficient_bands(model: Likelihood, times: Sequence[float]) -> dict[str, tuple[float, float]]:
@@ -27,8 +27,7 @@ def coefficient_bands(model: Likelihood, times: Sequence[float]) -> dict[str, tu
 
     Args:
         model: the likelihood; its last term is the Gauss-Markov bias if there are correlation times.
-        times: correlation times that the bands have to allow for, s: none, the one that is known, or those of
-            `correlation_times`.
+        times: correlation times that the bands must include, s: none, the known one, or those of `correlation_times`.
 
     Returns:
         Lower and upper end by symbol, SI.
@@ -48,7 +47,7 @@ def coefficient_bands(model: Likelihood, times: Sequence[float]) -> dict[str, tu
 
 
 def _band(model: Likelihood, i: int, limit: float = LIMIT) -> tuple[float, float]:
-    """Return the band of c of one term in which twice the logarithm of the likelihood loses less than a limit."""
+    """Return the band of c of one term within which twice the log-likelihood decreases by less than a limit."""
     from scipy.optimize import brentq
 
     best = float(model.best[i])
@@ -56,7 +55,7 @@ def _band(model: Likelihood, i: int, limit: float = LIMIT) -> tuple[float, float
     def outside(log_square: float) -> float:
         return model.loss({i: math.exp(log_square)}) - limit
 
-    # A value that would show as clearly as all the noise there is, to begin with for a term that is not seen.
+    # Initial value for a term that is not visible: one with as much power as all the noise.
     v = model.variance(model.best)
     unit = best if best > 0.0 else float(np.min(v / model.columns[i]))
     low, high = 0.0, math.log(unit)
@@ -77,10 +76,10 @@ def _band(model: Likelihood, i: int, limit: float = LIMIT) -> tuple[float, float
 
 
 def _uniformity(model: Likelihood) -> float:
-    """Return the variance of Q² over what it would be if the rounding errors were normal numbers.
+    """Return the ratio of the variance of Q² to that for normally distributed rounding errors.
 
-    For independent errors with the fourth cumulant κ₄, the inverse of Fisher's information gains κ₄/n in its element of
-    Q² and nowhere else: uniform errors, κ₄ = −1.2 Q⁴, are known better than normal ones.
+    For independent errors with the fourth cumulant κ₄, the inverse of Fisher's information changes by κ₄/n in its
+    element of Q² only: the variance for uniform errors, κ₄ = −1.2 Q⁴, is smaller than for normal ones.
     """
     i = model.index("Q")
     active = [j for j in range(len(model.terms)) if model.best[j] > 0.0]
@@ -95,11 +94,11 @@ def _uniformity(model: Likelihood) -> float:
 
 
 def ramp_band(model: Likelihood) -> tuple[float, float, float]:
-    """Return the most likely ramp and its 95 % band, less the ramp that has been taken off the record.
+    """Return the most likely ramp and its 95 % band, relative to the ramp already subtracted from the record.
 
-    Given the noise, the ramp is a normal number. How much noise there is near its frequency is known from a few
-    coefficients only: the band is that of normal distributions mixed over the rate random walk, each with the
-    restricted likelihood of its K, as a t-distribution is that of normal ones mixed over their variance.
+    For given noise, the ramp is normally distributed. The noise near its frequency is known from a few coefficients
+    only. The band is therefore that of a mixture of normal distributions over the rate random walk, weighted by the
+    restricted likelihood of K, just as a t-distribution is a mixture of normal distributions over their variance.
     """
     from scipy.optimize import brentq
     from scipy.special import ndtr
@@ -129,14 +128,14 @@ def ramp_band(model: Likelihood) -> tuple[float, float, float]:
 
 
 def correlation_times(model: Likelihood, likeliest: float) -> list[float]:
-    """Return correlation times across their own 95 % band, which the other coefficients' bands have to allow for.
+    """Return correlation times across their 95 % band, over which the other coefficients' bands are taken.
 
     Args:
         model: the likelihood; its last term is the Gauss-Markov bias.
         likeliest: most likely correlation time, s.
 
     Returns:
-        The most likely one and five across the band, s.
+        The most likely one and five others across the band, s.
     """
     from scipy.optimize import brentq
 

@@ -1,11 +1,11 @@
 """Identifies the coefficients of the noise terms from one record, with confidence bands.
 
-The whole record's likelihood (`noise_likelihood`) is maximised over the coefficients. Nothing estimates better:
-overlapping Allan variances hold the same information, less its independence. Terms are then dropped one by one, the
-least missed first, as long as the likelihood stays within the factor that makes the confidence bands (`noise_limits`):
-a term that the record is described without is not observable in it, and gets an upper limit and no value.
+The likelihood of the whole record (`likelihood`) is maximised over the coefficients. Maximum likelihood is
+asymptotically efficient; overlapping Allan variances contain the same information in correlated form. Terms are then
+dropped one by one, the least significant first, as long as the loss of likelihood stays within that of the confidence
+bands (`confidence`). A dropped term is not observable in the record and has an upper limit but no value.
 
-Drift within one sample looks like white noise: a random walk below that is not told from it.
+Drift within one sample looks like white noise; a smaller random walk cannot be distinguished from it.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from sinssim.noise_identification.terms import (
 from sinssim.noise_identification.weights import Weighed, weigh
 
 FEWEST_SAMPLES = 256
-"""Samples below which no term can be told from another."""
+"""Number of samples below which the terms cannot be distinguished."""
 
-_SMALLEST, _LARGEST = 1e-50, 1e50  # spread of samples in any unit; beyond, their squares are no numbers any more
-_LONGEST = 1e6  # records, after which a bias of that correlation time is a constant or a walk
-_QUICKEST = 100.0  # samples in the shortest correlation time that is looked for
-_TIMES = 25  # correlation times that are tried
-_DETECTED = 10.0  # twice the gain in the logarithm of the likelihood for which a Gauss-Markov term is taken in
-_POSSIBLE = 5.0  # for which it is mentioned; without such a bias one record of twenty gains as much
+_SMALLEST, _LARGEST = 1e-50, 1e50  # range of the spread of samples in any unit; beyond it, their squares overflow
+_LONGEST = 1e6  # in records; a bias with a longer correlation time is a constant or a walk
+_QUICKEST = 100.0  # samples in the shortest correlation time that is searched for
+_TIMES = 25  # number of correlation times that are tried
+_DETECTED = 10.0  # twice the gain in log-likelihood for which a Gauss-Markov term is included
+_POSSIBLE = 5.0  # the same for a remark; without such a bias one record in twenty gains as much
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class TermEstimate:
     """One coefficient.
 
     Attributes:
-        value: most likely value, SI; None if the record is described as well without the term.
+        value: most likely value, SI; None if the record does not require the term.
         low, high: 95 % band, SI.
     """
 
@@ -66,16 +66,17 @@ class NoiseFit:
     Attributes:
         estimates: by symbol, Q [rad], N [rad/√s], B [rad/s], K [rad/s/√s], R [rad/s²], and sigma_b [rad/s] if there is
             such a term; the same with m/s for rad for accelerometers.
-        likely: the same coefficients as numbers, 0 for those that have no value: what is drawn.
-        correlation_time: τ_b of the Gauss-Markov term, s, None without.
-        correlation_band: its 95 % band, s, if it comes from the record.
+        likely: the coefficients as numbers for drawing, 0 for those without a value.
+        correlation_time: τ_b of the Gauss-Markov term, s; None without the term.
+        correlation_band: its 95 % band, s, if it was estimated from the record.
         interval: T, s.
         count: increments in the record.
         mean: mean rate, rad/s or m/s².
-        misfit: relative uncertainty of the spectrum that makes up for what the terms do not describe, 0 if they do.
-        aside: ranges of frequencies that the terms do not describe and that were left out, Hz.
-        exchangeable: symbols of terms that are there although zero is in their band: others may stand in for them.
-        possible: σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that the record hints at, but does not show.
+        misfit: relative uncertainty of the spectrum that accounts for its departure from the terms; 0 if they describe
+            it.
+        aside: excluded ranges of frequencies, which the terms do not describe, Hz.
+        exchangeable: symbols of terms that are included although zero is in their band; other terms could replace them.
+        possible: σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that is possible but not significant.
     """
 
     estimates: dict[str, TermEstimate]
@@ -92,7 +93,7 @@ class NoiseFit:
 
     @property
     def terms(self) -> list[tuple[NoiseTerm, float]]:
-        """The noise terms with their most likely coefficients, the ramp left out."""
+        """The noise terms with their most likely coefficients, without the ramp."""
         terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
         if self.correlation_time is not None:
             terms.append(gauss_markov_term(self.correlation_time))
@@ -103,7 +104,7 @@ class NoiseFit:
 
         Args:
             tau: averaging times, (M,) s.
-            symbol: of one term; all together if not given.
+            symbol: symbol of one term; the sum of all if not given.
 
         Returns:
             (M,) rad/s or m/s².
@@ -120,34 +121,33 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
     Args:
         increments: integrals of the rate over equal intervals, (N,) rad or m/s.
         interval: T, s.
-        correlation_time: τ_b of a first-order Gauss-Markov bias, s, if there is one and its time is known: it is then
-            the last term to be done without. If not given, such a term is looked for, and taken in if the record calls
-            for it.
+        correlation_time: τ_b of a first-order Gauss-Markov bias, s, if it is known to exist; this term is then the last
+            to be dropped. If not given, such a term is searched for and included if significant.
 
     Returns:
         The coefficients and their bands.
 
     Raises:
-        InputError: too few samples, one that is not finite, all of them alike, numbers that are no sensor's, or a
-            correlation time shorter than an interval or far longer than the record.
+        InputError: there are too few samples, a sample is not finite, all are equal, the numbers are impossible for a
+            sensor, or the correlation time is shorter than an interval or far longer than the record.
     """
     increments = doubles("increments", increments)
     interval = number("interval", interval, "s", low=POSITIVE)
     if correlation_time is not None:
         correlation_time = number("correlation_time", correlation_time, "s", low=POSITIVE)
     if increments.ndim != 1:
-        raise InputError(f"increments of one channel are one row, (N,), not an array of shape {increments.shape}.")
+        raise InputError(f"increments of one channel must have the shape (N,), not {increments.shape}.")
     bad = first_not_finite(increments)
     if bad is not None:
         raise InputError(f"sample {bad} is {increments[bad]}, not a finite number.")
     if len(increments) < FEWEST_SAMPLES:
         raise InputError(
-            f"{len(increments)} samples are too few to tell noise terms apart; at least {FEWEST_SAMPLES} are needed."
+            f"{len(increments)} samples are too few to distinguish noise terms; at least {FEWEST_SAMPLES} are needed."
         )
     length = len(increments) * interval
     if correlation_time is not None and not interval <= correlation_time <= _LONGEST * length:
         raise InputError(
-            f"a correlation time of {correlation_time:g} s cannot be told; it must be at least the interval, "
+            f"a correlation time of {correlation_time:g} s cannot be identified; it must be at least the interval, "
             f"{interval:g} s, and at most a million times the record, {_LONGEST * length:g} s."
         )
     mean = float(np.mean(increments))
@@ -155,7 +155,9 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
         raise InputError(f"all {len(increments)} samples are {mean:.6g}: a constant channel has no noise to identify.")
     spread = float(np.ptp(increments))
     if not _SMALLEST < spread < _LARGEST:
-        raise InputError(f"samples that differ by up to {spread:.3g} rad or m/s are no sensor's; are they in SI units?")
+        raise InputError(
+            f"samples that differ by up to {spread:.3g} rad or m/s are impossible for a sensor; use SI units."
+        )
     bands = Bands(increments - mean, interval, float(np.max(np.abs(increments))))
     terms = [QUANTISATION, RANDOM_WALK, FLICKER, RATE_WALK]
     if correlation_time is not None:
@@ -168,7 +170,7 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
         if gain > _DETECTED:
             other = weigh(bands, [*terms, gauss_markov_term(time)])
             white = fit.model.index("N")
-            # One that takes the white noise's place is no bias but the sensor's bandwidth.
+            # A term that replaces the white noise is not a bias but the sensor's bandwidth.
             if white in _needed(other.model, ()) or white not in _needed(fit.model, ()):
                 fit, times = other, correlation_times(other.model, time)
         elif gain > _POSSIBLE:
@@ -177,7 +179,7 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
 
 
 def is_constant(increments: Array) -> bool:
-    """Return whether a channel's increments are all the same but for the rounding of numbers in a computer."""
+    """Return whether a channel's increments are all equal except for floating-point rounding."""
     return float(np.ptp(increments)) <= rounding(len(increments)) * float(np.max(np.abs(increments)))
 
 
@@ -185,7 +187,7 @@ def _search(model: Likelihood) -> tuple[float, float, float]:
     """Search for a Gauss-Markov bias in addition to the terms of a model.
 
     Returns:
-        Its correlation time, its σ_b, and twice the gain in the logarithm of the likelihood.
+        Its correlation time, its σ_b, and twice the gain in log-likelihood.
     """
     from scipy.optimize import minimize_scalar
 
@@ -198,7 +200,7 @@ def _search(model: Likelihood) -> tuple[float, float, float]:
     grid = np.linspace(math.log(_QUICKEST * bands.interval), math.log(0.5 * length), _TIMES)
     gains = [gain(x) for x in grid]
     i = int(np.argmax(gains))
-    if i == 0 or gains[i] < _POSSIBLE:  # at the first, something quicker than a bias is to be described
+    if i == 0 or gains[i] < _POSSIBLE:  # a maximum at the first time means a process faster than a bias
         return 0.0, 0.0, 0.0
     around = (grid[i - 1], grid[min(i + 1, _TIMES - 1)])
     top = minimize_scalar(lambda x: -gain(x), bounds=around, method="bounded", options={"xatol": 1e-3})
@@ -211,10 +213,10 @@ def _needed(model: Likelihood, last: Sequence[str]) -> set[int]:
 
     Args:
         model: all terms.
-        last: symbols of terms that go only after all others that can.
+        last: symbols of terms that are removed last.
 
     Returns:
-        Numbers of the terms that stay.
+        Numbers of the remaining terms.
     """
     stay, top = set(range(len(model.terms))), model.top
     while len(stay) > 1:
@@ -237,7 +239,7 @@ def _result(fit: Weighed, times: Sequence[float], mean: float, possible: tuple[f
     squares, _ = model.solve({i: 0.0 for i in range(len(model.terms)) if i not in stay}, start=model.best)
     likely = {term.symbol: math.sqrt(c) for term, c in zip(model.terms, squares, strict=True)}
     limits = coefficient_bands(model, times)
-    # What drift adds to white noise by how it passes within a sample, at most; the rounding of numbers in a computer.
+    # Largest contribution of drift within a sample to white noise; floating-point rounding.
     inside = 0.5 * likely["K"] * bands.interval + 0.7 * likely["B"] * math.sqrt(bands.interval)
     if times:
         inside += likely["sigma_b"] * math.sqrt(0.5 / times[0]) * bands.interval
@@ -249,7 +251,7 @@ def _result(fit: Weighed, times: Sequence[float], mean: float, possible: tuple[f
     for i, term in enumerate(model.terms):
         low, high = limits[term.symbol]
         value = likely[term.symbol] if i in stay else None
-        # The band is that of all terms, the value that of those which stay.
+        # The band is from the fit of all terms, the value from that of the remaining terms.
         estimates[term.symbol] = (
             TermEstimate(None, low, high) if value is None else TermEstimate(value, min(low, value), max(high, value))
         )
@@ -273,7 +275,7 @@ def _result(fit: Weighed, times: Sequence[float], mean: float, possible: tuple[f
 
 
 def _ranges(bands: Bands, aside: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """Return bands that are left out as ranges of frequency, Hz, neighbours joined."""
+    """Return excluded bands as ranges of frequency, Hz, with neighbours joined."""
     steps = np.flatnonzero(np.diff(np.concatenate([[0], aside.astype(np.int8), [0]])))
     hertz = bands.edges / (2.0 * bands.count * bands.interval)
     return tuple((float(hertz[a]), float(hertz[b])) for a, b in zip(steps[0::2], steps[1::2], strict=True))

@@ -1,22 +1,22 @@
 """The likelihood of a record for given noise terms, and its maximum.
 
-The cosine coefficients z of a band b are n_b independent normal numbers, on top of three shapes (ramp and ends) of
-unknown sizes u, and of the variance
+The cosine coefficients z of a band b are n_b independent normal numbers, plus three shapes (ramp and ends) of unknown
+sizes u, with the variance
 
     v_b = Σ_i c_i² p_i(b),   c = Q, N, B, K and, if need be, σ_b                        (1)
 
-With P_b the sum of z² and s_b the products of the shapes, the sizes and their covariance are
+With the sum P_b of z² and the products s_b of the shapes, the sizes and their covariance are
 
     u = C Σ_b (s·z)_b w_b/(n_b v_b),   C⁻¹ = Σ_b s_b w_b/(n_b v_b)                     (2)
 
-and the restricted likelihood, which leaves the noise the degrees of freedom that u does not take (Patterson and
-Thompson, Biometrika 58, 1971), is
+and the restricted likelihood, which accounts for the degrees of freedom of u (Patterson and Thompson, Biometrika 58,
+1971), is
 
     ℓ = −½ Σ_b w_b [ln v_b + P_b(u)/(n_b v_b)] + ½ ln det C                           (3)
 
-P_b(u) being what is left of P_b without ramp and ends. The weight w_b is the number n_b of coefficients, or less for
-a band that the terms do not describe as well. The maximum over c_i² ≥ 0 is found by Fisher's scoring, each step of
-which is a weighted least-squares fit with non-negative unknowns.
+where P_b(u) is P_b without ramp and ends. The weight w_b is the number n_b of coefficients, or less for a band that the
+terms describe less well. The maximum over c_i² ≥ 0 is found by Fisher scoring; each step is a weighted least-squares
+fit with non-negative unknowns.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from sinssim.data import Array
 from sinssim.noise_identification.bands import Bands
 from sinssim.noise_identification.terms import NoiseTerm
 
-_STEPS = 200  # of the scoring, at most
-_CLOSE = 1e-5  # of the logarithm of the likelihood
+_STEPS = 200  # maximum number of scoring steps
+_CLOSE = 1e-5  # tolerance of the log-likelihood
 
 
 class Likelihood:
-    """The likelihood of a record under some terms, at its maximum and anywhere else.
+    """The likelihood of a record for given terms, at its maximum and elsewhere.
 
     Args:
         bands, terms, columns, weight: as the attributes.
-        start: c² to begin with, (p,); the record's own power if not given.
+        start: initial c², (p,); from the record's power if not given.
 
     Attributes:
         bands: the record.
         terms: p noise terms.
         columns: mean power of each term in each band, (p, b).
-        weight: degrees of freedom that a band counts for, (b,); the number of its coefficients, or fewer.
+        weight: degrees of freedom of each band, (b,); the number of its coefficients, or fewer.
         best: c² at the maximum of the likelihood, (p,).
-        top: the logarithm of the likelihood there.
+        top: the log-likelihood there.
     """
 
     def __init__(
@@ -57,19 +57,19 @@ class Likelihood:
         self.best, self.top = self.solve({}, start=start)
 
     def index(self, symbol: str) -> int:
-        """Return which of the terms has a symbol."""
+        """Return the number of the term with a symbol."""
         return [term.symbol for term in self.terms].index(symbol)
 
     def variance(self, squares: Array) -> Array:
-        """Return the variance v of every band's coefficients, (b,), under some c², (p,)."""
+        """Return the variance v of every band's coefficients, (b,), for given c², (p,)."""
         return np.asarray(squares @ self.columns + self.bands.floor)  # (1)
 
     def weighed(self, weight: Array) -> Likelihood:
-        """Return the same terms with other weights, (b,)."""
+        """Return the likelihood with other weights, (b,)."""
         return Likelihood(self.bands, self.terms, self.columns, weight)
 
     def extended(self, term: NoiseTerm) -> Likelihood:
-        """Return the same weights with one more term."""
+        """Return the likelihood with an additional term."""
         columns = np.concatenate([self.columns, self.bands.column(term)[None]])
         return Likelihood(self.bands, [*self.terms, term], columns, self.weight, np.append(self.best, 0.0))
 
@@ -80,11 +80,11 @@ class Likelihood:
         return covariance @ (self.bands.shapes_z @ w), covariance  # (2)
 
     def eliminated(self, v: Array) -> tuple[Array, Array, float]:
-        """Take ramp and ends off, given the variances.
+        """Eliminate ramp and ends, given the variances.
 
         Returns:
-            The remaining power in each band; the part of it that the fit took, expected; the logarithm of the
-            determinant of their covariance.
+            The remaining power in each band; the expected power absorbed by the fit; the logarithm of the determinant
+            of their covariance.
         """
         bands = self.bands
         size, covariance = self.ramp_and_ends(v)
@@ -93,14 +93,14 @@ class Likelihood:
         return np.maximum(power, 0.0), taken, float(np.linalg.slogdet(covariance)[1])
 
     def evaluate(self, v: Array) -> tuple[Array, float]:
-        """Return the mean power of every band for scoring, and the logarithm of the likelihood.
+        """Return the mean power of every band for scoring, and the log-likelihood.
 
         Args:
             v: variance of every band's coefficients, (b,).
 
         Returns:
-            Each band's mean power without ramp and ends, (b,), with what of the noise these have taken put back; and
-            the logarithm of the restricted likelihood.
+            Each band's mean power without ramp and ends, (b,), corrected for the noise that these absorb; and the
+            restricted log-likelihood.
         """
         power, taken, determinant = self.eliminated(v)
         terms = self.weight * (np.log(v) + power / (self.bands.number * v))
@@ -110,11 +110,11 @@ class Likelihood:
         """Maximise the likelihood over c² ≥ 0.
 
         Args:
-            held: terms that are held, and their c².
-            start: c² to begin with.
+            held: terms held fixed, and their c².
+            start: initial c².
 
         Returns:
-            c², (p,), and the logarithm of the likelihood.
+            c², (p,), and the log-likelihood.
         """
         bands = self.bands
         free = [i for i in range(len(self.terms)) if i not in held]
@@ -122,7 +122,7 @@ class Likelihood:
         squares[list(held)] = list(held.values())
         fixed = squares[list(held)] @ self.columns[list(held)] + bands.floor
         v = self.variance(squares)
-        if start is None:  # the record's own power, smoothed
+        if start is None:  # smoothed power of the record
             few = np.ones(9)
             v = np.convolve(bands.power, few, "same") / np.convolve(bands.number, few, "same") + bands.floor
         power, top = self.evaluate(v)
@@ -141,7 +141,7 @@ class Likelihood:
                 if top >= before or part < 1e-3:
                     break
                 part *= 0.5
-            if top < before:  # no step leads up: this is the top, to rounding
+            if top < before:  # no step increases it: this is the maximum, to rounding
                 return squares, before
             squares = trial
             if top - before < _CLOSE:
@@ -156,14 +156,14 @@ class Likelihood:
 def _non_negative(normal: Array, right: Array) -> Array:
     """Solve a least-squares problem with non-negative unknowns, given its normal equations.
 
-    If not all are positive, every subset is tried: five unknowns have 32, of which the best feasible one is the
-    solution, with no iteration that could go astray.
+    If not all are positive, all subsets are tried: five unknowns have 32, and the best feasible one is the solution. No
+    iteration that could fail is needed.
     """
     count = len(right)
     if count == 0:
         return np.zeros(0)
     size = np.sqrt(np.diag(normal))
-    # the small part lets two terms be alike that the record cannot tell apart
+    # the small addition handles two terms that the record cannot distinguish
     normal, right = normal / np.outer(size, size) + 1e-12 * np.eye(count), right / size
     solution = np.linalg.solve(normal, right)
     if np.all(solution >= 0.0):

@@ -1,6 +1,6 @@
 """Allan deviation and noise terms of every channel of a log, in datasheet units.
 
-The numbers are those that a scenario's [imu] takes: what is identified from a real sensor can be emulated.
+The numbers can be used in a scenario's [imu], so that an identified real sensor can be emulated.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from sinssim.noise_identification.units import NAMES, SYMBOLS, Units, four_digit
 from sinssim.sensors.log import SUFFIXES, Samples, read_samples, slow
 from sinssim.units import G0
 
-_SPIKE = 10.0  # standard deviations; normal noise reaches six in a hundred million samples
-_ENOUGH = 100_000  # samples that tell a standard deviation well enough
-_NOT_THESE = 0.5  # relative misfit of the spectrum above which the record is not that of a sensor at rest
-_AT_REST = 0.05  # of gravity, by which the specific force of a poor sensor at rest may be off
+_SPIKE = 10.0  # in standard deviations; normal noise reaches six in a hundred million samples
+_ENOUGH = 100_000  # samples that determine a standard deviation well enough
+_NOT_THESE = 0.5  # relative misfit of the spectrum above which the sensor was not at rest
+_AT_REST = 0.05  # largest relative error of the specific force of a poor sensor at rest
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class ChannelNoise:
     """One channel's noise.
 
     Attributes:
-        channel: which.
+        channel: the channel.
         deviation: its Allan deviation.
         freedom: equivalent degrees of freedom of each Allan variance, (M,).
         low, high: 95 % band of the Allan deviation, (M,) rad/s or m/s², or the unit of another quantity.
         fit: its noise terms.
-        spike: time of the sample that is farthest off its neighbours, s, and how far, in standard deviations; None if
-            that is as far as noise goes.
+        spike: time of the sample with the largest deviation from its neighbours, s, and the deviation in standard
+            deviations; None if noise explains it.
     """
 
     channel: LogChannel
@@ -52,7 +52,7 @@ class ChannelNoise:
 
     @property
     def name(self) -> str:
-        """For example gyro_x, or the name of the log's column."""
+        """Name of the channel: for example gyro_x, or the name of the log's column."""
         return self.channel.name
 
     @property
@@ -67,61 +67,61 @@ class ChannelNoise:
 
     @property
     def lowest(self) -> tuple[float, float]:
-        """Lowest Allan deviation, what data sheets call in-run bias stability, rad/s or m/s², and its τ, s.
+        """Lowest Allan deviation, which data sheets call in-run bias stability, rad/s or m/s², and its τ, s.
 
-        The lowest of what is sure: where the band's upper end is lowest.
+        It is taken where the upper end of the band is lowest.
         """
         i = int(np.argmin(self.high))
         return float(self.deviation.deviation[i]), float(self.deviation.tau[i])
 
     def remarks(self) -> Iterator[str]:
-        """Return remarks on the numbers."""
+        """Yield remarks on the numbers."""
         fit = self.fit
         if fit.exchangeable:
             yield (
                 f"{' and '.join(map(symbol_text, fit.exchangeable))} described the record best, but zero is in the "
-                "band: another term that is not seen could stand in."
+                "band: an unobserved term could replace it."
             )
         if fit.possible is not None:
             sigma, time = fit.possible
             unit, size = self.units.rate
             yield (
-                f"A Gauss-Markov bias of σ_b = {four_digits(sigma / size)} {unit} and τ_b = {time:.3g} s may be behind "
-                "this; the record does not decide. If it is known, give its --correlation-time."
+                f"A Gauss-Markov bias of σ_b = {four_digits(sigma / size)} {unit} and τ_b = {time:.3g} s could explain "
+                "this, but is not significant. If such a bias is known, give its --correlation-time."
             )
         pulse = math.sqrt(12.0) * fit.likely["Q"]
         inertial = self.channel.triad is not None
         steady = "the sensor stood still" if inertial else "the quantity was steady"
         moves = fit.likely["N"] * math.sqrt(fit.interval)
-        # readings of another quantity are rounded themselves, not their integral: that is white noise, no Q
+        # readings of other quantities are rounded themselves instead of their integral, which gives white noise, not Q
         if inertial and moves < 0.5 * pulse and fit.misfit <= _NOT_THESE:
             moved = moves / pulse
             by = f"by {moved:.2g} pulses only" if moved > 0.0 else "by less than half a pulse, if at all"
             yield (
                 f"Between samples the random walk moves the output {by}. Unless the sensor moves by more (dither "
-                "does), rounding errors follow one another and are no white noise: Q, and with it N, is then not to be "
+                "does), rounding errors are correlated and not white: Q, and with it N, is then not "
                 "trusted."
             )
         if self.spike is not None:
             time, size = self.spike
             yield (
                 f"The sample at {time:.9g} s is {size:.3g} standard deviations off its neighbours: a spike or a jolt. "
-                "Its power counts as noise; take a part without it (--from, --to)."
+                "Its power counts as noise; use a part without it (--from, --to)."
             )
         for low, high in fit.aside:
             yield (
-                f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) is none of these terms and "
-                "was left out: vibration, a filter, a resonance."
+                f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) does not fit these terms and "
+                "was left out: vibration, a filter or a resonance."
             )
         if fit.misfit > _NOT_THESE:
             yield (
                 "These terms do not describe this record: bands of its spectrum depart from them by "
-                f"{100.0 * fit.misfit:.0f} % rms. Take a part in which {steady} (--from, --to)."
+                f"{100.0 * fit.misfit:.0f} % rms. Use a part in which {steady} (--from, --to)."
             )
         elif fit.misfit > 0.0:
             yield (
-                f"These terms describe the spectrum to {100.0 * fit.misfit:.2g} % only; the bands of the terms allow "
-                f"for that. Is it sure that {steady}, at one temperature?"
+                f"These terms describe the spectrum to {100.0 * fit.misfit:.2g} % only; the bands of the terms include "
+                f"this. Check that {steady}, at constant temperature."
             )
 
     def to_json(self) -> dict[str, Any]:
@@ -168,10 +168,10 @@ class NoiseReport:
     """The noise of a log's channels.
 
     Attributes:
-        source: what was looked at.
+        source: name of the log.
         samples: its samples.
         interval: T, s.
-        channels: in the order of `chosen_channels`.
+        channels: channels in the order of `chosen_channels`.
         remarks: sentences on the log as a whole.
     """
 
@@ -192,7 +192,7 @@ class NoiseReport:
         return len(self.samples.time) - 1
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain numbers with their units in the names; what is not observable is None."""
+        """Return plain numbers with units in the names; unobservable values are None."""
         return {
             "source": self.source,
             "duration_s": self.duration,
@@ -203,7 +203,7 @@ class NoiseReport:
         }
 
 
-# Long: the options are checked by name, then one channel after the other is identified.
+# Long: the options are checked by name, then the channels are identified in turn.
 def noise_report(
     log: Path,
     *,
@@ -218,26 +218,28 @@ def noise_report(
 
     Args:
         log: a log of sensors at rest or of other quantities (`sinssim.sensors.log.SUFFIXES`), or a run directory, whose
-            measured stream is taken.
+            measured stream is used.
         columns: TOML file that names a log's columns, units and axes.
-        channels: as `chosen_channels`; by default those of the triads that `columns` describes.
-        start, end: part of the log to use, on its own time, s.
-        correlation_time: τ_b, as `fit_noise`, s.
-        progress: is told what is done, and how much of the whole is done, 0 to 1.
+        channels: as for `chosen_channels`; by default those of the triads that `columns` describes.
+        start, end: part of the log to use, in its own time, s.
+        correlation_time: τ_b as for `fit_noise`, s.
+        progress: called with a description of the current work and the total fraction done, 0 to 1.
 
     Returns:
         The report.
 
     Raises:
-        InputError: a log that cannot be read or has gaps, a channel that there is not, too few samples, or no channel
-            that is not constant.
+        InputError: the log cannot be read or has gaps, a channel does not exist, there are too few samples, or all
+            channels are constant.
     """
     wanted = chosen_channels(channels)
     triads = list(dict.fromkeys(channel.triad for channel in wanted if channel.triad is not None)) if channels else None
     others = [channel.name for channel in wanted if channel.triad is None]
     path = log / "streams" / "imu_measured.parquet" if log.is_dir() else log
     if log.is_dir() and not path.is_file():
-        raise InputError(f"{log} is no run directory: it has no {path.relative_to(log)}. Logs: {', '.join(SUFFIXES)}.")
+        raise InputError(
+            f"{log} is not a run directory: it has no {path.relative_to(log)}. A log ends in {', '.join(SUFFIXES)}."
+        )
 
     def tell(what: str, fraction: float) -> None:
         if progress is not None:
@@ -251,15 +253,17 @@ def noise_report(
     if samples.triads and (doubt := slow(samples.time)) is not None:
         remarks.append(doubt)
     if others and not samples.time_unit_stated:
-        remarks.append("The times are taken for seconds: neither the name of their column nor time_unit says so.")
+        remarks.append(
+            "The times are assumed to be in seconds: neither the name of their column nor time_unit gives their unit."
+        )
     if not timing.even:
-        # how long the first interval was, the log does not say
+        # the log does not give the length of the first interval
         samples = part(samples, float(samples.time[1]), None, str(log))
         timing = clock(samples, str(log))
         remarks.append(
-            f"The times are uneven by up to {100.0 * timing.unevenness:.3g} % of an interval: averages run between the "
-            "samples nearest to their ends, and those over a few samples tell little. If only the time stamps are "
-            "uneven, not the sampling, give rate_hz in place of the time column."
+            f"The times are uneven by up to {100.0 * timing.unevenness:.3g} % of an interval. Averages run between the "
+            "samples nearest to their ends, and averages over a few samples are unreliable. If only the time stamps "
+            "are uneven, not the sampling, give rate_hz instead of the time column."
         )
     remarks += _not_gravity(samples)
     found = []
@@ -289,7 +293,7 @@ def noise_report(
 def _spike(increments: Array, time: Array) -> tuple[float, float] | None:
     """Return time and size of the largest spike, if noise does not explain it."""
     second = np.abs(np.diff(increments, 2))
-    # the median is that of most samples, whatever a few may do; of a normal number it is 0.6745 standard deviations
+    # the median is insensitive to a few samples; for a normal number it is 0.6745 standard deviations
     sigma = float(np.median(second[:: 1 + len(second) // _ENOUGH])) / 0.6745
     k = int(np.argmax(second))
     if not second[k] > _SPIKE * sigma > 0.0:
@@ -298,7 +302,7 @@ def _spike(increments: Array, time: Array) -> tuple[float, float] | None:
 
 
 def _not_gravity(samples: Samples) -> Iterator[str]:
-    """Return a remark if the accelerometers do not measure gravity, because the description may be wrong."""
+    """Yield a remark if the accelerometers do not measure gravity, because the description may be wrong."""
     if "accel" not in samples.triads:
         return
     values = samples.triads["accel"]
@@ -308,6 +312,6 @@ def _not_gravity(samples: Samples) -> Iterator[str]:
     felt = float(np.linalg.norm(mean))
     if abs(felt - G0) > _AT_REST * G0:
         yield (
-            f"The accelerometers' mean is {felt:.4g} m/s² in all, at rest it would be {G0:.4g}. Unless gravity has "
-            "been taken off, the log's units, times or kind (increments or rates) are not what they are said to be."
+            f"The mean specific force is {felt:.4g} m/s²; at rest it would be {G0:.4g} m/s². Unless gravity has "
+            "been removed, the log's units, times or kind (increments or rates) are wrong."
         )

@@ -1,6 +1,6 @@
-"""The noise terms of an inertial sensor, each with a coefficient of one: Allan variance, spectrum, covariance.
+"""The noise terms of an inertial sensor with coefficients of one: Allan variance, spectrum, covariance.
 
-Terms and coefficients are those of IEEE Std 952-2020, annex C (gyros; the accelerometers' IEEE Std 1293 has the same):
+Terms and coefficients are those of IEEE Std 952-2020, annex C, for gyros, and of IEEE Std 1293 for accelerometers:
 
     | symbol  | what                         | Allan variance σ²(τ)          | rate's two-sided spectrum S(f)          |
     | ------- | ---------------------------- | ----------------------------- | --------------------------------------- |
@@ -11,11 +11,11 @@ Terms and coefficients are those of IEEE Std 952-2020, annex C (gyros; the accel
     | R       | rate ramp                    | R²τ²/2                        | – (not a noise)                         |
     | sigma_b | first-order Gauss-Markov bias| see `gauss_markov_term`       | 2σ_b²τ_b/(1 + (2πfτ_b)²)                |
 
-A sensor's output is increments over intervals of length T. Their discrete cosine transform of type II parts them into
-coefficients that are as good as independent, at the frequencies f = k/(2nT), k = 1 … n-1: exactly so for N and for a
-random walk of the bias (the transform's vectors are those of the second difference with free ends), to correlations
-under 0.12 for B. What does not fit, both ends of the quantisation and the ramp, has a shape of its own,
-`end_effects` and `ramp_coefficients`.
+A sensor's output is increments over intervals of length T. Their discrete cosine transform of type II has practically
+independent coefficients, at the frequencies f = k/(2nT), k = 1 … n-1. They are exactly independent for N and for a
+random walk of the bias (the transform's vectors are eigenvectors of the second difference with free ends), and have
+correlations below 0.12 for B. The two ends of the quantisation and the ramp do not fit this scheme and have their own
+shapes, `end_effects` and `ramp_coefficients`.
 """
 
 from __future__ import annotations
@@ -29,21 +29,22 @@ import numpy as np
 from sinssim.data import Array
 
 FEW = 64
-"""Coefficients below which a term's departure from its spectrum (the record's ends) is computed one by one."""
+"""Number of coefficients for which a term's departure from its spectrum (by the record's ends) is computed one by
+one."""
 
 
 @dataclass(frozen=True)
 class NoiseTerm:
-    """A noise term, with its coefficient at one.
+    """A noise term with a coefficient of one.
 
     Attributes:
-        symbol: as in the table above.
-        name: in words.
-        allan_variance: of the rate at averaging times τ, (M,) s.
+        symbol: symbol as in the table above.
+        name: name in words.
+        allan_variance: Allan variance of the rate at averaging times τ, (M,) s.
         power: expected square of the k-th cosine coefficient of n increments over T; arguments k (any shape, 1 … n-1),
             n, T [s].
         covariance: generalised covariance of the accumulated angle at lags (any shape) s, up to a parabola, which
-            second differences do not see; arguments lag, and T [s] for the quantisation, which is there at lag 0 only.
+            second differences remove; arguments lag, and T [s] for the quantisation, which contributes at lag 0 only.
     """
 
     symbol: str
@@ -59,7 +60,7 @@ def _angle(k: Array, count: int) -> Array:
 
 
 def _odd(k: Array) -> Array:
-    """Return 1 for odd k, 0 for even k; ½ from FEW on, where k stands for its neighbours too."""
+    """Return 1 for odd k, 0 for even k; ½ from FEW on, where k represents its neighbours, too."""
     return np.where(k < FEW, np.rint(k) % 2.0, 0.5)
 
 
@@ -129,7 +130,7 @@ def gauss_markov_term(correlation_time: float) -> NoiseTerm:
 
     def allan_variance(tau: Array) -> Array:
         x = np.asarray(tau, dtype=np.float64) / tau_b
-        # 2x − 3 + 4e⁻ˣ − e⁻²ˣ without the cancellation at small x
+        # 2x − 3 + 4e⁻ˣ − e⁻²ˣ without cancellation at small x
         bracket = np.where(x < 1e-3, 2.0 * x**3 / 3.0 - x**4 / 2.0, 2.0 * x + 4.0 * np.expm1(-x) - np.expm1(-2.0 * x))
         return np.asarray(bracket / x**2)
 
@@ -140,7 +141,7 @@ def gauss_markov_term(correlation_time: float) -> NoiseTerm:
         v = interval**2 * (series if x < 0.01 else 2.0 * (x + math.expm1(-x)) / x**2)
         c, e = (tau_b * math.expm1(-x)) ** 2, math.exp(-x)
         stationary = v + 2.0 * c * (np.cos(w) - e) / ((1.0 - e) ** 2 + 4.0 * e * np.sin(0.5 * w) ** 2)
-        # the double integral of exp(−|t − s|/τ_b) with the transform's cosine, over the same without the ends
+        # the double integral of exp(−|t − s|/τ_b) with the transform's cosine, relative to that without the ends
         decay = math.exp(-length / tau_b)
         sign = np.where(k < FEW, 1.0 + (2.0 * _odd(k) - 1.0) * decay, 1.0)
         ends = 1.0 - 2.0 * tau_b / length * sign / (1.0 + (np.pi * k * tau_b / length) ** 2)
@@ -148,21 +149,21 @@ def gauss_markov_term(correlation_time: float) -> NoiseTerm:
 
     def covariance(lag: Array, interval: float) -> Array:
         x = np.abs(lag) / tau_b
-        # −τ_b²(e⁻ˣ + x), less its constant; its second derivative is −exp(−|lag|/τ_b)
+        # −τ_b²(e⁻ˣ + x) without its constant; its second derivative is −exp(−|lag|/τ_b)
         return np.asarray(-(tau_b**2) * np.where(x < 1e-3, 0.5 * x**2 - x**3 / 6.0, np.expm1(-x) + x))
 
     return NoiseTerm("sigma_b", "Gauss-Markov bias", allan_variance, power, covariance)
 
 
 def ramp_coefficients(count: int, interval: float) -> Array:
-    """Return the cosine coefficients of the increments of a rate t·1, R = 1.
+    """Return the cosine coefficients of the increments of a ramp with R = 1.
 
     Args:
         count: n, number of increments.
         interval: T, s.
 
     Returns:
-        (n,), zero at 0, where the mean is, and at all even k; s².
+        (n,) s², zero at k = 0, which is the mean, and at all even k.
     """
     k = np.arange(1, count, 2)
     half = 0.5 * np.pi * k / count
@@ -173,15 +174,16 @@ def ramp_coefficients(count: int, interval: float) -> Array:
 
 
 def end_effects(count: int) -> Array:
-    """Return the cosine coefficients of a unit step of the angle at the first edge less, or more, one at the last.
+    """Return the cosine coefficients of the difference, or the sum, of unit steps of the angle at the first and last
+    edge.
 
-    The rounding error of the accumulated angle at the two ends of a record is what quantisation adds to its spectrum:
-    two numbers that look like white noise.
+    The rounding errors of the accumulated angle at the two ends of a record add to the spectrum of quantisation: two
+    numbers that look like white noise.
 
     Args:
         count: n, number of increments.
 
     Returns:
-        (n,): the even ones belong to the difference of both ends' errors, the odd ones to their sum.
+        (n,): the even ones belong to the difference of the errors at both ends, the odd ones to their sum.
     """
     return np.asarray(math.sqrt(2.0 / count) * np.cos(0.5 * np.pi * np.arange(count) / count))

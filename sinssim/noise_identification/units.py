@@ -9,7 +9,7 @@ from sinssim.sensors.log import TriadName
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, UG
 
 SYMBOLS = ("Q", "N", "B", "K", "R", "sigma_b")
-"""Noise terms in the order in which they are shown."""
+"""Noise terms in the order of display."""
 NAMES: dict[str, str] = {
     "Q": "quantisation",
     "N": "random walk",
@@ -18,7 +18,7 @@ NAMES: dict[str, str] = {
     "R": "rate ramp",
     "sigma_b": "Gauss-Markov bias, 1σ",
 }
-"""Noise terms in words."""
+"""Names of the noise terms."""
 _HOUR = 3600.0
 
 
@@ -28,8 +28,8 @@ class Units:
 
     Attributes:
         rate: unit of the reading itself and of its Allan deviation, and its size in SI.
-        terms: of each noise term.
-        key: what ends the names of numbers in JSON; "" if the unit stands beside them.
+        terms: unit and size of each noise term.
+        key: ending of the names of numbers in JSON; "" if the unit is given separately.
     """
 
     rate: tuple[str, float]
@@ -37,7 +37,7 @@ class Units:
     key: str = ""
 
     def named(self, what: str) -> str:
-        """Return the name of a number in the unit of the reading, for JSON: mean_deg_h."""
+        """Return the name of a number in the unit of the reading for JSON, for example mean_deg_h."""
         return f"{what}_{self.key}" if self.key else what
 
 
@@ -81,10 +81,10 @@ def unit_in_name(name: str) -> str | None:
     """Return the unit at the end of a column's name.
 
     Args:
-        name: of the column.
+        name: name of the column.
 
     Returns:
-        For example "Pa" of pressure_pa, "deg/h" of rate_deg_h; None if there is no unit that is known.
+        For example "Pa" for pressure_pa, "deg/h" for rate_deg_h; None if there is no known unit.
     """
     words = name.lower().split("_")
     for count in (2, 1):
@@ -94,10 +94,10 @@ def unit_in_name(name: str) -> str | None:
 
 
 def units_of(unit: str) -> Units:
-    """Return the units of a quantity's noise terms: multiples of the quantity's own by powers of a second.
+    """Return the units of a quantity's noise terms: the quantity's unit times powers of a second.
 
     Args:
-        unit: of the quantity, any text; "1" of a number without one.
+        unit: unit of the quantity, any text; "1" for a plain number.
 
     Returns:
         The units, all of size 1.
@@ -123,12 +123,12 @@ def four_digits(value: float) -> str:
 
 
 def symbol_text(symbol: str) -> str:
-    """Return a term's symbol as it is printed.
+    """Return the printed symbol of a term.
 
     Args:
-        symbol: of `SYMBOLS`.
+        symbol: one of `SYMBOLS`.
 
     Returns:
-        The same, but for σ_b.
+        The symbol itself, except for σ_b.
     """
     return "σ_b" if symbol == "sigma_b" else symbol

@@ -1,10 +1,10 @@
-"""Weights of the bands of a record that the noise terms do not describe entirely.
+"""Weights of the bands of a record that the noise terms do not describe completely.
 
-- What a bias does within a sample shows near half the sampling frequency only, and depends on how the sensor, or its
-  model, takes the mean. There, bands weigh the less the more of their power is drift's.
-- A record that the terms do not describe (vibration, filters, temperature) shows in the misfit of the bands. Those that
-  are far off are left out. All others are taken to be uncertain by the same relative amount, as large as makes the
-  misfit what it should be: all frequencies count alike, and all confidence bands widen.
+- The behaviour of a bias within a sample matters only near half the sampling frequency and depends on how the sensor or
+  its model averages. There, the weight of a band decreases with the fraction of its power due to drift.
+- Vibration, filters and temperature, which the terms do not describe, cause a misfit of the bands. Bands with a large
+  misfit are excluded. All others get a common relative uncertainty, chosen so that the misfit has its expected value.
+  All frequencies then count equally, and all confidence bands widen.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from sinssim.noise_identification.bands import Bands
 from sinssim.noise_identification.likelihood import Likelihood
 from sinssim.noise_identification.terms import NoiseTerm
 
-_FAR = 4.0  # standard deviations at which a band is left out
-_BY_CHANCE = 5.5  # that no band reaches where nothing is to be left out
-_MOST_ASIDE = 0.4  # of the bands, more are not left out
-_ROUNDS = 40  # of leaving bands out, at most
-_DOUBTFUL = 4.0  # standard deviations of the misfit above what it should be
+_FAR = 4.0  # standard deviations beyond which a band is excluded
+_BY_CHANCE = 5.5  # standard deviations that no band reaches if none is excluded
+_MOST_ASIDE = 0.4  # largest excluded fraction of the bands
+_ROUNDS = 40  # maximum number of rounds of exclusion
+_DOUBTFUL = 4.0  # excess of the misfit over its expectation, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Weighed:
 
     Attributes:
         model: the likelihood.
-        whole: the same before any band was left out.
-        misfit: relative uncertainty that its spectrum has been given.
-        aside: bands that are left out, (b,).
+        whole: the likelihood before bands were excluded.
+        misfit: relative uncertainty given to its spectrum.
+        aside: excluded bands, (b,).
     """
 
     model: Likelihood
@@ -49,7 +49,7 @@ def weigh(bands: Bands, terms: Sequence[NoiseTerm]) -> Weighed:
     """Fit, and weight the bands by their agreement with the terms.
 
     Args:
-        bands: the record; its ramp is taken off.
+        bands: the record; its ramp is subtracted.
         terms: the noise terms.
 
     Returns:
@@ -61,7 +61,7 @@ def weigh(bands: Bands, terms: Sequence[NoiseTerm]) -> Weighed:
     model = Likelihood(bands, terms, columns, bands.number)
     drift = [i for i, term in enumerate(terms) if term.symbol not in ("Q", "N")]
     share = model.best[drift] @ model.columns[drift] / model.variance(model.best)
-    # One way to take the mean over a sample differs from another by about ⅙(1 − cos 2πfT) of the drift's power.
+    # Different ways of averaging over a sample differ by about ⅙(1 − cos 2πfT) of the drift's power.
     unsure = share * (1.0 - np.cos(bands.angle)) / 6.0
     number = bands.number / (1.0 + 0.5 * bands.number * unsure**2)
     aside = np.zeros(len(number), dtype=np.bool_)
@@ -104,7 +104,7 @@ def _departures(model: Likelihood, weight: Array) -> Array:
         weight: degrees of freedom ν of the bands, (b,).
 
     Returns:
-        Signed roots of the deviance ν(r − 1 − ln r), r the band's power over the fit's, (b,).
+        Signed roots of the deviance ν(r − 1 − ln r), where r is the ratio of the band's power to the fit's, (b,).
     """
     v = model.variance(model.best)
     power, taken, _ = model.eliminated(v)
@@ -120,7 +120,7 @@ def _misfit(model: Likelihood) -> float:
     weight = model.weight[model.weight > 0.0]
     half = 0.5 * weight
     deviance = float(np.sum(_departures(model, model.weight) ** 2)) + np.count_nonzero(model.best)
-    # of ν(r − 1 − ln r), νr being distributed as χ² with ν degrees of freedom
+    # mean and variance of ν(r − 1 − ln r), where νr is distributed as χ² with ν degrees of freedom
     expected = float(np.sum(weight * (np.log(half) - digamma(half))))
     variance = float(np.sum(weight**2 * (polygamma(1, half) - 1.0 / half)))
     return (deviance - expected) / math.sqrt(variance)

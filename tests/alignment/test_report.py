@@ -120,7 +120,7 @@ def test_a_block_on_its_back_in_a_log_is_doubted(tmp_path, method):
     flipped = ImuData(np.arange(count + 1) * dt, *increments)
     log, _ = write_log(tmp_path / "log.csv", flipped)
     report = align_source(log, columns=tmp_path / "log.toml", method=method)
-    assert "lies on its back (roll" in report.determination.warnings[-1]
+    assert "is upside down (roll" in report.determination.warnings[-1]
     (tmp_path / "log.toml").write_text('axes = ["forward", "left", "up"]\n' + (tmp_path / "log.toml").read_text())
     report = align_source(log, columns=tmp_path / "log.toml", method=method)
     assert report.determination.warnings == ()
@@ -256,7 +256,7 @@ def test_what_is_neither_log_nor_scenario_is_said(tmp_path, capsys, name, option
         (["SCENARIO", "--to", "1"], "samples"),
         (["SCENARIO", "--disturbed", "--latitude", "95"], "between -90 and 90"),
         (["SCENARIO", "--disturbed", "--to", "30"], "at least 60 s"),
-        (["SCENARIO", "--latitude", "50"], "finds the latitude itself"),
+        (["SCENARIO", "--latitude", "50"], "determines the latitude itself"),
         (["LOG", "--set", "imu.grade=tactical"], "for scenarios"),
         (["LOG", "--grade", "best"], "best"),
     ],

@@ -56,7 +56,7 @@ def test_white_noise_of_a_quantity(weather: Path) -> None:
     assert channel.deviation.deviation[0] == pytest.approx(SIGMA, rel=0.02)
     assert channel.units.terms["N"] == ("hPa/√Hz", 1.0)
     assert channel.units.terms["K"][0] == "hPa/√s"
-    assert "taken for seconds" in report.remarks[0]
+    assert "assumed to be in seconds" in report.remarks[0]
     assert len(report.remarks) == 1  # 1 Hz is nothing odd here
 
 
@@ -125,7 +125,7 @@ def test_names_of_channels() -> None:
     chosen = chosen_channels(["a=b=hPa", "gyro_x=V", "accel_x", "p_pa"])
     assert chosen[0] == CHANNELS[3]
     assert [(c.name, c.units.rate[0]) for c in chosen[1:]] == [("a=b", "hPa"), ("gyro_x", "V"), ("p_pa", "Pa")]
-    with pytest.raises(InputError, match="given with its unit, pressure=UNIT"):
+    with pytest.raises(InputError, match="with its unit, pressure=UNIT"):
         chosen_channels(["pressure"])
     with pytest.raises(InputError, match="two units, Pa and hPa"):
         chosen_channels(["p_pa", "p_pa=hPa"])

@@ -207,7 +207,7 @@ def test_a_spike_is_said_with_its_time(tmp_path):
     assert [channel.spike for channel in found.channels[1:]] == [None, None]
 
 
-@pytest.mark.parametrize(("factor", "said"), [(1.0, ""), (T, "mean is 0.981 m/s² in all"), (0.0, "is 0.")])
+@pytest.mark.parametrize(("factor", "said"), [(1.0, ""), (T, "mean specific force is 0.981 m/s²"), (0.0, "is 0.")])
 def test_accelerometers_that_do_not_feel_gravity_are_said(tmp_path, factor, said):
     """For example rates that are taken for increments."""
     gyro, accel = increments(count=1000)
@@ -349,7 +349,7 @@ def bad(kind, tmp_path):
     ("kind", "options", "said"),
     [
         ("nan", [], "log.parquet, sample 123: the column 'dtheta_y_rad' is empty or not finite"),
-        ("short", [], "log.parquet, gyro_x: 100 samples are too few to tell noise terms apart; at least 256"),
+        ("short", [], "log.parquet, gyro_x: 100 samples are too few to distinguish noise terms; at least 256"),
         ("unordered", [], "log.parquet, sample 501: the time 50.1 s does not come after 50.2 s"),
         ("gap", [], "log.parquet, sample 700: there are no samples for 12.1 s from 70 s on"),
         ("gap", ["--to", "90"], "log.parquet, sample 700: there are no samples for 12.1 s"),
@@ -376,7 +376,7 @@ def test_refusals_in_one_paragraph(kind, options, said, tmp_path, capsys, monkey
 def test_what_is_no_log(tmp_path, capsys):
     code, _, err = run(capsys, tmp_path)
     assert code == 2
-    assert "is no run directory: it has no streams/imu_measured.parquet" in err
+    assert "is not a run directory: it has no streams/imu_measured.parquet" in err
     code, _, err = run(capsys, tmp_path / "log.parquet")
     assert code == 2
     assert "cannot be read" in err
