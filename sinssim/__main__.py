@@ -1,6 +1,6 @@
-"""The command `sinssim` and `python -m sinssim`: the command line as a process of its own.
+"""The command `sinssim` and `python -m sinssim`: runs the command line as a process.
 
-Nothing but what Python has loaded anyway is imported before Ctrl-C is heard.
+Only modules that Python has already loaded are imported before Ctrl-C is handled.
 """
 
 import os
@@ -12,8 +12,8 @@ from typing import NoReturn
 def program() -> NoReturn:
     """Run the command line, and end the process at once.
 
-    Python's own end takes apart compilers and a gigabyte of arrays for a third of a second, and can fall over a thread
-    that is still loading one of them. Everything that is to be closed has been closed by then.
+    Python's own exit takes a third of a second to release compilers and a gigabyte of arrays, and can fail if a thread
+    is still loading a module. All files are closed by then.
     """
     code = 1
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
@@ -29,7 +29,7 @@ def program() -> NoReturn:
         main()
     except SystemExit as end:
         code = int(end.code or 0)
-    except KeyboardInterrupt:  # as it was ending, when all was done
+    except KeyboardInterrupt:  # during the exit, after all work was done
         code = 130
     except BaseException:
         sys.excepthook(*sys.exc_info())
@@ -40,19 +40,19 @@ def program() -> NoReturn:
         code = code or READER_GONE
     except OSError as error:
         if not code:
-            os.write(2, f"sinssim: the operating system refused: {error}.\n".encode())
+            os.write(2, f"sinssim: the operating system reported an error: {error}.\n".encode())
         code = code or 1
     os._exit(code)
 
 
 def _stop(number: int, frame: object) -> NoReturn:
-    """End before anything has begun: there is nothing to tidy up."""
+    """End before any work has begun, when no clean-up is needed."""
     os.write(2, b"Interrupted.\n")
     os._exit(130)
 
 
 def _open_standard_streams() -> None:
-    """Put the null device in place of closed standard streams, so that no file of a run gets their numbers."""
+    """Replace closed standard streams by the null device, so that no file of a run gets their numbers."""
     for number in range(3):
         try:
             os.fstat(number)

@@ -1,7 +1,7 @@
 """The registry of attitude algorithms: adding one takes a file under `sinssim/strapdown/attitude/` and a line here.
 
-It stands apart from the algorithms, so that listing them needs no compiler. What a file holds: see
-`docs/extending/algorithm.md`.
+It is separate from the algorithms, so that listing them needs no compiler. `docs/extending/algorithm.md` describes the
+files.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from sinssim.errors import InputError
 
 @dataclass(frozen=True)
 class Algorithm:
-    """An attitude algorithm as a person chooses it.
+    """The entry of an attitude algorithm.
 
     Attributes:
-        name: by which it is chosen.
-        sentence: what it is, for a person.
-        module: file under `sinssim/strapdown/` that holds it, "attitude.quaternion" for example.
-        variant: values for the file's constants; those not named keep the value written in the file.
-        windowed: whether the file brings a whole engine, which works on windows of samples.
-        problem: why the entry cannot be used, a sentence; "" if it can.
+        name: its name in scenarios.
+        sentence: description.
+        module: its file under `sinssim/strapdown/`, for example "attitude.quaternion".
+        variant: values for the file's constants; others keep the value in the file.
+        windowed: whether the file has a complete engine, which works on windows of samples.
+        problem: why the entry cannot be used; "" if it can.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Algorithm:
 
     @property
     def samples(self) -> int:
-        """Number of samples that one update takes."""
+        """Number of samples per update."""
         return self.variant.get("SAMPLES", 1)
 
     @property
@@ -46,12 +46,12 @@ class Algorithm:
 
     @property
     def needs_equal_intervals(self) -> bool:
-        """Whether its coefficients hold for samples of one length only."""
+        """Whether its coefficients hold only for samples of equal length."""
         return self.samples > 1 or bool(self.variant.get("PREVIOUS", False))
 
 
 def by_name(*entries: Algorithm) -> dict[str, Algorithm]:
-    """Return algorithms by name; a name that stands there twice is marked, and refused when it is chosen.
+    """Return algorithms by name; a duplicate name is marked, and refused when chosen.
 
     Args:
         *entries: the algorithms.
@@ -65,8 +65,8 @@ def by_name(*entries: Algorithm) -> dict[str, Algorithm]:
         if before is not None:
             entry = replace(
                 before,
-                problem=f"{__file__} has the name twice, for the file {before.module} and for {entry.module}; one of "
-                "them needs another name.",
+                problem=f"{__file__} has the name twice, for the files {before.module} and {entry.module}; give one of "
+                "them another name.",
             )
         registry[entry.name] = entry
     return registry
@@ -107,7 +107,7 @@ REGISTRY: dict[str, Algorithm] = by_name(
         "attitude.poisson",
     ),
     Algorithm(
-        "euler", "roll, pitch and heading integrated as such (Runge-Kutta 4), singular at pitch ±90°", "attitude.euler"
+        "euler", "roll, pitch and heading, integrated by Runge-Kutta 4, singular at pitch ±90°", "attitude.euler"
     ),
     _poisson("poisson-1", 1, False),
     _poisson("poisson-2", 2, False),
@@ -167,33 +167,33 @@ REGISTRY: dict[str, Algorithm] = by_name(
         windowed=True,
     ),
 )
-"""Every algorithm by name. The first three share high-order compensated increments."""
+"""All algorithms by name. The first three share high-order compensated increments."""
 
 ALGORITHMS: dict[str, str] = {name: algorithm.sentence for name, algorithm in REGISTRY.items()}
 
 MEASURED_ATTITUDE = "measured-attitude"
-"""What a scenario names as its algorithm where the attitude is measured and not computed."""
+"""The algorithm in a scenario with a measured attitude."""
 
 SCENARIO_ALGORITHMS: dict[str, str] = {
     **ALGORITHMS,
-    MEASURED_ATTITUDE: "none: velocity and position by the attitude that imu.sensor_set measures, in inertial axes",
+    MEASURED_ATTITUDE: "none: velocity and position with the attitude measured by imu.sensor_set, in inertial axes",
 }
-"""What a scenario may name as its algorithms."""
+"""The names of algorithms in scenarios."""
 
 
-_WHOLE = 2e-6  # a ratio of rates this near to a whole number, relatively, is one: 33.3333 Hz divides 100 Hz
-_NEAR = 0.01  # but no ratio that is farther from one
+_WHOLE = 2e-6  # relative tolerance of a whole ratio of rates: 33.3333 Hz divides 100 Hz
+_NEAR = 0.01  # absolute tolerance of a whole ratio
 
 
 def whole_ratio(fast: float, slow: float) -> int | None:
-    """Return how many times one rate goes into another.
+    """Return the ratio of two rates if it is a whole number.
 
     Args:
         fast: Hz.
         slow: Hz.
 
     Returns:
-        A whole number, at least 1; None if it does not go a whole number of times, as nearly as rates are written.
+        A whole number, at least 1; None if the ratio is not whole within the precision of rates.
     """
     ratio = fast / slow
     whole = round(ratio)
@@ -201,7 +201,7 @@ def whole_ratio(fast: float, slow: float) -> int | None:
 
 
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
-    """Return the whole ratios of the data's rate to the fast, the fast to the medium, the medium to the slow one.
+    """Return the whole ratios of the data's rate to the fast, the fast to the medium, and the medium to the slow rate.
 
     Args:
         rates_hz: fast, medium and slow rate.
@@ -211,7 +211,7 @@ def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int,
         Three whole numbers, at least 1.
 
     Raises:
-        InputError: rates that do not divide, with the nearest that would.
+        InputError: the rates do not divide; the message gives the nearest rates that do.
     """
     if len(rates_hz) != 3:
         raise InputError(f"rates_hz = {rates_hz} must be three rates: fast, medium and slow, Hz.")
@@ -226,7 +226,7 @@ def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int,
             near = " or ".join(f"{above / n:.9g}" for n in dict.fromkeys((low, low + 1 if ratio > 1.0 else 1)))
             raise InputError(
                 f"rates_hz: the {name} rate, {rate:g} Hz, does not divide {above_name}, {above:.6g} Hz, a whole number "
-                f"of times; {near} Hz would."
+                f"of times; use {near} Hz."
             )
         ratios.append(whole)
         above, above_name = above / whole, f"the {name} rate"
@@ -234,7 +234,7 @@ def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int,
 
 
 ORDER = re.compile(r"-(\d+p?)(-\w+)?$")
-"""End of an algorithm's name: its order or number of samples, and its variant."""
+"""Ending of an algorithm's name: its order or number of samples, and its variant."""
 
 
 def family(algorithm: str) -> str:

@@ -1,6 +1,7 @@
-"""What a person may pass from Python, as numbers and arrays that the rest can rely on, or refused by name.
+"""Checks arguments of public functions and converts them to numbers and arrays.
 
-Arrays come back as doubles, contiguous and writeable: a kernel is compiled anew for every other kind of array.
+Arrays are returned as doubles, contiguous and writeable, because a kernel is compiled anew for every other kind of
+array.
 """
 
 from __future__ import annotations
@@ -18,17 +19,18 @@ _WRITEABLE, _BROADCAST = 0x400, 1 << 31  # NPY_ARRAY_WRITEABLE and NPY_ARRAY_WAR
 
 
 def numbers(name: str, values: Any) -> Array:
-    """Return what was given as an array of doubles, of any shape.
+    """Convert an argument to an array of doubles of any shape.
 
     Args:
-        name: what it is, for the message.
+        name: name of the argument, for the message.
         values: a number, a list, a tuple or an array of numbers.
 
     Returns:
-        The array, contiguous and writeable; the one that was given if it is so already.
+        The array, contiguous and writeable; the argument itself if it already is.
 
     Raises:
-        InputError: it is no array of numbers: None, text, ragged lists, masked or complex numbers, dates.
+        InputError: the argument is not an array of numbers, but for example None, text, ragged lists, masked or complex
+            numbers, or dates.
     """
     if isinstance(values, np.ma.MaskedArray):
         if np.ma.is_masked(values):
@@ -41,47 +43,47 @@ def numbers(name: str, values: Any) -> Array:
         if array.dtype.kind not in "iufO":
             what = {"b": "true and false", "c": "complex numbers", "U": "text", "S": "text", "V": "records"}
             raise TypeError(f"it holds {what.get(array.dtype.kind, 'dates or times')}")
-        # numpy would make NaN of None, and a number of "1"
+        # numpy would convert None to NaN, and "1" to a number
         if array.dtype.kind == "O" and any(value is None or isinstance(value, str | bytes) for value in array.flat):
             raise TypeError("a value is None or text")
         array = np.asarray(array, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         shown = f" = {shortened(repr(values), 40)}" if values is None or isinstance(values, str) else ""
-        raise InputError(f"{name}{shown} is no array of numbers: {shortened(str(error))}.") from error
-    # by the number of the flags: numpy warns when the one of a view from broadcast_arrays is asked for by its name
+        raise InputError(f"{name}{shown} is not an array of numbers: {shortened(str(error))}.") from error
+    # by the number of the flags, because numpy warns if the flag of a view from broadcast_arrays is read by name
     return array if array.flags.num & (_WRITEABLE | _BROADCAST) == _WRITEABLE else array.copy()
 
 
 def doubles(name: str, values: Any) -> Array:
-    """Return what was given as an array of doubles, of one axis at least; otherwise as `numbers`.
+    """Convert an argument to an array of doubles with at least one axis; otherwise like `numbers`.
 
     Args:
-        name: what it is, for the message.
+        name: name of the argument, for the message.
         values: numbers.
 
     Returns:
         The array.
 
     Raises:
-        InputError: it is no array of numbers.
+        InputError: the argument is not an array of numbers.
     """
     return np.atleast_1d(numbers(name, values))
 
 
 def number(name: str, value: Any, unit: str = "", *, low: float = -math.inf, high: float = math.inf) -> float:
-    """Return what was given as one finite number.
+    """Convert an argument to one finite number.
 
     Args:
-        name: what it is, for the message.
-        value: an int, a float, or an array of no axis.
+        name: name of the argument, for the message.
+        value: an int, a float, or an array without axes.
         unit: its unit, for the message.
-        low, high: smallest and largest number that is right; 5e-324 for anything positive.
+        low, high: smallest and largest allowed number; 5e-324 for any positive number.
 
     Returns:
         The number.
 
     Raises:
-        InputError: it is none, it is not finite, or it lies outside.
+        InputError: the argument is not a number, not finite, or out of range.
     """
     try:
         array = numbers(name, value)
@@ -102,19 +104,19 @@ POSITIVE = 5e-324
 
 
 def vector(name: str, values: Any, size: int, unit: str = "") -> Array:
-    """Return what was given as some finite numbers in a row.
+    """Convert an argument to a vector of finite numbers.
 
     Args:
-        name: what they are, for the message.
+        name: name of the argument, for the message.
         values: the numbers.
-        size: how many there must be.
+        size: required number of values.
         unit: their unit, for the message.
 
     Returns:
         (size,).
 
     Raises:
-        InputError: they are not.
+        InputError: the argument is not such a vector.
     """
     array = numbers(name, values)
     if array.shape != (size,) or not np.all(np.isfinite(array)):
@@ -124,17 +126,17 @@ def vector(name: str, values: Any, size: int, unit: str = "") -> Array:
 
 
 def quaternion(name: str, values: Any) -> Array:
-    """Return what was given as a quaternion that can be normalised.
+    """Convert an argument to a quaternion that can be normalised.
 
     Args:
-        name: what it is, for the message.
+        name: name of the argument, for the message.
         values: scalar first.
 
     Returns:
         (4,), not normalised.
 
     Raises:
-        InputError: it is not four finite numbers, or all are zero.
+        InputError: the argument is not four finite numbers, or all are zero.
     """
     array = vector(name, values, 4, "scalar first")
     if not 1e-6 < float(np.linalg.norm(array)) < 1e6:
@@ -143,38 +145,38 @@ def quaternion(name: str, values: Any) -> Array:
 
 
 def check_kind(name: str, value: object, kind: type, like: str = "") -> None:
-    """Raise if what was given is no object of a class.
+    """Raise if an argument is not an instance of a class.
 
     Args:
-        name: what it is, for the message.
+        name: name of the argument, for the message.
         value: what was given.
         kind: the class.
-        like: how such an object is made, for the message; the name of the class by default.
+        like: description of such an object, for the message; by default the name of the class.
 
     Raises:
-        InputError: it is none.
+        InputError: it is not an instance.
     """
     if not isinstance(value, kind):
         raise InputError(f"{name} must be {like or kind.__name__}, not {shortened(repr(value))}.")
 
 
 def names(name: str, kind: str, values: Iterable[str], known: Collection[str]) -> list[str]:
-    """Return what was given as a list of known names.
+    """Convert an argument to a list of known names.
 
     Args:
-        name: what they are, for the message.
-        kind: what each of them names, for the message.
+        name: name of the argument, for the message.
+        kind: kind of the names, for the message.
         values: a list or tuple of names.
-        known: all names that would be right.
+        known: all allowed names.
 
     Returns:
         The names.
 
     Raises:
-        InputError: it is no list of names, or one of them is not known.
+        InputError: the argument is not a list of names, or a name is unknown.
     """
     if not isinstance(values, list | tuple):
-        raise InputError(f"{name} = {shortened(repr(values), 40)} must be names in a list: {', '.join(known)}.")
+        raise InputError(f"{name} = {shortened(repr(values), 40)} must be a list of names: {', '.join(known)}.")
     for value in values:
         check_name(kind, value, known)
     return list(values)

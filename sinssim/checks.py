@@ -11,9 +11,9 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError, shortened
 
 GAP = 5.0
-"""Typical intervals beyond which an interval is a gap, in which samples are missing."""
+"""Ratio to the typical interval above which an interval counts as a gap with missing samples."""
 
-_BLOCK = 65536  # rows looked at together, so that no temporary is as long as the data
+_BLOCK = 65536  # rows per block, to avoid a temporary as long as the data
 
 
 def first_not_finite(array: Array) -> int | None:
@@ -23,7 +23,7 @@ def first_not_finite(array: Array) -> int | None:
         array: (N, …).
 
     Returns:
-        The first row that holds one, None if there is none.
+        The first such row, None if there is none.
     """
     for start in range(0, len(array), _BLOCK):
         block = array[start : start + _BLOCK]
@@ -45,8 +45,8 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
         Edges of the intervals, (N+1,) s, angle increments, (N, 3) rad, velocity increments, (N, 3) m/s.
 
     Raises:
-        InputError: arrays that do not belong together, a sample that is not a finite number, times that do not
-            increase or between which samples are missing; the message names the sample and its time.
+        InputError: the arrays do not belong together, a sample is not finite, the times do not increase, or samples are
+            missing; the message gives the sample and its time.
     """
     if not isinstance(imu, ImuData):
         raise InputError(f"imu must be ImuData(time, dtheta, dvel), not {shortened(repr(imu))}.")
@@ -65,9 +65,9 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
     if gap is not None:
         row, typical = gap
         raise InputError(
-            f"imu.time: samples are missing, there are none for {time[row + 1] - time[row]:.6g} s from time[{row}] = "
-            f"{time[row]:.9g} s on, where intervals are {typical:.6g} s. What the vehicle did meanwhile "
-            "is lost: use the part before the gap or the one after it, or close it."
+            f"imu.time: samples are missing for {time[row + 1] - time[row]:.6g} s from time[{row}] = "
+            f"{time[row]:.9g} s on; usual intervals are {typical:.6g} s. The motion in the gap "
+            "is unknown: use the part before or after the gap, or fill the gap."
         )
     return time, dtheta, dvel
 
@@ -79,10 +79,10 @@ def checked_imu(imu: ImuData) -> ImuData:
         imu: the increments.
 
     Returns:
-        The increments; the same object if its arrays are so already.
+        The increments; the same object if its arrays already have this form.
 
     Raises:
-        InputError: as `checked_increments`.
+        InputError: as for `checked_increments`.
     """
     time, dtheta, dvel = checked_increments(imu)
     if time is imu.time and dtheta is imu.dtheta and dvel is imu.dvel:
@@ -97,8 +97,7 @@ def longest_gap(time: Array) -> tuple[int, float] | None:
         time: edges of intervals, increasing, (N+1,) s.
 
     Returns:
-        Number of the longest interval and the typical length of one, s; None if no interval is longer than `GAP`
-        typical ones.
+        Number of the longest interval and the typical length, s; None if no interval is longer than `GAP` typical ones.
     """
     steps = np.diff(time)
     longest = int(np.argmax(steps))
@@ -115,17 +114,17 @@ def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) 
         name: what it is, for the message.
         array: (N, …).
         unit: of its numbers.
-        ends: edges of the intervals that its rows belong to, (N+1,) s, if they belong to any.
+        ends: edges of the intervals of its rows, (N+1,) s, if the rows are intervals.
 
     Raises:
-        InputError: naming the first such row, and its interval.
+        InputError: the message gives the first such row and its interval.
     """
     row = first_not_finite(array)
     if row is not None:
         raise InputError(
             f"{name}[{row}] = {array[row]} {unit} is not a finite number"
             + ("." if ends is None else f" (interval ending at t = {ends[row + 1]:.6f} s).")
-            + " Gaps in a log must be closed before it is used: every sample is needed."
+            + " Fill the gaps of a log before using it: every sample is needed."
         )
 
 
@@ -137,7 +136,7 @@ def check_increasing(name: str, time: Array) -> None:
         time: (N+1,) s, finite.
 
     Raises:
-        InputError: naming the first that does not come after the one before.
+        InputError: the message gives the first time that is not later than the previous one.
     """
     for start in range(0, len(time) - 1, _BLOCK):
         steps = np.diff(time[start : start + _BLOCK + 1])
@@ -150,7 +149,7 @@ def check_increasing(name: str, time: Array) -> None:
 
 
 def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
-    """Check the state that navigation starts from.
+    """Check the initial state of navigation.
 
     Args:
         initial: the state, scalars.
@@ -159,7 +158,7 @@ def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Arra
         Latitude and longitude, rad, height, m, velocity, (3,) m/s, and attitude, (4,), of unit norm.
 
     Raises:
-        InputError: a value of a wrong shape or out of range, with its name.
+        InputError: a value has a wrong shape or is out of range; the message gives its name.
     """
     if not isinstance(initial, NavState):
         raise InputError(
@@ -180,7 +179,7 @@ def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Arra
 
 
 def not_finite_in(height: Array, velocity: Array, q_nb: Array) -> tuple[str, int] | None:
-    """Find where a solution's numbers have run away.
+    """Find where a solution diverges.
 
     Args:
         height: (N+1,) m.
@@ -188,7 +187,7 @@ def not_finite_in(height: Array, velocity: Array, q_nb: Array) -> tuple[str, int
         q_nb: (N+1, 4).
 
     Returns:
-        The quantity and the first row at which it is no number, None if there is no such row.
+        The quantity and the first row at which it is not finite, None if there is no such row.
     """
     for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
         row = first_not_finite(array)

@@ -1,4 +1,4 @@
-"""The data that pass between the stages: IMU increments, navigation states and solutions, measurements."""
+"""The data exchanged between the stages: IMU increments, navigation states and solutions, measurements."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SATURATED, DROPPED, FROZEN = 1, 2, 4
-"""Flags of a channel of a sample: cut at its range; not delivered; the one before delivered again."""
+"""Flags of a channel of a sample: limited to its range; not delivered; previous sample delivered again."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class ImuData:
         time: edges of the intervals, (N+1,) s.
         dtheta: component-wise integral of the inertial angular rate over each interval, (N, 3) rad.
         dvel: component-wise integral of the specific force over each interval, (N, 3) m/s.
-        flags: what the sensors report of each sample, for the three gyros and the three accelerometers, (N, 6): 0 or
-            a sum of SATURATED, DROPPED and FROZEN; None of sensors that have no limits and no faults.
+        flags: flags of each sample for the three gyros and the three accelerometers, (N, 6): 0 or a sum of SATURATED,
+            DROPPED and FROZEN; None for sensors without limits and faults.
     """
 
     time: Array
@@ -58,11 +58,11 @@ class SingularityEvent:
     """A passage of an attitude algorithm through its singular attitude.
 
     Attributes:
-        start: time at which the algorithm came close, s.
-        end: time at which it was clear again, s.
-        damage: rotation angle between the algorithm's attitude after the passage and the one that a
-            singularity-free algorithm reaches from the same start on the same increments, rad.
-        text: one sentence for a person.
+        start: time at which the algorithm came close to it, s.
+        end: time at which it had left it, s.
+        damage: rotation angle between the algorithm's attitude after the passage and that of a singularity-free
+            algorithm from the same start on the same increments, rad.
+        text: one sentence.
     """
 
     start: float
@@ -73,7 +73,7 @@ class SingularityEvent:
 
 @dataclass(frozen=True)
 class NavSolution:
-    """A navigation solution at the edges of the IMU's intervals, the first row being the initial state.
+    """A navigation solution at the edges of the IMU's intervals; the first row is the initial state.
 
     Attributes:
         time: (N+1,) s.
@@ -81,8 +81,8 @@ class NavSolution:
         height: (N+1,) m.
         velocity_ned: (N+1, 3) m/s.
         q_nb: attitude quaternion, unit norm, (N+1, 4).
-        defect: what the algorithm's own attitude variables lost: |norm - 1| for a quaternion, the largest
-            element of |BᵀB - I| for a direction cosine matrix, 0 for Euler angles, (N+1,).
+        defect: defect of the algorithm's own attitude variables: |norm - 1| for a quaternion, the largest element of
+            |BᵀB - I| for a direction cosine matrix, 0 for Euler angles, (N+1,).
         algorithm: name of the attitude algorithm.
         events: passages through a singular attitude.
     """
@@ -117,15 +117,15 @@ class NavSolution:
 
 @dataclass(frozen=True)
 class Measurements:
-    """What one aiding sensor measured: M readings of one kind.
+    """Readings of one aiding sensor: M readings of one kind.
 
     | kind | value | sigma |
     |---|---|---|
     | "gnss-position" | latitude, longitude [rad], height [m] of the antenna | north, east, down [m] |
     | "gnss-velocity" | north, east, down [m/s] of the antenna | the same |
     | "baro-height" | height above the ellipsoid [m] | [m] |
-    | "zero-velocity" | north, east, down [m/s], zero but for what shakes the vehicle | the same |
-    | "zero-rate" | rate relative to the Earth about the body's axes [rad/s], zero but for what shakes it | the same |
+    | "zero-velocity" | north, east, down [m/s], zero except for disturbances of the vehicle | the same |
+    | "zero-rate" | rate relative to the Earth about the body's axes [rad/s], zero except for disturbances | the same |
     | "heading" | heading of the forward axis [rad] | [rad] |
     | "attitude" | q_nb, scalar first | about the body's axes [rad], three |
     | "earth-attitude" | q_eb, relative to Earth-fixed axes, scalar first | about the body's axes [rad], three |
@@ -133,13 +133,13 @@ class Measurements:
     | "airspeed" | magnitude of the velocity through the air, of the point at the lever arm [m/s] | [m/s] |
 
     Attributes:
-        kind: what is measured.
-        time: instants that the readings are valid for, in order, (M,) s.
-        arrival: when the filter gets them, not before `time`, (M,) s.
+        kind: kind of measurement.
+        time: instants of validity, in order, (M,) s.
+        arrival: times of arrival at the filter, not before `time`, (M,) s.
         value: (M, k).
-        sigma: 1σ of each component that the filter is told, (M, k), or (M, 3) for an attitude.
+        sigma: 1σ of each component that the filter assumes, (M, k), or (M, 3) for an attitude.
         lever_arm: from the sensor block to the sensor or its antenna, body axes, (3,) m.
-        name: of the sensor, to tell two of one kind apart; the kind if not given.
+        name: name of the sensor, which distinguishes two of one kind; the kind if not given.
     """
 
     kind: str
@@ -155,5 +155,5 @@ class Measurements:
 
     @property
     def label(self) -> str:
-        """Name of the sensor, or else its kind."""
+        """Name of the sensor, or its kind if it has none."""
         return self.name or self.kind

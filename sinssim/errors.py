@@ -5,27 +5,27 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable
 
-_COMPARED = 200  # characters that are compared with the names that there are
+_COMPARED = 200  # number of characters compared with the known names
 
 
 class SinssimError(Exception):
-    """Base of every error raised on purpose; its text says what was wrong, where, and what would be right."""
+    """Base of all errors raised on purpose; the message says what is wrong, where, and what would be right."""
 
     exit_code = 1
 
 
 class InputError(SinssimError, ValueError):
-    """What the user gave cannot be used: a key, a name, a leg that cannot be flown, a full disk (exit code 2)."""
+    """The input cannot be used: a key, a name, a leg that cannot be flown, a full disk (exit code 2)."""
 
     exit_code = 2
 
 
 class RunError(SinssimError, RuntimeError):
-    """The input was fine but the run failed: a frame met its pole, a viewer did not start (exit code 1).
+    """The input is valid but the run failed: a frame reached its pole, a viewer did not start (exit code 1).
 
     Args:
-        message: what happened.
-        time: instant of the run at which it happened, s, if it happened at one.
+        message: description of the failure.
+        time: instant of the failure in the run, s, if there is one.
     """
 
     def __init__(self, message: str, *, time: float | None = None) -> None:
@@ -34,11 +34,11 @@ class RunError(SinssimError, RuntimeError):
 
 
 def shortened(text: str, most: int = 80) -> str:
-    """Return a text for a message, cut if it is long: a person wants to recognise it, not to read all of it.
+    """Return a text for a message, shortened if it is long.
 
     Args:
         text: the text.
-        most: characters that are left of it.
+        most: maximum number of characters kept.
 
     Returns:
         The text, or its beginning with "…" and its length.
@@ -47,12 +47,12 @@ def shortened(text: str, most: int = 80) -> str:
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
-    """Return the error for a name that is not in a list, with the nearest right one and the whole list.
+    """Return the error for an unknown name, with the nearest known name and the list of all.
 
     Args:
-        kind: what the name names, for example "algorithm".
-        name: the name that was given.
-        known: all the names that would be right.
+        kind: kind of the name, for example "algorithm".
+        name: the given name.
+        known: all known names.
 
     Returns:
         The error, ready to raise.
@@ -64,15 +64,15 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
 
 
 def check_name(kind: str, name: object, known: Collection[str]) -> None:
-    """Raise if a name is none of those that there are.
+    """Raise if a name is unknown.
 
     Args:
-        kind: what it names.
-        name: what was given; anything but text is no name.
-        known: all names that would be right.
+        kind: kind of the name.
+        name: the given name; anything but text is refused.
+        known: all known names.
 
     Raises:
-        InputError: listing them.
+        InputError: the message lists the known names.
     """
     if not isinstance(name, str) or name not in known:
         raise unknown_name(kind, name, known)

@@ -1,4 +1,4 @@
-"""Numbers and sentences as a person reads them."""
+"""Formats numbers and sentences for display."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ def number_text(value: float, digits: int = 3) -> str:
 
     Args:
         value: the number.
-        digits: how many.
+        digits: number of significant digits.
 
     Returns:
-        "0.0123", "1.2e-09", or "–" for what is not known.
+        "0.0123", "1.2e-09", or "–" for an unknown number.
     """
     if not math.isfinite(value):
         return "–"
@@ -30,7 +30,7 @@ def signed(value: float, digits: int = 3) -> str:
 
     Args:
         value: the number.
-        digits: how many.
+        digits: number of significant digits.
 
     Returns:
         "−0.0123".
@@ -39,12 +39,12 @@ def signed(value: float, digits: int = 3) -> str:
 
 
 def capital(sentence: str) -> str:
-    """Return a sentence that begins with a capital.
+    """Return a sentence with a capital first letter.
 
     Args:
         sentence: any words.
 
     Returns:
-        The same words.
+        The sentence.
     """
     return sentence[:1].upper() + sentence[1:]

@@ -1,7 +1,7 @@
-"""The registry of navigation frames, and the radii of curvature and vertical channels that a scenario may choose.
+"""The registry of navigation frames, and the choices of radii of curvature and vertical channel.
 
 A new frame takes a file under `sinssim/strapdown/frames/` and an entry here (`docs/extending/frame.md`). The registry
-stands apart from the frames' files, so that checking a scenario and listing the choices needs no compiler.
+is separate from the frames' files, so that checking a scenario and listing the choices need no compiler.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
 
 FILTER_ALGORITHM = "quaternion"
-"""By which a scenario's filter navigates: it corrects the engine from stretch to stretch in the level frame."""
+"""The algorithm of a scenario's filter, which corrects the engine between segments in the level frame."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A navigation frame as a person chooses it.
+    """The entry of a navigation frame.
 
     Attributes:
-        sentence: what it is, for a person.
-        file: the file under `sinssim/strapdown/frames/` that navigates in it, without ".py"; it may serve several.
-        has_radii: whether it works with radii of curvature, so that simplified ones make a difference.
+        sentence: description.
+        file: its file under `sinssim/strapdown/frames/`, without ".py"; several frames may share one.
+        has_radii: whether it uses radii of curvature, so that simplified ones have an effect.
         takes_route: whether it is oriented along a route.
         passes_poles: whether it can be used at the Earth's poles.
         has_three_rates: whether the three-rate schedule works in it.
@@ -45,22 +45,22 @@ FRAME_REGISTRY: dict[str, Frame] = {
         has_three_rates=True,
     ),
     "wander": Frame(
-        "local level whose azimuth does not turn relative to the Earth about the vertical; over the poles too",
+        "local level that does not rotate about the vertical relative to the Earth; also over the poles",
         "azimuth",
     ),
     "free-azimuth": Frame(
-        "local level whose azimuth does not turn in inertial space about the vertical; over the poles too",
+        "local level that does not rotate about the vertical in inertial space; also over the poles",
         "azimuth",
     ),
     "transverse": Frame(
-        "local level oriented along an orthodrome: spherical coordinates whose equator is the route, "
-        "and which cannot be used near its poles",
+        "local level oriented along a great circle: spherical coordinates with the route as equator, "
+        "not usable near their poles",
         "azimuth",
         takes_route=True,
     ),
     "inertial": Frame("Earth-centred inertial, with geodetic output", "inertial", has_radii=False),
 }
-"""Every navigation frame by name."""
+"""All navigation frames by name."""
 
 FRAMES: dict[str, str] = {name: frame.sentence for name, frame in FRAME_REGISTRY.items()}
 
@@ -76,16 +76,16 @@ VERTICALS: dict[str, str] = {
 }
 
 BARO_TIME_CONSTANT = 50.0
-"""Time constant of the baro loop where none is given, s."""
+"""Default time constant of the baro loop, s."""
 
 SLOW_QUANTITIES: dict[str, str] = {
-    "hold": "what the slow part computed is held until it computes again",
-    "extrapolate": "what the slow part computed is extrapolated linearly from its last two values",
+    "hold": "results of the slow part are held until the next computation",
+    "extrapolate": "results of the slow part are extrapolated linearly from the last two values",
 }
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return names as a sentence lists them: "a, b and c".
+    """Return names as a list in a sentence: "a, b and c".
 
     Args:
         names: the names.
@@ -110,7 +110,7 @@ def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:
 
 
 def check_curvature(frame: str, curvature: str) -> None:
-    """Raise for simplified radii of curvature in a frame that has none.
+    """Raise for simplified radii of curvature in a frame without radii.
 
     Args:
         frame: one of `FRAMES`.
@@ -122,25 +122,25 @@ def check_curvature(frame: str, curvature: str) -> None:
     if curvature != "exact" and not FRAME_REGISTRY[frame].has_radii:
         raise InputError(
             f'curvature = "{curvature}" would have no effect: frame = "{frame}" has no radii of curvature; '
-            f"{listed(frames_that(lambda entry: entry.has_radii))} have."
+            f"{listed(frames_that(lambda entry: entry.has_radii))} have them."
         )
 
 
 def check_three_rates(algorithm: str, frame: str) -> None:
-    """Raise for an algorithm or a frame that cannot be run at three rates.
+    """Raise for an algorithm or a frame that cannot run at three rates.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
         frame: one of `FRAMES`.
 
     Raises:
-        InputError: the schedule works with the attitude algorithms that advance sample by sample, in the level frame.
+        InputError: the schedule needs an attitude algorithm that advances sample by sample, and the level frame.
     """
     if not FRAME_REGISTRY[frame].has_three_rates:
         able = listed(frames_that(lambda entry: entry.has_three_rates))
         raise InputError(f"rates_hz: the three-rate schedule works in the frame {able}, not in {frame}.")
     if not REGISTRY[algorithm].sample_by_sample:
         raise InputError(
-            f"rates_hz: the fast part advances the attitude sample by sample, {algorithm} by several at once; "
-            "quaternion, poisson, euler and their like, or rotation-vector-1p, would do."
+            f"rates_hz: the fast part advances the attitude sample by sample, but {algorithm} by several at once; "
+            "use quaternion, poisson, euler or one of their variants, or rotation-vector-1p."
         )

@@ -1,9 +1,9 @@
-"""Compiles scalar kernels and caches them on disk under a digest of what each is compiled from.
+"""Compiles scalar kernels and caches them on disk under a digest of the source of each.
 
-numba's own cache looks only at the file that holds a kernel, not at the functions that it calls, so an edited formula
-in another file would go unnoticed. Here the key of a kernel is a digest of its byte code, its options, the values of
-its globals, and the keys of the kernels among them. An edit compiles anew the kernels that it reaches and no other, and
-checkouts that share a kernel share its compiled form.
+numba's own cache checks only the file of a kernel, not the functions that it calls, so an edited formula in another
+file would have no effect. Here the key of a kernel is a digest of its byte code, its options, the values of its
+globals, and the keys of the kernels among them. An edit causes compilation of the kernels that depend on it and of no
+other, and checkouts with the same kernel share its compiled form.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ logger = logging.getLogger(__name__)
 F = TypeVar("F", bound=Callable[..., Any])
 
 _MOST = 2**28
-"""Size of the kernels that are kept, bytes: ten times that of all the kernels of one version."""
+"""Maximum size of the stored kernels, bytes: ten times that of all the kernels of one version."""
 _DAY = 86_400.0
 
 
 def cache_root() -> Path:
-    """Return the folder for everything sinssim may keep between runs (`SINSSIM_CACHE`, else the XDG cache)."""
+    """Return the folder for data kept between runs (`SINSSIM_CACHE`, or the XDG cache)."""
     explicit = os.environ.get("SINSSIM_CACHE")
     if explicit:
         return Path(explicit)
@@ -53,7 +53,7 @@ def _kernel_folder() -> Path:
 
 @cache
 def _make_room() -> None:
-    """Remove the kernels that were not used for longest, if all together are too large; once in a process."""
+    """Remove the least recently used kernels if the total size is too large; once per process."""
     kept: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
     for path in _kernel_folder().iterdir():
         with contextlib.suppress(OSError):  # another process removes it
@@ -74,8 +74,8 @@ def _make_room() -> None:
 @cache
 def _warn_once() -> None:
     logger.warning(
-        "the compiled kernels cannot be kept in %s: every start compiles them anew, which takes many seconds. Set "
-        "SINSSIM_CACHE to a folder that can be written.",
+        "the compiled kernels cannot be stored in %s: every start compiles them anew, which takes many seconds. Set "
+        "SINSSIM_CACHE to a writeable folder.",
         _kernel_folder(),
     )
 
@@ -85,14 +85,14 @@ def _digest(*parts: str) -> str:
 
 
 def _key(value: Any, above: tuple[int, ...] = ()) -> str:
-    """Return a digest of a value that a kernel refers to: of everything in it that the compiler reads.
+    """Return a digest of a value that a kernel refers to, of everything that the compiler uses.
 
     Args:
         value: a kernel, function, class, array, tuple, number…
-        above: the plain functions that the value is reached through.
+        above: the plain functions through which the value was reached.
 
     Returns:
-        The digest. A value whose text differs from process to process makes a key that is never found again.
+        The digest. A value whose text differs between processes gives a key that is never found again.
     """
     if isinstance(value, Dispatcher):
         kept = getattr(value, "_cache", None)
@@ -119,7 +119,7 @@ def _key(value: Any, above: tuple[int, ...] = ()) -> str:
 
 
 def _of_module(module: types.ModuleType, names: list[str], above: tuple[int, ...]) -> str:
-    """Return the key of what a function may use of a module; numba's version stands for that of numpy's and others'."""
+    """Return the key of what a function may use of a module; for numpy and others numba's version suffices."""
     if module.__name__.split(".")[0] != __name__.split(".")[0]:
         return module.__name__
     return _digest(module.__name__, *(f"{n} {_key(getattr(module, n), above)}" for n in names if hasattr(module, n)))
@@ -137,9 +137,9 @@ def _names(code: types.CodeType) -> list[str]:
 
 
 class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
-    """Where the kernels are kept: always in our folder, which may be read-only, and under names of our own.
+    """The place of the kernels: always our folder, which may be read-only, with our own names.
 
-    numba takes a folder only if it can write there. Else it turns to places of its own.
+    numba uses a folder only if it can write there. Otherwise it uses its own places.
     """
 
     def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
@@ -162,7 +162,7 @@ class _Located(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]
-    """A cache whose damaged files count as none, and which costs a compilation and no error where it cannot be kept."""
+    """A cache that ignores damaged files and, if it cannot be written, compiles instead of raising an error."""
 
     _impl_class = _Located
 
@@ -215,7 +215,7 @@ def _jit(function: F, **options: Any) -> F:
 
 
 class _Listener(event.Listener):  # type: ignore[misc]
-    """Hears of kernels that are compiled, and of those that are compiled within them; one thread at a time compiles."""
+    """Is notified of compilations and of nested ones; only one thread compiles at a time."""
 
     def __init__(self, tell: Callable[[bool], None]) -> None:
         self._tell, self._depth = tell, 0
@@ -233,7 +233,7 @@ class _Listener(event.Listener):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def compilation(tell: Callable[[bool], None]) -> Iterator[None]:
-    """Tell, inside the block, when kernels are compiled because the cache lacks them.
+    """Report, inside the block, compilations of kernels that are missing in the cache.
 
     Args:
         tell: called with True when a compilation begins, with False when it ends; in any thread.
@@ -243,12 +243,12 @@ def compilation(tell: Callable[[bool], None]) -> Iterator[None]:
 
 
 def kernel(function: F) -> F:
-    """Compile a scalar kernel: cached on disk, releases the GIL, assumes finite numbers (check them outside)."""
+    """Compile a scalar kernel, cached on disk, that releases the GIL and assumes finite numbers (check them before)."""
     return _jit(function, fastmath=True)
 
 
 def strict_kernel(function: F) -> F:
-    """Compile a kernel that must see NaN, infinities and the written order of operations."""
+    """Compile a kernel that must handle NaN and infinities and keep the written order of operations."""
     return _jit(function, fastmath=False)
 
 
@@ -258,18 +258,20 @@ def inline(function: F) -> F:
 
 
 def strict_inline(function: F) -> F:
-    """Like `inline`, but the operations stay in the order in which they are written, whatever kernel calls them.
+    """Like `inline`, but with the written order of operations in any kernel that calls it.
 
-    It may take arrays, and not make any: numba counts no references in it, which would cost more than its arithmetic.
+    It may take arrays but not make any: numba does not count references in it, which would take longer than the
+    arithmetic.
     """
-    return _jit(function, fastmath=False, forceinline=True, _nrt=False)  # unsaid, numba takes over the caller's setting
+    # by default numba would use the caller's setting
+    return _jit(function, fastmath=False, forceinline=True, _nrt=False)
 
 
 def with_constants(function: Any, name: str, **constants: int | bool) -> Any:
     """Return a copy of an `inline` function with other values of its file's constants.
 
     Args:
-        function: the compiled function; as it comes if none of the constants occurs in it.
+        function: the compiled function; it is returned unchanged if it uses none of the constants.
         name: a name unique among the copies.
         **constants: values for global names of the function.
 
@@ -288,9 +290,9 @@ def with_constants(function: Any, name: str, **constants: int | bool) -> Any:
 def bind(template: Callable[..., Any], name: str, **parts: Any) -> Callable[..., Any]:
     """Make a kernel from a plain function by fixing some of its global names to compiled functions.
 
-    numba does not cache functions that close over other compiled functions; globals it does cache. So an engine
-    is written once as a plain function over global part names, and every combination of parts is a copy of it
-    under a name of its own.
+    numba does not cache closures over other compiled functions, but caches functions of globals. An engine is therefore
+    written once as a plain function with global names for its parts, and every combination of parts is a copy of it
+    with its own name.
 
     Args:
         template: the plain (not compiled) function.

@@ -1,4 +1,4 @@
-"""Names that a package offers and loads on first use, so that importing the package stays light."""
+"""Names of a package that are loaded on first use, so that importing the package is fast."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 
 
 def on_first_use(package: str, home: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the `__getattr__` and `__dir__` of a package whose names live in modules below it.
+    """Return the `__getattr__` and `__dir__` of a package whose names are in modules below it.
 
     Args:
         package: full name of the package.
-        home: full name of the module that holds each offered name.
+        home: full name of the module of each name.
 
     Returns:
         The two functions.

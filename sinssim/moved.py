@@ -1,4 +1,4 @@
-"""Former names of modules and of names in them: they still work, with a warning that says what to use instead."""
+"""Former names of modules and of names in them: they still work, with a warning that gives the current name."""
 
 from __future__ import annotations
 
@@ -159,18 +159,18 @@ MOVED = {
     "truth.times": "truth.sample_times",
     "truth.vibration": "truth.motions.vibration",
 }
-"""New names by former name, without `sinssim.`; where a module was divided, all that its names went to."""
+"""Current names by former name, without `sinssim.`; for a divided module, all modules that have its names now."""
 
 
 class _Moved(Loader):
-    """Makes a module that finds its names in the modules that hold them now."""
+    """Makes a module that finds its names in the modules that now have them."""
 
     def __init__(self, homes: Sequence[str]) -> None:
         self.homes = homes
 
     def exec_module(self, module: ModuleType) -> None:
         warnings.warn(
-            f"{module.__name__} is now {' and '.join(self.homes)}; the former name will go away.",
+            f"{module.__name__} is now {' and '.join(self.homes)}; the former name will be removed.",
             DeprecationWarning,
             stacklevel=2,
         )
@@ -186,7 +186,7 @@ class _Moved(Loader):
 
 
 class _Finder(MetaPathFinder):
-    """Finds the former names; asked only after everything that exists."""
+    """Finds the former names, after all existing modules."""
 
     def find_spec(self, fullname: str, path: Any, target: ModuleType | None = None) -> ModuleSpec | None:
         """Return the spec of a module under its former name, None for any other."""
@@ -219,6 +219,6 @@ def former_names(module: str, now: Mapping[str, str]) -> Callable[[str], Any]:
 
 
 def install() -> None:
-    """Let the former names be imported."""
+    """Make the former names importable."""
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.append(_Finder())

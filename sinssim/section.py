@@ -11,15 +11,15 @@ from sinssim.errors import InputError
 
 
 def _tuples(value: Any) -> Any:
-    """Turn lists into tuples, at any depth: a frozen model holds nothing that can change."""
+    """Convert lists to tuples at any depth, because a frozen model must not contain mutable values."""
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
 class Section(BaseModel):
-    """One table of a scenario file: immutable, no unknown keys, no conversions between types, no NaN or infinity."""
+    """One table of a scenario file: immutable, without unknown keys, type conversions, NaN or infinity."""
 
     def __init__(self, /, *unnamed: object, **data: Any) -> None:
-        """Check values as those of a scenario file are; the mistakes are named in an `InputError`."""
+        """Check values like those of a scenario file; an `InputError` names the mistakes."""
         if unnamed:
             raise InputError(f"{type(self).__name__} takes its values by name, for example {self._example()}.")
         try:
@@ -29,7 +29,7 @@ class Section(BaseModel):
 
             raise InputError(report(error, type(self), {}, (), type(self).__name__)) from error
 
-    # pydantic then makes the tables inside others by itself, and names a mistake in them by its whole path
+    # pydantic then makes nested tables itself and gives the full path of a mistake in them
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     @classmethod
@@ -71,68 +71,69 @@ Longitude = Annotated[float, Field(ge=-180.0, le=360.0)]
 Heading = Annotated[float, Field(ge=-360.0, le=360.0)]
 """Heading or course, degrees clockwise from north."""
 
-# The system's names have 255 bytes, a letter up to four, and "-interrupted" may follow.
+# File names have at most 255 bytes, a letter up to four, and "-interrupted" may follow.
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*$", max_length=60)]
 """Short name of a scenario or study, which names its directory."""
 
 Sentence = Annotated[str, Field(max_length=1000)]
-"""What a person is told on every run: a sentence or two."""
+"""Description shown on every run: a sentence or two."""
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Vector3 = tuple[float, float, float]
 
-# Limits of what is computed with: beyond them squares overflow, inverses do not exist, or arrays fill the memory.
+# Limits of the computation: beyond them squares overflow, inverses do not exist, or arrays fill the memory.
 
 Duration = Annotated[float, Field(gt=0.0, le=1e9)]
-"""How long something lasts, s: thirty years, in which a double still tells tenths of a microsecond apart."""
+"""Duration, s: at most thirty years, in which a double still resolves tenths of a microsecond."""
 
 Moment = Annotated[float, Field(ge=0.0, le=1e9)]
 """Time since the beginning, s, with the limit of `Duration`."""
 
 Timeout = Annotated[float, Field(gt=0.0, le=1e6)]
-"""Time after which a leg has failed, s: eleven days, more than any aircraft stays up."""
+"""Time after which a leg has failed, s: at most eleven days, more than the endurance of any aircraft."""
 
 Height = Annotated[float, Field(ge=-12_000.0, le=1e6)]
-"""Height above the ellipsoid, m: from the deepest sea to where the series of the gravity models fail."""
+"""Height above the ellipsoid, m: from the deepest sea to the limit of the series of the gravity models."""
 
-_Speed = 12_000.0  # m/s, above the escape velocity: nothing faster stays near the Earth
+_Speed = 12_000.0  # m/s, above the escape velocity, beyond which nothing stays near the Earth
 Speed = Annotated[float, Field(ge=0.0, le=_Speed)]
-"""Size of a velocity, m/s, at most above the escape velocity: nothing faster stays near the Earth."""
+"""Magnitude of a velocity, m/s, limited to about the escape velocity."""
 Velocity = Annotated[float, Field(ge=-_Speed, le=_Speed)]
 """Component of a velocity, m/s, with the limit of `Speed`."""
 
 Offset = Annotated[float, Field(ge=-1e6, le=1e6)]
-"""Error in its own unit: 1000 km, or all of a scale factor; a larger one is no error but another quantity."""
+"""Error in its own unit: at most 1000 km, or a whole scale factor."""
 Spread = Annotated[float, Field(ge=0.0, le=1e6)]
 """1σ of such an error."""
 Noise = Annotated[float, Field(ge=1e-12, le=1e6)]
-"""1σ of a reading's white noise: below, its square is lost beside any variance of the filter."""
+"""1σ of a reading's white noise; a smaller variance would be lost by rounding beside any variance of the filter."""
 CorrelationTime = Annotated[float, Field(ge=1e-3, le=1e9)]
-"""Correlation time, s: below the shortest sampling interval, the error is white noise; see `Duration` for the top."""
+"""Correlation time, s: below the shortest sampling interval, the error is white noise; see `Duration` for the limit."""
 
 Rate = Annotated[float, Field(ge=1e-6, le=1e6)]
 """Readings per second: from one in twelve days to more than any sensor gives."""
 Frequency = Annotated[float, Field(ge=1e-6, le=1e5)]
-"""Hz: below, nothing moves within a run; above, no structure vibrates."""
+"""Frequency, Hz: below, motion within a run is negligible; above, no structure vibrates."""
 Turn = Annotated[float, Field(gt=0.0, le=36_000.0)]
-"""Angle or amplitude of a turn, degrees: a hundred turns."""
+"""Angle or amplitude of a rotation, degrees: at most a hundred turns."""
 TurnRate = Annotated[float, Field(ge=-360_000.0, le=360_000.0)]
-"""Degrees per second: a thousand turns per second, more than a shell or a centrifuge makes."""
+"""Angular rate, degrees per second: at most a thousand turns per second, more than a shell or a centrifuge has."""
 
 
 def _points(axis: Vector3) -> Vector3:
     length = math.hypot(*axis)
-    if not 1e-6 <= length <= 1e6:  # far beyond, its square would overflow or vanish
+    if not 1e-6 <= length <= 1e6:  # far beyond these limits, its square would overflow or vanish
         raise ValueError(
-            f"axis is {list(axis)}, of length {length:g}, which points nowhere; for example [0, 0, 1] is the down axis"
+            f"axis = {list(axis)} has the length {length:g} and no usable direction; for example [0, 0, 1] is the down "
+            "axis"
         )
     return axis
 
 
 Axis = Annotated[Vector3, AfterValidator(_points)]
-"""Direction in the block's axes, forward, right, down, of a length from 1e-6 to 1e6; 1 is usual."""
+"""Direction in the block's axes, forward, right, down, of a length from 1e-6 to 1e6, usually 1."""
 
 _Arm = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 LeverArm = tuple[_Arm, _Arm, _Arm]
-"""Forward, right, down, m: no vehicle is longer."""
+"""Lever arm, forward, right, down, m, limited to the length of vehicles."""

@@ -1,12 +1,13 @@
-"""The transverse frame's route: its pole, and how near to it the frame can be used.
+"""The route of the transverse frame: its pole, and the least distance from it at which the frame can be used.
 
-The frame's x axis points to the pole p of the route's great circle. Near p, or opposite it, that direction turns about
-the vertical with ω_z = ω_x p_z/p_x: at most speed/distance, without bound. The engines take this rate from the start,
-the middle and the end of a step, and what they lose by that depends on the turn in one step, ε = speed · step/distance.
-In flights past the pole at 2 m to 30 km, with 20 and 200 m/s and at 10 to 400 Hz, the passage left the direction of the
-velocity off by 0.14 ε³ rad, and the position by 0.2 ε of the way of one step (quaternion and its like; functional
-iteration by less): 8.5 m of position error after 300 s at 200 m/s for ε = 0.1, 0.07 m for 0.02, 9 mm for 0.01. So the
-limit is ε = 0.005. There 0.14 ε³ makes 1 cm in an hour at 200 m/s, and 0.2 ε makes 2 mm at 100 Hz.
+The frame's x axis points to the pole p of the route's great circle. Near p, or opposite it, that direction rotates
+about the vertical with ω_z = ω_x p_z/p_x, up to speed/distance, which is unbounded. The engines use this rate at the
+start, the middle and the end of a step, and their error depends on the rotation in one step, ε = speed · step/distance.
+In simulated flights past the pole at 2 m to 30 km, with 20 and 200 m/s and at 10 to 400 Hz, a passage caused an error
+of 0.14 ε³ rad in the direction of the velocity and of 0.2 ε of the distance of one step in the position (for quaternion
+and similar algorithms; less for functional iteration): 8.5 m of position error after 300 s at 200 m/s for ε = 0.1, 0.07
+m for 0.02, 9 mm for 0.01. The limit is therefore ε = 0.005, at which 0.14 ε³ causes 1 cm in an hour at 200 m/s, and 0.2
+ε causes 2 mm at 100 Hz.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 
 TURN_LIMIT = 0.005
-"""The frame may turn by this much about the vertical in one step, rad."""
+"""Largest rotation of the frame about the vertical in one step, rad."""
 NEAREST = 1e-3
-"""Nearer to its pole than this the frame has no direction to speak of, at whatever speed, m."""
+"""Least distance from the pole at any speed, m, below which the frame's direction is undefined."""
 RADIUS = 6371e3
-"""Mean radius of the Earth, by which angles become distances here, m."""
+"""Mean radius of the Earth for conversion of angles to distances, m."""
 
 
 def normal(latitude: ArrayLike, longitude: ArrayLike) -> Array:
@@ -47,16 +48,16 @@ def route_pole(
     """Return the pole of the route's great circle, to the left of the route.
 
     Args:
-        route: latitude and longitude of A and of B, rad; None for the great circle along the velocity, of a vehicle at
-            rest the one to the east.
+        route: latitude and longitude of A and of B, rad; None for the great circle along the velocity, or to the east
+            for a vehicle at rest.
         latitude, longitude: of the start, rad.
-        velocity_ned: at the start, (3,) m/s.
+        velocity_ned: velocity at the start, (3,) m/s.
 
     Returns:
         Earth-fixed unit vector, (3,).
 
     Raises:
-        InputError: no four finite numbers, or places that fix no great circle.
+        InputError: the route is not four finite numbers, or the places determine no great circle.
     """
     if route is None:
         v = np.asarray(velocity_ned, dtype=np.float64)
@@ -77,7 +78,7 @@ def route_pole(
 
 
 def nearest_allowed(speed: ArrayLike, step: ArrayLike) -> Array:
-    """Return how near to its pole the frame can be used.
+    """Return the least distance from its pole at which the frame can be used.
 
     Args:
         speed: horizontal, (...) m/s.
@@ -108,12 +109,12 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
 
     Args:
         pole: Earth-fixed unit vector, (3,).
-        time: of the engine's steps, (N+1,) s.
+        time: times of the engine's steps, (N+1,) s.
         latitude, longitude: (N+1,) rad.
         velocity: north, east, down, (N+1, 3) m/s.
 
     Returns:
-        The first row that is too near, and what is wrong there; None if there is no such row.
+        The first row that is too near, and a message; None if there is no such row.
     """
     steps = np.diff(time, prepend=2.0 * time[0] - time[1])
     distance = distance_from_pole(pole, latitude, longitude)
@@ -127,25 +128,25 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
 
 
 def sentence(pole: Array, distance: float, speed: float, step: float, when: str) -> str:
-    """Say that a motion comes too near to the pole of its route.
+    """Return the message that a motion comes too near to the pole of its route.
 
     Args:
-        pole: the nearer one of the route's two, Earth-fixed unit vector, (3,).
-        distance: from it, m.
+        pole: the nearer pole of the route, Earth-fixed unit vector, (3,).
+        distance: distance from the pole, m.
         speed: horizontal, m/s.
         step: the engine's step, s.
-        when: words for the moment.
+        when: description of the time.
 
     Returns:
-        Two sentences: what is wrong, and what would be right.
+        Two sentences: the error and the remedy.
     """
     allowed, shown = float(nearest_allowed(speed, step)), float(f"{distance:.4g}")
     angles = math.asin(max(-1.0, min(1.0, pole[2]))), math.atan2(pole[1], pole[0])
     latitude, longitude = (round(math.degrees(angle), 4) + 0.0 for angle in angles)  # no negative zero
     return (
         f"the transverse frame cannot be used within {allowed:.4g} m of its route's pole at {latitude:.4f}°, "
-        f"{longitude:.4f}° with {speed:.4g} m/s and steps of {step:g} s, where it turns by more than "
-        f"{math.degrees(TURN_LIMIT):.2g}° in one: it is {shown:g} m from there {when}. Choose a route that the flight "
-        "keeps near to, or none for the great circle along the initial velocity; wander, free-azimuth and inertial "
+        f"{longitude:.4f}° with {speed:.4g} m/s and steps of {step:g} s, because it rotates by more than "
+        f"{math.degrees(TURN_LIMIT):.2g}° per step: the vehicle is {shown:g} m from there {when}. Choose a route near "
+        "the flight's path, or none for the great circle along the initial velocity; wander, free-azimuth and inertial "
         "have no such pole."
     )

@@ -1,4 +1,4 @@
-"""Units of scenarios, datasheets and reports in SI: multiply on input, divide on output."""
+"""Units of scenarios, data sheets and reports in SI: multiply on input, divide on output."""
 
 from __future__ import annotations
 

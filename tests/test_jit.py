@@ -57,7 +57,7 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path, damage: bytes, which: s
 def test_nowhere_to_keep_kernels_is_a_warning_and_leaves_nothing_elsewhere(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     done = used(tmp_path, tmp_path / "file")
-    assert done.stderr.startswith(f"the compiled kernels cannot be kept in {tmp_path / 'file' / 'kernels'}")
+    assert done.stderr.startswith(f"the compiled kernels cannot be stored in {tmp_path / 'file' / 'kernels'}")
     assert done.stderr.count("\n") == 1
     assert {path.name for path in tmp_path.iterdir()} == {"file", "use.py"}
 
@@ -77,7 +77,7 @@ def test_a_full_disk_is_a_warning(tmp_path: Path) -> None:
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (0, "7.0\n"), done.stderr
     assert done.stderr.count("\n") == 1
-    assert "cannot be kept" in done.stderr
+    assert "cannot be stored" in done.stderr
     assert not [file for file in cache.rglob("*") if file.is_file()]
 
 
@@ -101,7 +101,7 @@ def test_a_read_only_folder_is_read(tmp_path: Path) -> None:
         assert done.stderr == ""
         done = used(tmp_path, cache, USE.replace("2.0 * x", "x + 3.0"), preexec_fn=as_anybody)
         assert "data saved" not in done.stdout
-        assert done.stderr.count("cannot be kept") == 1
+        assert done.stderr.count("cannot be stored") == 1
         assert sorted(cache.rglob("*")) == before
     finally:
         for place in (cache, *before):

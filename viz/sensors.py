@@ -51,7 +51,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plots.append(plot(name, f"{key}/error", f"{key}/error_compensated", legend=False))
             name = f"{title}: error, accumulated [{total}], {how}"
             plots.append(plot(name, f"{key}/sum", f"{key}/sum_compensated", legend=False))
-            plots.append(plot(f"{title}: error left by the compensation, accumulated [{left}]", f"{key}/left"))
+            plots.append(plot(f"{title}: error after compensation, accumulated [{left}]", f"{key}/left"))
         else:
             plots.append(plot(f"{title}: error, mean over {window} [{unit}]", f"{key}/error"))
             plots.append(plot(f"{title}: error, accumulated [{total}]", f"{key}/sum"))

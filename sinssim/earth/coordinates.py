@@ -22,7 +22,7 @@ def as_columns(*values: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
     except ValueError as error:
         shapes = ", ".join(str(value.shape) for value in given)
         raise InputError(f"arrays of the shapes {shapes} do not fit together.") from error
-    # copies: numpy warns when numba asks whether a broadcast view of one element is writeable
+    # copies, because numpy warns if numba asks whether a broadcast view of one element is writeable
     return arrays[0].shape, [array.copy().reshape(-1) for array in arrays]
 
 
@@ -103,14 +103,14 @@ def ecef_to_geodetic(r: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array,
         Latitude in [−π/2, π/2] and longitude in (−π, π], (...) rad; height, (...) m.
 
     Raises:
-        InputError: for a position too near to the Earth's centre, where geodetic latitude has no meaning.
+        InputError: a position is too near to the Earth's centre, where geodetic latitude has no meaning.
     """
     shape, rows = as_vectors(r)
     if len(rows) and not (np.min(np.einsum("ij,ij->i", rows, rows)) > 1e12):
         row = int(np.argmin(np.einsum("ij,ij->i", rows, rows)))
         raise InputError(
-            f"position {rows[row]} m (row {row}) lies within 1000 km of the Earth's centre or is not a number: it has "
-            "no geodetic latitude. Earth-fixed coordinates in metres are expected."
+            f"position {rows[row]} m (row {row}) lies within 1000 km of the Earth's centre or is not a number, so that "
+            "it has no geodetic latitude. Earth-fixed coordinates in metres are expected."
         )
     latitude, longitude, height = (np.empty(len(rows)) for _ in range(3))
     _to_geodetic_rows(parameters(ellipsoid), rows, latitude, longitude, height)
@@ -118,7 +118,7 @@ def ecef_to_geodetic(r: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array,
 
 
 def q_en(latitude: ArrayLike, longitude: ArrayLike) -> Array:
-    """Return the quaternion that takes north-east-down coordinates into Earth-fixed ones.
+    """Return the quaternion from north-east-down to Earth-fixed coordinates.
 
     Args:
         latitude, longitude: geodetic, (...) rad.
@@ -148,7 +148,7 @@ def ecef_to_eci(r_e: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -
     Args:
         r_e: vectors, (..., 3).
         time: (...) s; broadcasts.
-        ellipsoid: gives the rotation rate.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         Vectors, (..., 3).
@@ -162,7 +162,7 @@ def eci_to_ecef(r_i: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -
     Args:
         r_i: vectors, (..., 3).
         time: (...) s; broadcasts.
-        ellipsoid: gives the rotation rate.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         Vectors, (..., 3).

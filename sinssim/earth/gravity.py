@@ -1,4 +1,4 @@
-"""Gravity and gravitation over arrays, by the models that a scenario may choose."""
+"""Gravity and gravitation over arrays, for the models of a scenario."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sinssim.jit import kernel
 
 
 def gravity_number(model: str) -> int:
-    """Return the number by which kernels know a gravity model.
+    """Return the number of a gravity model in the kernels.
 
     Args:
         model: one of `GRAVITY_MODELS`.
@@ -25,7 +25,7 @@ def gravity_number(model: str) -> int:
         Its number.
 
     Raises:
-        InputError: for an unknown name, with the list.
+        InputError: the name is unknown; the message lists the known names.
     """
     check_name("gravity model", model, GRAVITY_MODELS)
     return GRAVITY_NUMBERS[model]
@@ -71,7 +71,7 @@ def gravity_ned(latitude: ArrayLike, height: ArrayLike, model: str = "normal", e
         Gravity, (..., 3) m/s².
 
     Raises:
-        InputError: for an unknown model.
+        InputError: the model is unknown.
     """
     shape, (lat, h) = as_columns(latitude, height)
     out = np.empty((len(lat), 3))
@@ -80,7 +80,7 @@ def gravity_ned(latitude: ArrayLike, height: ArrayLike, model: str = "normal", e
 
 
 def gravitation_ecef(r: ArrayLike, model: str = "normal", ellipsoid: Ellipsoid = WGS84) -> Array:
-    """Return gravitation (gravity less the centrifugal part) in Earth-fixed axes.
+    """Return gravitation (gravity without the centrifugal part) in Earth-fixed axes.
 
     Args:
         r: Earth-fixed positions, (..., 3) m.
@@ -91,7 +91,7 @@ def gravitation_ecef(r: ArrayLike, model: str = "normal", ellipsoid: Ellipsoid =
         Gravitation, (..., 3) m/s².
 
     Raises:
-        InputError: for an unknown model.
+        InputError: the model is unknown.
     """
     shape, rows = as_vectors(r)
     out = np.empty_like(rows)

@@ -1,6 +1,6 @@
 """Scalar kernels of the Earth: radii of curvature, geodetic and Earth-fixed coordinates, gravity; one formula each.
 
-Kernels take the ellipsoid as the tuple that `parameters(ellipsoid)` returns, and a gravity model by its number in
+Kernels take the ellipsoid as the tuple from `parameters(ellipsoid)`, and a gravity model as its number in
 `GRAVITY_NUMBERS`.
 """
 
@@ -21,9 +21,9 @@ GRAVITY_NUMBERS: dict[str, int] = {name: number for number, name in enumerate(GR
 
 
 _LOWEST, _HIGHEST = -1e3, 30e3
-"""Heights [m] between which normal gravity comes from `near_gravity_k`."""
+"""Range of heights [m] in which normal gravity is computed by `near_gravity_k`."""
 _DOWN_DEGREES, _NORTH_DEGREES = (5, 3, 3, 3, 2, 1), (2, 2, 2, 1, 0)
-"""Degrees in sin²φ of its coefficients of the powers of height; what they neglect is under 5e-16 of gravity."""
+"""Degrees in sin²φ of its coefficients of the powers of height; the truncation error is below 5e-16 of gravity."""
 
 
 class EarthParameters(NamedTuple):
@@ -76,8 +76,9 @@ def parameters(ellipsoid: Ellipsoid) -> EarthParameters:
 def _gravity_fit(p: EarthParameters) -> Array:
     """Return the coefficients of `near_gravity_k`.
 
-    Least squares on the closed form at Chebyshev points, twice: the second round takes up what the first one's rounding
-    left. The fit is nearer to the field than single values of the closed form are, since their rounding averages out.
+    Least squares on the closed form at Chebyshev points, twice: the second round corrects the rounding errors of the
+    first. The fit is nearer to the field than single values of the closed form, because their rounding errors average
+    out.
     """
     points = 0.5 + 0.5 * np.cos(np.pi * (np.arange(20) + 0.5) / 20)
     x, y = (grid.ravel() for grid in np.meshgrid(points, (_LOWEST + (_HIGHEST - _LOWEST) * points) / _HIGHEST))
@@ -97,7 +98,7 @@ def _gravity_fit(p: EarthParameters) -> Array:
 
 @inline
 def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
-    """Radii of curvature of the meridian R₁ and of the prime vertical R₂ (spec 8.2)."""
+    """Radii of curvature of the meridian R₁ and of the prime vertical R₂ (the chapter's section 8.2)."""
     w = 1.0 / (1.0 - p.e2 * sin_lat * sin_lat)
     r2 = p.a * sqrt(w)
     return r2 * (1.0 - p.e2) * w, r2
@@ -108,7 +109,7 @@ def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[flo
     """Gravitation of the normal field at distance √ρ² from the axis and height z above the equator's plane.
 
     Closed form in ellipsoidal-harmonic coordinates u, β (Heiskanen and Moritz, Physical Geodesy, 1967, eqs. 2-62,
-    2-66, 2-67), turned to cylindrical ones. Returns (g_ρ/ρ, g_z), without the centrifugal part. The functions q
+    2-66, 2-67), converted to cylindrical ones. Returns (g_ρ/ρ, g_z), without the centrifugal part. The functions q
     and dq/du are summed as series in E²/u² (first neglected term below 1e-17 of gravity at the Earth's surface).
     """
     z2 = z * z
@@ -149,7 +150,7 @@ def j2_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, 
 def closed_gravity_k(
     p: EarthParameters, model: int, sin_lat: float, cos_lat: float, r2: float, height: float
 ) -> tuple[float, float]:
-    """Gravity of the models that are gravitation and centrifugal force, normal and J2; north and down."""
+    """Gravity of the models with gravitation and centrifugal force, normal and J2; north and down."""
     rho = (r2 + height) * cos_lat
     z = (r2 * (1.0 - p.e2) + height) * sin_lat
     if model == 0:
@@ -162,7 +163,8 @@ def closed_gravity_k(
 
 @inline
 def near_gravity_k(p: EarthParameters, sin_lat: float, cos_lat: float, height: float) -> tuple[float, float]:
-    """Normal gravity near the ground, north and down: polynomials in sin²φ and height, the closed form to rounding."""
+    """Normal gravity near the ground, north and down: polynomials in sin²φ and height that equal the closed form to
+    rounding."""
     c = p.gravity_fit
     x, y = sin_lat * sin_lat, height / _HIGHEST
     d0 = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
@@ -223,7 +225,7 @@ def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, 
     """
     ratio = sqrt(1.0 - p.e2)
     b = p.a * ratio
-    # start: reduced latitude of the point's own direction
+    # initial value: reduced latitude of the direction of the point
     sb, cb = z, ratio * rho
     s, c = sb, cb
     for _ in range(3):
@@ -248,7 +250,7 @@ def ecef_to_geodetic_k(p: EarthParameters, x: float, y: float, z: float) -> Vect
 
 @inline
 def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: float) -> Vector:
-    """Gravitation (gravity less the centrifugal part) in Earth-fixed axes, any model."""
+    """Gravitation (gravity without the centrifugal part) in Earth-fixed axes, any model."""
     rho2 = x * x + y * y
     if model == 0:
         g_rho, g_z = normal_gravitation_k(p, rho2, z)
@@ -267,7 +269,7 @@ def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: fl
 
 @inline
 def q_en_k(latitude: float, longitude: float) -> Quaternion:
-    """Quaternion that takes north-east-down coordinates into Earth-fixed ones: v_e = C_en v_n."""
+    """Quaternion from north-east-down to Earth-fixed coordinates: v_e = C_en v_n."""
     # rotation about z by the longitude, then about y by −(90° + latitude)
     half_lon = 0.5 * longitude
     half_lat = -0.5 * latitude - 0.7853981633974483

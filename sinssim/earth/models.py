@@ -1,4 +1,4 @@
-"""The Earth's named models: reference ellipsoids with the constants that follow from theirs, and gravity models."""
+"""Named models of the Earth: reference ellipsoids with derived constants, and gravity models."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Ellipsoid:
     """A rotating equipotential reference ellipsoid.
 
     Four constants define its shape and its normal gravity field: a, f, ω and either GM or the equatorial
-    gravity; what is not given follows from the theory of Pizzetti and Somigliana (Heiskanen and Moritz,
+    gravity; the other constants follow from the theory of Pizzetti and Somigliana (Heiskanen and Moritz,
     Physical Geodesy, 1967, sec. 2-7 to 2-10).
 
     Attributes:
@@ -25,7 +25,7 @@ class Ellipsoid:
         f: flattening.
         gm: gravitational parameter, m³/s².
         omega: rotation rate, rad/s.
-        q: ratio ω²a/γ_e of the chapter's gravity series; None takes it from the other constants.
+        q: ratio ω²a/γ_e of the chapter's gravity series; None computes it from the other constants.
     """
 
     name: str
@@ -83,7 +83,7 @@ class Ellipsoid:
 
     @cached_property
     def beta(self) -> float:
-        """The chapter's gravity coefficient β = 5q/2 − e²/2 (spec 8.2)."""
+        """The chapter's gravity coefficient β = 5q/2 − e²/2 (section 8.2)."""
         q = self.omega**2 * self.a / self.gamma_e if self.q is None else self.q
         return 2.5 * q - 0.5 * self.e2
 
@@ -104,15 +104,15 @@ def _pizzetti(a: float, f: float) -> float:
 def _from_equatorial_gravity(
     name: str, a: float, f: float, gamma_e: float, omega: float = OMEGA_IE, q: float | None = None
 ) -> Ellipsoid:
-    """Return the ellipsoid whose GM gives the stated equatorial gravity (Heiskanen and Moritz 2-73, solved)."""
+    """Return the ellipsoid with the GM of the given equatorial gravity (Heiskanen and Moritz 2-73, solved for GM)."""
     b = a * (1.0 - f)
     return Ellipsoid(name, a, f, a * b * (gamma_e + omega**2 * a * (1.0 + _pizzetti(a, f) / 6.0)), omega, q)
 
 
 WGS84 = Ellipsoid("wgs84", 6378137.0, 1.0 / 298.257223563, 3.986004418e14)
 
-# The older ellipsoids come with a gravity formula instead of GM: Helmert 1901-1909 (9.78030 m/s² at the
-# equator) was used with Krasovsky's, Cassinis 1930 (9.78049 m/s²) with the International one.
+# The older ellipsoids have a gravity formula instead of GM: Helmert 1901-1909 (9.78030 m/s² at the equator) for
+# Krasovsky's, Cassinis 1930 (9.78049 m/s²) for the International one.
 ELLIPSOIDS: dict[str, Ellipsoid] = {
     ellipsoid.name: ellipsoid
     for ellipsoid in (
@@ -127,7 +127,7 @@ ELLIPSOIDS: dict[str, Ellipsoid] = {
 
 GRAVITY_MODELS: dict[str, str] = {
     "normal": "closed-form normal gravity at height, north and down components, exact for the ellipsoid",
-    "j2": "point mass plus second zonal harmonic plus centrifugal, as JSBSim flies under",
+    "j2": "point mass plus second zonal harmonic plus centrifugal, as in JSBSim",
     "somigliana": "Somigliana's surface gravity times (1 - 2h/a), down only",
     "order-1e-5": "the chapter's series with second-order terms in height, north and down",
     "order-1e-4": "the chapter's series g_e (1 + beta sin^2 B - 2H/a), down only",
@@ -136,7 +136,7 @@ GRAVITY_MODELS: dict[str, str] = {
 
 
 def ellipsoid_by_name(name: str) -> Ellipsoid:
-    """Return the ellipsoid of a name.
+    """Return an ellipsoid by its name.
 
     Args:
         name: one of `ELLIPSOIDS`.
@@ -145,7 +145,7 @@ def ellipsoid_by_name(name: str) -> Ellipsoid:
         The ellipsoid.
 
     Raises:
-        InputError: for an unknown name, with the list.
+        InputError: the name is unknown; the message lists the known names.
     """
     check_name("ellipsoid", name, ELLIPSOIDS)
     return ELLIPSOIDS[name]

@@ -31,7 +31,7 @@ def _rows(*arrays: tuple[ArrayLike, int]) -> tuple[tuple[int, ...], list[Array]]
             raise InputError(f"expected an array with {columns} values in its last axis, got shape {value.shape}.")
     shape = _common_shape(*(value.shape[:-1] for value, _ in values))
     return shape, [
-        # a broadcast view is read-only, for which a kernel would be compiled once more
+        # a broadcast view is read-only, and a kernel would be compiled again for it
         (value if value.shape[:-1] == shape else np.broadcast_to(value, (*shape, columns)).copy()).reshape(-1, columns)
         for value, columns in values
     ]
@@ -136,7 +136,7 @@ def normalize(q: ArrayLike) -> Array:
     """
     q = numbers("the quaternion", q)
     if q.shape[-1:] != (4,):
-        raise InputError(f"a quaternion has 4 values in its last axis, not the shape {q.shape}.")
+        raise InputError(f"a quaternion needs 4 values in its last axis, not the shape {q.shape}.")
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
 
 
@@ -201,7 +201,7 @@ def quaternion_from_dcm(c_ab: ArrayLike) -> Array:
     """
     c = numbers("the matrix", c_ab)
     if c.shape[-2:] != (3, 3):
-        raise InputError(f"a direction cosine matrix has the shape (3, 3) in its last axes, not {c.shape}.")
+        raise InputError(f"a direction cosine matrix needs the shape (3, 3) in its last axes, not {c.shape}.")
     return _map(_from_dcm_rows, 4, (c.reshape(*c.shape[:-2], 9), 9))
 
 

@@ -1,6 +1,6 @@
 """Scalar kernels of rotations: tuples in and out, one formula each.
 
-Quaternions are scalar first and Hamilton's; `q_ab` and `C_ab` take b-coordinates into a-coordinates. Euler angles are
+Quaternions are Hamilton's, scalar first; `q_ab` and `C_ab` convert b-coordinates to a-coordinates. Euler angles are
 roll φ, pitch θ, heading ψ in ZYX order.
 """
 
@@ -15,7 +15,7 @@ Quaternion = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]  # row by row
 
 SERIES = 0.06
-"""Below this squared angle [rad²] trigonometric ratios are summed as series, first neglected term under 1e-17."""
+"""Squared angle [rad²] below which trigonometric ratios are summed as series, with a truncation error below 1e-17."""
 
 
 @inline
@@ -37,15 +37,15 @@ def multiply_k(a0: float, a1: float, a2: float, a3: float, b0: float, b1: float,
 
 @strict_inline
 def sincos_k(x: float) -> tuple[float, float]:
-    """sin(x) and cos(x) to rounding, without a call into the mathematical library.
+    """sin(x) and cos(x) to rounding, without a call to the mathematical library.
 
     Reduction to |r| ≤ π/4 by π/2 in two parts (Cody and Waite 1980) and the polynomials of Sun's fdlibm
-    (k_sin.c, k_cos.c). Beyond 1000 rad the library's own functions serve.
+    (k_sin.c, k_cos.c). Beyond 1000 rad the library's functions are used.
     """
     if abs(x) > 1000.0:
         return sin(x), cos(x)
     turns = floor(x * 0.6366197723675814 + 0.5)  # 2/π
-    # π/2: its first 33 bits, times which a count below 2²⁰ is exact, and the rest
+    # π/2: its first 33 bits, whose product with a count below 2²⁰ is exact, and the rest
     r = (x - turns * 1.5707963267341256) - turns * 6.077100506506192e-11
     y = r * r
     s = r + r * y * (
@@ -132,7 +132,7 @@ def quaternion_from_rotation_vector_k(x: float, y: float, z: float) -> Quaternio
 
 @inline
 def rotation_vector_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
-    """Rotation vector of a unit quaternion, its length in [0, π]."""
+    """Rotation vector of a unit quaternion, with length in [0, π]."""
     if q0 < 0.0:
         q0, q1, q2, q3 = -q0, -q1, -q2, -q3
     s2 = q1 * q1 + q2 * q2 + q3 * q3
@@ -198,9 +198,9 @@ def quaternion_from_euler_k(roll: float, pitch: float, heading: float) -> Quater
 def euler_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
     """Roll in (−π, π], pitch in [−π/2, π/2], heading in [0, 2π) of a unit quaternion q_nb.
 
-    From half the sum and half the difference of heading and roll (Bernardes and Viollet 2022): near a pitch of ±90°
-    one of the two fades, but the other, and with it the attitude, keeps its precision. At ±90° exactly only heading
-    ∓ roll is determined; the roll returned there is 0.
+    The method uses half the sum and half the difference of heading and roll (Bernardes and Viollet 2022): near a pitch
+    of ±90° one of them loses its precision, but the other, and with it the attitude, keeps it. At exactly ±90° only
+    heading ∓ roll is determined; the roll returned there is 0.
     """
     # √2 cos(π/4 + θ/2) at angle (ψ + φ)/2, and √2 sin(π/4 + θ/2) at angle (ψ − φ)/2
     sum_cos, sum_sin = q0 - q2, q1 + q3
@@ -210,7 +210,7 @@ def euler_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Vecto
     sin_pitch = 2.0 * (q0 * q2 - q1 * q3)
     if abs(sin_pitch) < 0.7:
         pitch = asin(sin_pitch)
-    elif sin_pitch > 0.0:  # asin is blunt near ±90°
+    elif sin_pitch > 0.0:  # asin is imprecise near ±90°
         pitch = 0.5 * pi - 2.0 * atan2(sum_size, dif_size)
     else:
         pitch = 2.0 * atan2(dif_size, sum_size) - 0.5 * pi
@@ -228,7 +228,7 @@ def euler_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Vecto
         roll += 2.0 * pi
     if heading < 0.0:
         heading += 2.0 * pi
-    if heading >= 2.0 * pi:  # also a tiny negative angle, which plus 2π rounds to 2π
+    if heading >= 2.0 * pi:  # also a tiny negative angle, whose sum with 2π rounds to 2π
         heading -= 2.0 * pi
     return roll, pitch, heading
 

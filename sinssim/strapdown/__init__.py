@@ -1,4 +1,4 @@
-"""The strapdown engine: navigation from increments, by interchangeable attitude algorithms."""
+"""The strapdown engine: navigation from increments with interchangeable attitude algorithms."""
 
 from __future__ import annotations
 

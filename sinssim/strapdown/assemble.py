@@ -1,8 +1,8 @@
-"""The engines of a frame's template, each with the parts of one attitude algorithm bound to it.
+"""Makes engines from the template of a frame and the parts of an attitude algorithm.
 
-What an algorithm's file offers: see `sinssim.strapdown.files.AttitudeFile`. From its own `turn_k`, or from the shared
-`increments.interval.fitted_turn_k`, comes `fill_turns`, which makes the turns of a block of intervals (see
-`sinssim.strapdown.increments.block_turns`).
+`sinssim.strapdown.files.AttitudeFile` gives the contents of an algorithm's file. `fill_turns` computes the turns of a
+block of intervals (see `sinssim.strapdown.increments.block_turns`), from the file's own `turn_k` or the shared
+`increments.interval.fitted_turn_k`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
 
 @cache
 def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
-    """Return an algorithm's functions by the names under which the engines know them.
+    """Return an algorithm's functions by their names in the engines.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
@@ -46,32 +46,32 @@ def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
 
 
 def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | None:
-    """Return the engine of an algorithm whose file brings a whole one.
+    """Return the engine of an algorithm whose file has a complete engine.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
         frame: one of `sinssim.FRAMES`.
 
     Returns:
-        The engine, a function of a problem and a frame; None for an algorithm that is a set of parts.
+        The engine, a function of a problem and a frame; None for an algorithm that consists of parts.
 
     Raises:
-        InputError: the algorithm's file cannot be used, or not in this frame.
+        InputError: the algorithm's file cannot be used, or does not support this frame.
     """
     file = algorithm_file(algorithm)
     return file.engine(frame) if hasattr(file, "engine") else None
 
 
 def engines(template: Callable[..., None], frame: str) -> Callable[[str], Callable[..., None]]:
-    """Return the function that makes a frame's engines, each once.
+    """Return a function that makes and caches a frame's engines.
 
     Args:
         template: the frame's engine as a plain function over the parts' names.
         frame: the frame's name in the names of its engines.
 
     Returns:
-        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, that returns the compiled engine; the engine
-        fills the solution's arrays, whose first rows hold the initial state.
+        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, that returns the compiled engine. The engine
+        fills the arrays of the solution, whose first rows hold the initial state.
     """
 
     @cache

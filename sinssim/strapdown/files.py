@@ -1,7 +1,7 @@
-"""Loads the file of an attitude algorithm or of a navigation frame, and checks that it offers what its protocol asks.
+"""Loads the file of an attitude algorithm or of a navigation frame, and checks it against its protocol.
 
-A file that is missing, cannot be imported or lacks a function is named with its path and what is wrong when it is
-chosen; the other algorithms and frames are not affected.
+If a chosen file is missing, cannot be imported or lacks a function, the error gives its path and the reason. Other
+algorithms and frames are not affected.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 
 
 class AttitudeFile(Protocol):
-    """What the file of an attitude algorithm offers, all of it compiled by `sinssim.jit.inline`.
+    """Functions in the file of an attitude algorithm, all compiled by `sinssim.jit.inline`.
 
-    The attitude variables are a tuple of numbers of the file's own choice.
+    The attitude variables are a tuple of numbers that the file chooses.
     """
 
     def start_k(self, q0: float, q1: float, q2: float, q3: float) -> Any:
@@ -38,31 +38,31 @@ class AttitudeFile(Protocol):
         """The variables one interval later."""
 
     def quaternion_k(self, attitude: Any) -> tuple[float, float, float, float, float]:
-        """The unit quaternion q_nb, and what the variables lost of their norm or orthogonality."""
+        """The unit quaternion q_nb, and the defect of norm or orthogonality of the variables."""
 
 
 class OwnTurnFile(AttitudeFile, Protocol):
-    """An algorithm that makes its own `BodyTurn` of the samples, instead of `increments.interval.fitted_turn_k`."""
+    """An algorithm that computes its own `BodyTurn` instead of using `increments.interval.fitted_turn_k`."""
 
     def turn_k(self, dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
         """The body's turn over interval k."""
 
 
 class EngineFile(Protocol):
-    """What the file of an algorithm offers that brings an engine of its own, instead of parts for the engines."""
+    """The file of an algorithm with its own engine instead of parts for the engines."""
 
     def engine(self, frame: str) -> Callable[[Problem, str], None]:
-        """The function that solves a problem in a frame; `InputError` for a frame that it does not know."""
+        """The function that solves a problem in a frame; raises `InputError` for an unknown frame."""
 
 
 class FrameFile(Protocol):
-    """What the file of a navigation frame offers."""
+    """Functions in the file of a navigation frame."""
 
     def solve(self, problem: Problem, frame: str) -> None:
-        """Fill the rows of the solution after the first; `frame` is the name of the registry's entry."""
+        """Fill the rows of the solution after the first; `frame` is the name in the registry."""
 
     def check(self, problem: Problem, frame: str) -> None:
-        """Raise `RunError` where the solution left the region in which the frame can be used."""
+        """Raise `RunError` if the solution left the region in which the frame can be used."""
 
 
 @cache
@@ -76,8 +76,8 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
         The module.
 
     Raises:
-        InputError: the file is missing, broken or incomplete, or the registry has the name twice; the message has the
-            path and what is wrong.
+        InputError: the file is missing, invalid or incomplete, or the registry has the name twice; the message gives
+            the path and the reason.
     """
     entry = REGISTRY[algorithm]
     if entry.problem:
@@ -108,7 +108,7 @@ def frame_file(frame: str) -> FrameFile:
         The module.
 
     Raises:
-        InputError: the file is missing, broken or incomplete; the message has the path and what is wrong.
+        InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
     """
     module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{FRAME_REGISTRY[frame].file}")
     _check(f"frame {frame}", module, path, FrameFile, compiled=False)
@@ -125,12 +125,12 @@ def _loaded(what: str, name: str) -> tuple[ModuleType, str]:
         raise InputError(f"the {what} cannot be used: there is no {name.replace('.', '/')}.py.")
     try:
         return import_module(name), spec.origin
-    except Exception as error:  # whatever the file raises
+    except Exception as error:  # any error of the file
         raise InputError(f"the {what} cannot be used: {spec.origin}: {type(error).__name__}: {error}.") from error
 
 
 def _check(what: str, module: ModuleType, path: str, protocol: type, *, compiled: bool) -> None:
-    """Raise for a module without the functions of a protocol, with other arguments, or not compiled."""
+    """Raise if a module lacks a function of a protocol, or a function has other arguments or is not compiled."""
     wrong = []
     for base in reversed(protocol.__mro__):
         for name, wanted in vars(base).items():
@@ -146,6 +146,6 @@ def _check(what: str, module: ModuleType, path: str, protocol: type, *, compiled
                 parameters = inspect.signature(getattr(there, "py_func", there)).parameters.values()
                 own = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
                 if len(own) != len(arguments):
-                    wrong.append(f"{name} takes ({', '.join(own)}), and should take ({', '.join(arguments)})")
+                    wrong.append(f"{name} takes ({', '.join(own)}), but must take ({', '.join(arguments)})")
     if wrong:
         raise InputError(f"the {what} cannot be used: {path}: {'; '.join(wrong)}.")

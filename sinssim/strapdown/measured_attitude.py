@@ -1,10 +1,10 @@
-"""Sensor set 3 of the chapter (section 8.1): three accelerometers and an attitude that is measured, not integrated.
+"""Sensor set 3 of the chapter (section 8.1): three accelerometers and a measured attitude.
 
-The sensor reads the attitude in inertial space at the edges of the accelerometers' intervals, so velocity and position
-are integrated there too, v̇ = C_ib f + gravitation. Attitude and accumulated velocity increments are each laid through
-their samples by a quintic spline, ∫C_ib f dt and its second integral follow by Gauss-Legendre quadrature, and
-gravitation is integrated by the trapezoidal rule along the path. An attitude error stays what the sensor makes it and
-drives the Schuler pendulum (8.14); there is no attitude to correct.
+The sensor measures the attitude in inertial space at the edges of the accelerometers' intervals, so velocity and
+position are integrated in inertial space, too: v̇ = C_ib f + gravitation. Attitude and accumulated velocity increments
+are interpolated by quintic splines. ∫C_ib f dt and its second integral follow by Gauss-Legendre quadrature, and
+gravitation is integrated by the trapezoidal rule along the path. The attitude error is that of the sensor and drives
+the Schuler oscillation (8.14).
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ from sinssim.strapdown.frames.vertical import (
 from sinssim.strapdown.navigate import navigate
 
 _POINTS = 4
-_CHUNK = 65536  # intervals at once
-_UNIT = 1e-3  # a quaternion whose norm is farther from 1 is no attitude
+_CHUNK = 65536  # number of intervals processed at once
+_UNIT = 1e-3  # largest deviation of the norm of a quaternion from 1
 
 
 @kernel
@@ -68,7 +68,7 @@ def _integrate(
     height: Array,
     velocity_ned: Array,
 ) -> None:
-    """Go through the intervals in inertial axes; the first rows of the outputs hold the start."""
+    """Integrate over the intervals in inertial axes; the first rows of the outputs hold the start."""
     x, y, z = position[0], position[1], position[2]
     vx, vy, vz = velocity[0], velocity[1], velocity[2]
     gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
@@ -80,7 +80,7 @@ def _integrate(
     loop_sum = 0.0
     for k in range(len(push)):
         h = time[k + 1] - time[k]
-        # gravitation at the end from a position that takes the start's all along, then both
+        # gravitation at the end from a position with constant gravitation, then the mean of both
         x += h * vx + shift[k, 0]
         y += h * vy + shift[k, 1]
         z += h * vz + shift[k, 2]
@@ -90,7 +90,8 @@ def _integrate(
         vx += push[k, 0] + 0.5 * h * (gx + hx)
         vy += push[k, 1] + 0.5 * h * (gy + hy)
         vz += push[k, 2] + 0.5 * h * (gz + hz)
-        # Inertial axes at the time t are Earth-fixed ones but for the longitude, which counts from the x axis.
+        # Inertial axes at time t equal the Earth-fixed ones except for the longitude, which is measured from the x
+        # axis.
         lat, lon, alt = ecef_to_geodetic_k(p, x, y, z)
         n0, n1, n2, n3 = q_en_k(lat, lon)
         vn, ve, vd = rotate_k(n0, -n1, -n2, -n3, vx + p.omega * y, vy - p.omega * x, vz)
@@ -144,26 +145,26 @@ def navigate_by_attitude(
     height: ArrayLike | HeightReadings | None = None,
     baro_time_constant: float = BARO_TIME_CONSTANT,
 ) -> NavSolution:
-    """Navigate on velocity increments and measured attitudes.
+    """Navigate by velocity increments and measured attitudes.
 
     Args:
         time: edges of the intervals, increasing, (N+1,) s, N ≥ 5; inertial and Earth-fixed axes coincide at 0.
         dvel: velocity increments in the moving body's axes, (N, 3) m/s.
-        q_ib: attitude relative to inertial space as measured at the edges, unit quaternions, (N+1, 4); it must turn
-            by well under half a turn from one to the next.
+        q_ib: attitude relative to inertial space measured at the edges, unit quaternions, (N+1, 4); it must turn by
+            well under half a turn between edges.
         initial: state at time[0], scalars; its attitude is not used.
         gravity: one of `GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid.
-        vertical: "free", "baro-loop" or "truth", as of `navigate`.
+        vertical: "free", "baro-loop" or "truth", as for `navigate`.
         height: reference height, (N+1,) m; for the last two.
         baro_time_constant: time constant of the baro loop, s.
 
     Returns:
-        The solution at every edge; its attitude is the measured one at the computed place.
+        The solution at every edge; its attitude is the measured one, referred to the computed place.
 
     Raises:
-        InputError: arrays that do not belong together, a value that is not finite, times that do not increase, an
-            unknown model.
+        InputError: the arrays do not belong together, a value is not finite, the times do not increase, or a model is
+            unknown.
         RunError: the numbers overflow.
     """
     time, dvel, q_ib, defect = _checked(time, dvel, q_ib)
@@ -190,8 +191,8 @@ def navigate_by_attitude(
     if found := not_finite_in(altitude, velocity_ned, q_nb):
         name, row = found
         raise RunError(
-            f"the navigation's {name} ran away and is no usable number at t = {time[row]:.2f} s: velocity increments "
-            f"of up to {np.abs(dvel).max():.3g} m/s in one interval are not those of a vehicle.",
+            f"the navigation's {name} diverged and is not usable at t = {time[row]:.2f} s: velocity increments "
+            f"of up to {np.abs(dvel).max():.3g} m/s in one interval are impossible for a vehicle.",
             time=float(time[row]),
         )
     return NavSolution(time, latitude, longitude, altitude, velocity_ned, q_nb, defect, MEASURED_ATTITUDE)
@@ -218,20 +219,20 @@ def _checked(time: ArrayLike, dvel: ArrayLike, q_ib: ArrayLike) -> tuple[Array, 
 
 
 def navigate_set(imu: ImuData, attitude: Array | None, initial: NavState, **options: Any) -> NavSolution:
-    """Navigate from what a set of sensors reads: by its gyros, or by its measured attitude if it has one.
+    """Navigate with the readings of a sensor set: by its gyros, or by its measured attitude if it has one.
 
     Args:
-        imu: increments; where the attitude is measured, those of angle are not used.
+        imu: increments; those of angle are not used if the attitude is measured.
         attitude: measured attitude relative to inertial space at the edges, (N+1, 4), or None.
         initial: state at the start.
-        options: those of `navigate`; a measured attitude makes use of gravity, ellipsoid and those of the vertical
-            channel.
+        options: options of `navigate`; with a measured attitude, gravity, ellipsoid and those of the vertical channel
+            apply.
 
     Returns:
         The solution.
 
     Raises:
-        InputError: an option that the data or the engine do not admit.
+        InputError: the data or the engine do not admit an option.
         RunError: the frame cannot follow the motion, or the numbers overflow.
     """
     if attitude is None:

@@ -13,12 +13,12 @@ from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
 
-_BLOCK = 65536  # rows computed together, so that no temporary is as long as the run
+_BLOCK = 65536  # rows per block, to avoid a temporary as long as the run
 
 
 @dataclass(frozen=True)
 class NavError:
-    """What a navigation solution got wrong, row by row, in the local level of the true position.
+    """Errors of a navigation solution, row by row, in the local level of the true position.
 
     Attributes:
         time: (N,) s.
@@ -63,8 +63,8 @@ def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoi
     """Return the errors of a navigation solution.
 
     North and east come from the difference of the Earth-fixed positions, resolved at the true position: no wrap of
-    longitude, no division by cos φ at a pole. Velocity and attitude are compared component by component, as the
-    error equations have them; within kilometres of a pole, where north itself turns, so do they.
+    longitude, no division by cos φ at a pole. Velocity and attitude are compared component by component, as in the
+    error equations; within kilometres of a pole, where the direction of north changes, so do the components.
 
     Args:
         truth: true states at the solution's times, arrays of N rows.
@@ -75,7 +75,7 @@ def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoi
         The errors, N rows.
 
     Raises:
-        InputError: truth and solution have different numbers of rows, or one of them is something else.
+        InputError: truth and solution have different numbers of rows, or one of them has the wrong type.
     """
     if not isinstance(solution, NavSolution):
         raise InputError(
@@ -90,7 +90,7 @@ def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoi
     if truth.latitude.shape != solution.latitude.shape:
         raise InputError(
             f"truth has {truth.latitude.shape} rows and the {solution.algorithm} solution {solution.latitude.shape}; "
-            "errors need the true state at each of the solution's times."
+            "give the true state at each of the solution's times."
         )
     error = NavError(solution.time, *(np.empty((len(solution.time), 3)) for _ in range(3)))
     for start in range(0, len(solution.time), _BLOCK):
@@ -99,7 +99,7 @@ def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoi
 
 
 def _fill(error: NavError, truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid, part: slice) -> None:
-    """Write the errors of some rows."""
+    """Compute the errors of a block of rows."""
     latitude, longitude, height = truth.latitude[part], truth.longitude[part], truth.height[part]
     difference = geodetic_to_ecef(solution.latitude[part], solution.longitude[part], solution.height[part], ellipsoid)
     difference -= geodetic_to_ecef(latitude, longitude, height, ellipsoid)

@@ -1,4 +1,4 @@
-"""`navigate`: increments and an initial state in, a navigation solution out."""
+"""Navigates by increments from an initial state: `navigate`."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def navigate(
     route: tuple[float, float, float, float] | None = None,
     slow_quantities: str = "hold",
 ) -> NavSolution:
-    """Navigate on inertial increments from a given initial state.
+    """Navigate by inertial increments from a given initial state.
 
-    Rate and specific force are fitted over five neighbouring intervals, two of them ahead of the one that is being
-    integrated, so the solution belongs to recorded (or delayed) data.
+    Rate and specific force are fitted over five neighbouring intervals, two of them after the current one, so the
+    solution is for recorded (or delayed) data.
 
     Args:
         imu: increments, N intervals; equal or unequal ones.
@@ -65,26 +65,26 @@ def navigate(
         gravity: one of `GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid, one of `ELLIPSOIDS`.
         curvature: "exact" radii of curvature or "simplified", eq. (8.16).
-        rates_hz: rates of the fast, medium and slow part, Hz, each a whole fraction of the one before and the fast
-            one of the data's; None runs everything at the data's rate, to a higher order. See `three_rate`.
+        rates_hz: rates of the fast, medium and slow part, Hz; each is a whole fraction of the one before, the fast one
+            of the data's rate. None runs everything at the data's rate, to a higher order. See `three_rate`.
         vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
-        height: reference height above the ellipsoid at every imu.time, (N+1,) m; for the last two. For the loop also
-            an altimeter's readings, which count from their arrival on.
+        height: reference height above the ellipsoid at every imu.time, (N+1,) m, for the last two; for the loop also
+            the readings of an altimeter, which apply from their arrival on.
         baro_time_constant: time constant τ of the baro loop, s; k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.
-        route: for the transverse frame, latitude and longitude of A and of B, rad: its equator is the great circle
-            from A to B; None takes the great circle along the initial velocity.
-        slow_quantities: with rates_hz, what becomes of them between slow instants, one of `SLOW_QUANTITIES`.
+        route: for the transverse frame, latitude and longitude of A and of B, rad: its equator is the great circle from
+            A to B; None for the great circle along the initial velocity.
+        slow_quantities: with rates_hz, treatment of slow quantities between slow instants, one of `SLOW_QUANTITIES`.
 
     Returns:
-        The solution at every imu.time, N+1 rows, the first being the initial state. An algorithm that advances by n
-        samples at once has a row at every n-th imu.time, and with rates_hz there is one at every slow instant;
-        samples left over at the end are not navigated.
+        The solution at every imu.time, N+1 rows, the first of which is the initial state. An algorithm that advances by
+        n samples has a row at every n-th imu.time, and with rates_hz there is a row at every slow instant; remaining
+        samples at the end are not navigated.
 
     Raises:
-        InputError: for data that cannot be used (NaN, unordered times, wrong shapes), an unknown name, or an option
-            that would have no effect beside the others, such as simplified radii in the inertial frame.
-        RunError: when the frame cannot follow the flight (over a pole, the transverse one over its route's pole) or the
-            numbers overflow.
+        InputError: the data cannot be used (NaN, unordered times, wrong shapes), a name is unknown, or an option would
+            have no effect, such as simplified radii in the inertial frame.
+        RunError: the frame cannot follow the flight (over a pole, for the transverse frame over its route's pole), or
+            the numbers overflow.
     """
     for kind, name, known in (
         ("algorithm", algorithm, ALGORITHMS),
@@ -105,8 +105,8 @@ def navigate(
     entry = REGISTRY[algorithm]
     if entry.needs_equal_intervals and not uniform:
         raise InputError(
-            f"{algorithm} needs equal sampling intervals, for which its coefficients hold; those of this data run from "
-            f"{np.min(np.diff(time)):.6g} s to {np.max(np.diff(time)):.6g} s."
+            f"{algorithm} needs equal sampling intervals, for which its coefficients hold; those of the data range "
+            f"from {np.min(np.diff(time)):.6g} s to {np.max(np.diff(time)):.6g} s."
         )
     per_row, per_medium, per_slow = entry.samples, 1, 1
     if rates_hz is not None:
@@ -130,10 +130,10 @@ def navigate(
         edges = slice(0, len(dtheta) // per_row * per_row + 1, per_row)
         time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
 
-    if isinstance(height, HeightReadings):  # none is lost between the rows
+    if isinstance(height, HeightReadings):  # no passage is lost between the rows
         reference = height.at(time)
     rows = len(time)
-    # one block of memory: the system hands it out in large pages, where separate arrays would cost a fifth of the time
+    # one block of memory, which the system provides in large pages; separate arrays would take a fifth more time
     room = np.empty(11 * rows)
     latitude, longitude, height_out, defect = room[: 4 * rows].reshape(4, rows)
     velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows :].reshape(rows, 4)
@@ -178,13 +178,13 @@ def check_used(
     slow_quantities: str,
     route: tuple[float, float, float, float] | None,
 ) -> None:
-    """Raise for an option that would have no effect beside the others, so that nobody takes it for heard.
+    """Raise for an option that would have no effect with the others.
 
     Args:
-        frame, curvature, rates_hz, slow_quantities, route: as of `navigate`.
+        frame, curvature, rates_hz, slow_quantities, route: as for `navigate`.
 
     Raises:
-        InputError: naming the option and what it needs.
+        InputError: an option has no effect; the message names it and its requirement.
     """
     check_curvature(frame, curvature)
     if route is not None and not FRAME_REGISTRY[frame].takes_route:
@@ -192,6 +192,6 @@ def check_used(
         raise InputError(f'route would have no effect: it is for frame = "{able}"; here frame = "{frame}".')
     if slow_quantities != "hold" and rates_hz is None:
         raise InputError(
-            f'slow_quantities = "{slow_quantities}" would have no effect: it belongs to a schedule, and rates_hz gives '
+            f'slow_quantities = "{slow_quantities}" would have no effect: it belongs to a schedule, but rates_hz gives '
             "none."
         )

@@ -1,11 +1,12 @@
 """The chapter's one-component system (section 8.1): two accelerometers and one gyro in a vertical plane.
 
-Over a spherical Earth of radius R, with the accelerometers x along the body and y up, the gyro's rate ω nose-up
-positive, the coordinate y = S/R along the great circle and the pitch α of the body above the local horizon:
+The system moves over a spherical Earth of radius R, with the accelerometers x along the body and y up, the gyro's rate
+ω nose-up positive, the coordinate y = S/R along the great circle and the pitch α of the body above the local horizon:
 
     V̇ = a_x cos α − a_y sin α,    ẏ = V/R,    α̇ = ω + V/R
 
-Position feeds back through the pitch, a Schuler pendulum of ω_s² = g/R. Its small errors obey (8.12) and (8.14),
+Position is fed back through the pitch, which gives a Schuler oscillation of ω_s² = g/R. Its small errors obey (8.12)
+and (8.14),
 
     Δÿ + ω_s² Δy = Δa/R,    Δÿ + ω_s² Δy = ω_s² Δα
 
@@ -28,15 +29,15 @@ from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
 
 RADIUS = 6371000.0
-"""Radius of the chapter's spherical Earth [m], the mean one (R₁ of the IUGG)."""
+"""Radius of the chapter's spherical Earth [m], the mean radius (R₁ of the IUGG)."""
 
 GRAVITY = 9.81
-"""Its gravity [m/s²]; with `RADIUS`, a Schuler period of 84.4 min."""
+"""Its gravity [m/s²]; with `RADIUS` it gives a Schuler period of 84.4 min."""
 
 
 @dataclass(frozen=True)
 class OneComponentSolution:
-    """What the one-component system computed, at the edges of the intervals.
+    """The solution of the one-component system at the edges of the intervals.
 
     Attributes:
         time: (N+1,) s.
@@ -64,7 +65,7 @@ def _derivative_k(
 def _simulate(
     time: Array, dtheta: Array, dvel: Array, curvature: float, velocity: Array, coordinate: Array, pitch: Array
 ) -> None:
-    """Runge-Kutta of the fourth order with the mean readings of each interval."""
+    """Fourth-order Runge-Kutta integration with the mean readings of each interval."""
     v, y, a = velocity[0], coordinate[0], pitch[0]
     for k in range(len(dtheta)):
         h = time[k + 1] - time[k]
@@ -91,21 +92,21 @@ def simulate(
 ) -> OneComponentSolution:
     """Run the one-component system on increments.
 
-    Each interval's readings are taken as constant at their mean: fourth order in the interval for constant readings,
-    second order for others.
+    The readings of each interval are assumed constant at their mean, which gives the fourth order in the interval for
+    constant readings and the second for others.
 
     Args:
         time: edges of the intervals, (N+1,) s.
         dtheta: integral of the gyro's rate, nose-up positive, over each interval, (N,) rad.
         dvel: integrals of the specific force along the body and up, (N, 2) m/s.
         velocity, coordinate, pitch: at time[0], m/s, rad, rad.
-        radius: of the Earth, m.
+        radius: radius of the Earth, m.
 
     Returns:
         The solution at every edge.
 
     Raises:
-        InputError: arrays that do not belong together, a value that is not finite, times that do not increase.
+        InputError: the arrays do not belong together, a value is not finite, or the times do not increase.
     """
     edges, turns, pushes = doubles("time", time), doubles("dtheta", dtheta), doubles("dvel", dvel)
     n = len(turns)
@@ -131,7 +132,7 @@ def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:
 
     Args:
         gravity: m/s².
-        radius: of the Earth, m.
+        radius: radius of the Earth, m.
 
     Returns:
         rad/s; 2π over it is 84.4 min.
@@ -141,13 +142,13 @@ def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:
 
 
 def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
-    """Return the error of the coordinate under a constant accelerometer error, (8.13).
+    """Return the error of the coordinate by a constant accelerometer error, (8.13).
 
     Args:
         time: (N,) s.
         bias: Δa of the accelerometer along the body, m/s².
         gravity: m/s².
-        radius: of the Earth, m.
+        radius: radius of the Earth, m.
 
     Returns:
         Δy = (Δa/g)(1 − cos ω_s t), (N,) rad.
@@ -158,13 +159,13 @@ def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, 
 
 
 def gyro_error(time: ArrayLike, drift: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
-    """Return the error of the coordinate under a constant gyro error, (8.15).
+    """Return the error of the coordinate by a constant gyro error, (8.15).
 
     Args:
         time: (N,) s.
         drift: Δω₀, nose-down positive as in the chapter, rad/s.
         gravity: m/s².
-        radius: of the Earth, m.
+        radius: radius of the Earth, m.
 
     Returns:
         Δy = Δω₀ (t − sin(ω_s t)/ω_s), (N,) rad.

@@ -1,7 +1,7 @@
-"""The level engine stretch by stretch, so that state and increments can be corrected in between: what a filter needs.
+"""The level engine in segments, between which a filter can correct state and increments.
 
-A stretch is navigated as a part of the whole: the fit of rate and specific force looks at the samples on both sides of
-its ends, and is of the same order there as anywhere.
+A segment is navigated as a part of the whole: the fit of rate and specific force uses the samples on both sides of its
+ends and has the same order there as elsewhere.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _NO_REFERENCE = np.empty(0)
 
 
 class Segments:
-    """Pure inertial navigation, free vertical channel, over any stretch of the data from any state.
+    """Pure inertial navigation with a free vertical channel over any segment of the data from any state.
 
     Args:
         imu: increments of the whole run.
@@ -33,7 +33,7 @@ class Segments:
         ellipsoid: name of the reference ellipsoid.
 
     Raises:
-        InputError: data that cannot be used, an unknown name, an algorithm that takes several samples at once.
+        InputError: the data cannot be used, a name is unknown, or the algorithm takes several samples per update.
     """
 
     def __init__(
@@ -42,8 +42,8 @@ class Segments:
         check_name("algorithm", algorithm, ALGORITHMS)
         if not REGISTRY[algorithm].sample_by_sample:
             raise InputError(
-                f"{algorithm} advances by several samples at once and cannot be corrected in between; quaternion, "
-                "poisson, euler and their like, or rotation-vector-1p, would do."
+                f"{algorithm} advances by several samples at once and cannot be corrected in between; use quaternion, "
+                "poisson, euler or one of their variants, or rotation-vector-1p."
             )
         self._time, self._dtheta, self._dvel = checked_increments(imu)
         self._algorithm = algorithm
@@ -55,31 +55,31 @@ class Segments:
         self._weights = weight_table(self._time, self._uniform)
 
     def samples(self, first: int, last: int) -> tuple[int, ImuData]:
-        """Return the increments that a stretch depends on, its own and those of the neighbours in the fit.
+        """Return the increments that a segment depends on: its own and those of neighbours in the fit.
 
         Args:
-            first, last: numbers of the edges, `imu.time[first]` … `imu.time[last]`, between which it lies.
+            first, last: numbers of the edges of the segment, `imu.time[first]` … `imu.time[last]`.
 
         Returns:
-            How many of the samples lie before the stretch, and the samples (views of the data).
+            Number of samples before the segment, and the samples (views of the data).
         """
         start, end = max(first - WINDOW + 1, 0), min(last + WINDOW - 1, len(self._dtheta))
         return first - start, ImuData(self._time[start : end + 1], self._dtheta[start:end], self._dvel[start:end])
 
     def navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
-        """Navigate over one stretch.
+        """Navigate over one segment.
 
         Args:
             first, last: numbers of its edges.
-            state: at `imu.time[first]`.
-            samples: those of `samples(first, last)`, compensated.
+            state: state at `imu.time[first]`.
+            samples: the samples of `samples(first, last)`, compensated.
 
         Returns:
             The solution at the edges first … last.
 
         Raises:
-            InputError: a state that is none.
-            RunError: the frame cannot follow the flight (over a pole) or the numbers overflow.
+            InputError: the state is invalid.
+            RunError: the frame cannot follow the flight (over a pole), or the numbers overflow.
         """
         start = max(first - WINDOW + 1, 0)
         rows = last - first + 1
@@ -95,6 +95,6 @@ class Segments:
             first - start,
         )  # fmt: skip
         level.solve(problem, "level")
-        level.check(problem, "level", "A filter navigates in no other frame.")
+        level.check(problem, "level", "A filter navigates only in this frame.")
         check_solution(problem)
         return NavSolution(time, latitude, longitude, height, velocity, q_nb, defect, self._algorithm)

@@ -4,16 +4,17 @@
     medium   velocity increments through B, Coriolis and gravity: velocity
     slow     position, radii of curvature, Earth rate Ω, transport rate ω, gravity
 
-Velocity over a medium interval T with the sum ΔW of its velocity increments:
+The velocity over a medium interval T, with the sum ΔW of its velocity increments, is
 
     V₁ = V₀ + ΔV − T (2Ω + ω) × (V₀ + ½ ΔV),   ΔV = ½(B₀ + B₁) ΔW + T g
 
-and position over a slow interval from the mean of its velocities (trapezoidal rule), the longitude with the latitude
-half-way. What the slow part computes is either held until it computes again, or extrapolated linearly from its last
-two values. So the scheme is of the second order in the medium interval, and of the first (held) or second
-(extrapolated) in the slow one. Its rows are the slow instants: there all parts belong together.
+The position over a slow interval follows from the mean of its velocities (trapezoidal rule), the longitude with the
+latitude at mid-interval. The results of the slow part are either held until the next computation, or extrapolated
+linearly from the last two values. The scheme is therefore of the second order in the medium interval, and of the first
+(held) or second (extrapolated) order in the slow one. Its rows are the slow instants, at which all parts are
+synchronous.
 
-A template over the attitude algorithm, like `level`.
+Like `level`, this is a template over the attitude algorithm.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 
 class Slow(NamedTuple):
-    """What the slow part computes: Ω and ω (rad/s), gravity (m/s²), curvatures (1/m)."""
+    """Results of the slow part: Ω and ω (rad/s), gravity (m/s²), curvatures (1/m)."""
 
     omega_n: float
     omega_d: float
@@ -54,7 +55,7 @@ class Slow(NamedTuple):
 def _slow_k(
     p: EarthParameters, gravity: int, simplified: bool, lat: float, h: float, vn: float, ve: float
 ) -> Slow:  # fmt: skip
-    """The slow part's values at a place and a velocity."""
+    """Values of the slow part at a place and a velocity."""
     s, c = sin(lat), cos(lat)
     k1, k2, r2 = curvatures_k(p, simplified, s, h)
     gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
@@ -105,7 +106,7 @@ def _navigate(
     attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
     q0, q1, q2, q3, defect[0] = quaternion_k(attitude)
     now = _slow_k(p, gravity, simplified, lat, h, vn, ve)
-    before = now  # at the start nothing is known of how it changes
+    before = now  # at the start the rate of change is unknown
     b11, b12, b13, b21, b22, b23, b31, b32, b33 = dcm_k(attitude)
     # the slow part runs the baro loop
     loop1, loop2, loop3 = loop_gains_k(time_constant, now.gravity_d, now.k2)
@@ -180,9 +181,9 @@ def solve(problem: Problem, fast_per_medium: int, medium_per_slow: int, extrapol
     """Navigate in the level frame at three rates.
 
     Args:
-        problem: its increments are those of the fast part, its rows the slow instants.
+        problem: the problem; its increments are those of the fast part, its rows the slow instants.
         fast_per_medium, medium_per_slow: ratios of the rates.
-        extrapolate: whether what the slow part computed is extrapolated, not held.
+        extrapolate: whether the results of the slow part are extrapolated instead of held.
     """
     p = problem
     engine(p.algorithm)(
@@ -192,14 +193,14 @@ def solve(problem: Problem, fast_per_medium: int, medium_per_slow: int, extrapol
 
 
 def summed(increments: Array, ratio: int) -> Array:
-    """Return increments of every so many samples together.
+    """Return sums of consecutive increments.
 
     Args:
         increments: (N, 3).
-        ratio: how many go together.
+        ratio: number of increments per sum.
 
     Returns:
-        Sums, (N // ratio, 3); samples left over at the end are dropped.
+        Sums, (N // ratio, 3); remaining samples at the end are dropped.
     """
     whole = len(increments) // ratio
     return np.ascontiguousarray(increments[: whole * ratio].reshape(whole, ratio, 3).sum(axis=1))

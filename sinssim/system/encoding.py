@@ -1,4 +1,4 @@
-"""Writing to streams that cannot hold every character: cp1252 and Latin-1 of Windows' files and pipes, ASCII."""
+"""Lets text be written to streams with limited encodings: cp1252 and Latin-1 of Windows' files and pipes, ASCII."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _PLAIN = {
 
 
 def encode_everything(stream: TextIO) -> None:
-    """Let a text stream write what its encoding lacks in other words (σ as "sigma") instead of raising an error.
+    """Let a text stream replace characters that its encoding lacks (σ by "sigma") instead of raising an error.
 
     Args:
-        stream: standard output or standard error. One whose user chose a way to treat such characters keeps it, and
-            so does one that is no stream of the system.
+        stream: standard output or standard error. A stream with a user's own error handler keeps it, and other objects
+            are not changed.
     """
     reconfigure = getattr(stream, "reconfigure", None)
     if reconfigure is not None and stream.errors in ("strict", "backslashreplace", "surrogateescape"):
@@ -29,23 +29,23 @@ def encode_everything(stream: TextIO) -> None:
 
 
 def holds_everything(stream: TextIO) -> bool:
-    """Return whether a stream's encoding has every character.
+    """Return whether a stream's encoding represents all characters.
 
     Args:
         stream: a text stream.
 
     Returns:
-        Whether its encoding is one of Unicode's.
+        Whether its encoding is a Unicode encoding.
     """
     return (getattr(stream, "encoding", None) or "utf-8").lower().startswith(("utf", "cp65001"))
 
 
 def _in_plain_words(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Replace one character that cannot be encoded; the handler of errors that codecs call."""
+    """Replace one character that cannot be encoded; the error handler for codecs."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     character, following = error.object[error.start], error.start + 1
-    if "\udc80" <= character <= "\udcff":  # a byte of a file's name, as the system gave it
+    if "\udc80" <= character <= "\udcff":  # a byte of a file's name, as given by the system
         return bytes([ord(character) - 0xDC00]), following
     for plain in (_PLAIN.get(character, ""), _decomposed(character), _letter(character)):
         if plain:
@@ -54,7 +54,7 @@ def _in_plain_words(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 def _decomposed(character: str) -> str:
-    """Return the letters of ASCII in a character: é as e, ₂ as 2."""
+    """Return the ASCII letters in a character: é as e, ₂ as 2."""
     return unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
 
 
@@ -71,7 +71,7 @@ codecs.register_error(_NAME, _in_plain_words)
 
 
 def standard_streams() -> None:
-    """Let standard output and standard error write everything."""
+    """Let standard output and standard error write all characters."""
     for stream in (sys.stdout, sys.stderr):
-        if stream is not None:  # it is closed
+        if stream is not None:  # the stream is closed
             encode_everything(stream)

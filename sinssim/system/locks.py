@@ -1,4 +1,4 @@
-"""Folders marked as in use: the mark is a locked file, and the system unlocks it however its process ends."""
+"""Marks folders as in use by a locked file, which the system unlocks however the process ends."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def hold(folder: Path) -> int:
             return file
         if os.fstat(file).st_nlink:
             return file
-        os.close(file)  # another process removed the folder meanwhile
+        os.close(file)  # another process has removed the folder meanwhile
 
 
 def remove_unused(folder: Path) -> bool:
@@ -47,7 +47,7 @@ def remove_unused(folder: Path) -> bool:
         folder: the folder, with everything in it.
 
     Returns:
-        Whether it was removed. Where the system knows no such locks nothing is.
+        Whether it was removed. Nothing is removed if the system does not support such locks.
     """
     if sys.platform == "win32":
         return False

@@ -1,4 +1,4 @@
-"""The memory that this machine gives a process."""
+"""The memory available to a process on this machine."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ _CGROUP = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory
 
 
 def machine_memory() -> float:
-    """Return how many bytes of memory a process can have.
+    """Return the memory that a process can have, bytes.
 
     Returns:
         The smallest of the machine's physical memory, the limit of its container and the limit of the process
-        (`ulimit -v`); infinity where the system does not tell.
+        (`ulimit -v`); infinity if the system does not give them.
     """
     limits = [math.inf]
     with suppress(AttributeError, OSError, ValueError):  # Windows has no sysconf

@@ -1,4 +1,4 @@
-"""Signals that ask the program to stop, Ctrl-C included, heard wherever they arrive."""
+"""Handles signals that ask the program to stop, including Ctrl-C, wherever they arrive."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ T = TypeVar("T")
 _SOON = 0.01  # [s]
 _IMPORT = "<frozen importlib"
 _COMPILER = re.compile(r"[/\\](numba|llvmlite)[/\\]")
-"""Its files; compiled kernels have none, so that they are interrupted."""
+"""Files of numba; compiled kernels have none, so that they can be interrupted."""
 
 
 @contextlib.contextmanager
 def interruptible(*signals: signal.Signals) -> Iterator[None]:
     """Raise KeyboardInterrupt on any of the signals, so that clean-up runs as after Ctrl-C.
 
-    Python's own handler raises wherever it is. Inside the import system that can leave the import lock taken, and a
-    thread that imports waits for ever; inside the compiler of kernels it can leave half a kernel, and errors of its own
-    come instead; inside a finalizer the exception is printed and forgotten. Here the first two are put off, and the
-    last is raised again.
+    Python's own handler raises anywhere. Inside the import system it can leave the import lock held, so that other
+    importing threads wait forever. Inside the compiler of kernels it can leave an incomplete kernel, which causes other
+    errors. Inside a finalizer the exception is printed and lost. Here the first two are postponed, and the last is
+    raised again.
 
     Args:
-        *signals: which; main thread only.
+        *signals: the signals; main thread only.
 
     Raises:
-        KeyboardInterrupt: one of them came.
+        KeyboardInterrupt: one of the signals arrived.
     """
     again: list[threading.Timer] = []
 
@@ -65,23 +65,23 @@ def interruptible(*signals: signal.Signals) -> Iterator[None]:
 
 
 def aside(work: Callable[[], T]) -> T:
-    """Do something that must not be interrupted in a thread of its own, so that who waits for it hears at once.
+    """Run uninterruptible work in a separate thread, so that the caller reacts to an interruption at once.
 
-    What the interrupted thread waited for goes on to its end, and its result is dropped.
+    After an interruption the work continues to its end, and its result is discarded.
 
     Args:
-        work: what to do. It is done in this thread if that is not the main thread, which hears of no signals, or if it
-            is importing a module, which the work might wait for.
+        work: the work. It is done in the current thread if that is not the main thread, which alone receives signals,
+            or if a module is being imported, for which the work might wait.
 
     Returns:
         Its result.
 
     Raises:
-        KeyboardInterrupt: an interruption came before the end.
+        KeyboardInterrupt: the work was interrupted.
     """
     if threading.current_thread() is not threading.main_thread() or _imports(sys._getframe()):
         return work()
-    from concurrent.futures import Future  # here, for what starts without it starts faster
+    from concurrent.futures import Future  # imported here, because other commands then start faster
 
     result: Future[T] = Future()
 
@@ -105,7 +105,7 @@ def _imports(frame: FrameType | None) -> bool:
 
 
 def _compiles(frame: FrameType | None) -> bool:
-    """Return whether the compiler of kernels is at work in a frame or above it, and not only waited for."""
+    """Return whether the compiler of kernels is running in a frame or above it, instead of only being waited for."""
     while frame is not None:
         if frame.f_code is aside.__code__:
             return False

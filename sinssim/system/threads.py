@@ -1,4 +1,4 @@
-"""Threads that nobody waits for once their work is no longer wanted."""
+"""Thread pools whose work is abandoned after an interruption."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from contextlib import contextmanager
 
 @contextmanager
 def thread_pool(count: int | None) -> Iterator[ThreadPoolExecutor]:
-    """Make threads for the block; what is not done at its end is waited for, unless the block is broken off.
+    """Provide a thread pool for the block; at its end the pool is joined, unless the block ends with an exception.
 
-    Python's own pool waits in that case too: for kernels that compile and for navigations over hours of samples.
+    Python's own pool would wait in that case, too, for compilations and for navigations over hours of samples.
 
     Args:
-        count: how many threads at most.
+        count: maximum number of threads.
 
     Yields:
-        The pool. Its work must be such that it can be left alone: no files.
+        The pool. Its work must be safe to abandon: it must not write files.
     """
     pool = ThreadPoolExecutor(count)
     try:

@@ -1,4 +1,4 @@
-"""Sources of truth: flights, parked vehicles, analytic motions, and the exact increments along them."""
+"""Sources of true motion: flights, parked vehicles, analytic motions, and the exact increments along them."""
 
 from __future__ import annotations
 

@@ -12,18 +12,18 @@ from sinssim.truth.trajectory import Trajectory
 
 
 def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: float) -> tuple[Array, Array]:
-    """Return the integrals of the specific force at places on lever arms.
+    """Return the integrals of the specific force at points on lever arms.
 
     Args:
         trajectory: motion of the vehicle's reference point.
-        position: of each place from the reference point, in the trajectory's axes, (K, 3) m.
+        position: position of each point from the reference point, in the trajectory's axes, (K, 3) m.
         rate_hz: samples per second.
 
     Returns:
         Edges of the intervals (N+1,) s and the integrals in the trajectory's axes, (N, K, 3) m/s.
 
     Raises:
-        InputError: positions of a wrong shape or not finite, or what `Trajectory.increments` refuses.
+        InputError: the positions have a wrong shape or are not finite, or as for `Trajectory.increments`.
     """
     places = np.asarray(position, dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3 or not len(places) or not np.isfinite(places).all():

@@ -1,4 +1,4 @@
-"""Navigation state of a sensor block whose motion is known in Earth-fixed coordinates."""
+"""Navigation state of a sensor block from its motion in Earth-fixed coordinates."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from sinssim.earth.models import Ellipsoid
 def block_state(position: Array, velocity: Array, q_es: Array, ellipsoid: Ellipsoid) -> NavState:
     """Return geodetic position, north-east-down velocity and attitude.
 
-    On the polar axis, where every direction is north or south, north and east are those of the meridian of the
-    longitude that is returned.
+    On the polar axis, north and east are those of the meridian of the returned longitude.
 
     Args:
         position: Earth-fixed position of the block, (..., 3) m.

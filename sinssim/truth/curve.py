@@ -1,16 +1,16 @@
-"""The truth of a flight: a smooth curve through its logged positions and attitudes, and the IMU along it.
+"""The true motion of a flight: a smooth curve through its logged positions and attitudes, and the IMU along it.
 
-Position is a quintic (C⁴) interpolating spline in Earth-fixed coordinates relative to the first knot. Evaluated
-straight from its values at the knots it would jump there by their rounding: 1e-10 m over 1/30 s is 3e-9 m/s, a
-random walk of millimetres in an hour. So only the acceleration is taken from the spline; velocity and position
-are its running integrals, panel by panel, and one more spline through what is left over (knots less integrals)
-brings the curve back through the knots. Position, velocity and acceleration then agree to rounding.
+Position is a quintic (C⁴) interpolating spline in Earth-fixed coordinates relative to the first knot. A spline
+evaluated directly from its values at the knots would jump there by their rounding errors: 1e-10 m over 1/30 s is 3e-9
+m/s, a random walk of millimetres in an hour. Therefore only the acceleration is taken from the spline. Velocity and
+position are its running integrals, panel by panel, and a second spline through the residuals (knots minus integrals)
+returns the curve to the knots. Position, velocity and acceleration then agree to rounding.
 
 Attitude is a quintic spline through the sign-continuous quaternions as vectors of R⁴, normalised:
-q(t) = s(t)/|s(t)|. Rates follow analytically, ω = 2 vec(s* ∘ ṡ)/|s|², since the change of the norm has no vector
-part. This is one banded linear solve and four times differentiable, where a spline of rotation vectors
-(`scipy.spatial.transform.RotationSpline`) is twice differentiable, needs an iteration, and is cubic: order 4 in
-the knot spacing against 6 here. It holds while the attitude turns by well under half a turn between knots.
+q(t) = s(t)/|s(t)|. Rates follow analytically, ω = 2 vec(s* ∘ ṡ)/|s|², because the change of the norm has no vector
+part. The curve needs one banded linear solve, is four times differentiable and of order 6 in the knot spacing. A spline
+of rotation vectors (`scipy.spatial.transform.RotationSpline`) is cubic, twice differentiable, of order 4, and needs an
+iteration. The attitude must turn by well under half a turn between knots.
 
 Specific force at the sensor block, r_s = r + C_eb l (Groves, Principles of GNSS, Inertial, and Multisensor
 Integrated Navigation Systems, 2nd ed., 2013, eqs. 2.112, 2.165 and 2.169):
@@ -38,24 +38,25 @@ from sinssim.truth.sample_times import check_instants, in_blocks, sample_edges
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 _DEGREE = 5
-# Gauss-Legendre points on each piece of a sample interval between knots: five leave 1e-13 relative on pieces of
-# 50 ms of a 4 rad/s roll, six reach rounding, more change nothing.
+# Gauss-Legendre points on each piece of a sample interval between knots: on pieces of 50 ms of a 4 rad/s roll, five
+# have a relative error of 1e-13, six reach rounding.
 _POINTS = 6
-# Neighbouring attitudes further apart than this (cosine of half the angle) do not define a smooth curve.
+# Limit of the angle between neighbouring attitudes (cosine of its half), beyond which they do not define a smooth
+# curve.
 _LEAST_COSINE = np.cos(np.pi / 8)
 
 
 class _Curve(NamedTuple):
-    """The coefficients of a curve that the kernels take."""
+    """The coefficients of a curve for the kernels."""
 
     time: Array  # (K,) knots, s
     panels: Array  # (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's knot
-    origin: Vector  # what positions are relative to, m
-    lever: Vector  # from the position's point to the sensor block, in the block's axes, m
+    origin: Vector  # origin of positions, m
+    lever: Vector  # lever arm from the position's point to the sensor block, in the block's axes, m
 
 
 class _Motion(NamedTuple):
-    """The sensor block's motion at one instant, in Earth-fixed axes unless said otherwise."""
+    """The sensor block's motion at one instant, in Earth-fixed axes unless stated otherwise."""
 
     position: Vector
     velocity: Vector
@@ -271,29 +272,29 @@ def _checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -
         worst = int(np.argmin(np.abs(cosine)))
         raise InputError(
             f"between the knots at {t[worst]!s} s and {t[worst + 1]!s} s the attitude turns by "
-            f"{2.0 * np.degrees(np.arccos(abs(cosine[worst]))):.0f}°; below 45° a smooth curve is defined: "
-            "knots nearer together are needed."
+            f"{2.0 * np.degrees(np.arccos(abs(cosine[worst]))):.0f}°; it must turn by less than 45°: "
+            "use more closely spaced knots."
         )
     q[1:] *= np.cumprod(np.where(cosine < 0.0, -1.0, 1.0))[:, None]
     return t, r, q
 
 
 class Curve:
-    """The true motion of a sensor block carried along a smooth curve through knots; see the module's text.
+    """The true motion of a sensor block along a smooth curve through knots; see the module's text.
 
     Args:
-        time: knots, increasing, (K,) s, K ≥ 6; 20-40 of them per second suit an aircraft.
+        time: knots, increasing, (K,) s, K ≥ 6; 20-40 per second are suitable for an aircraft.
         position_ecef: position of the body's reference point at the knots, (K, 3) m.
         q_eb: attitude of the body at the knots, v_e = C_eb v_b, (K, 4).
         lever_arm: from the reference point to the sensor block, in body axes, (3,) m.
         q_bs: mounting of the block, v_b = C_bs v_s, (4,).
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: reference ellipsoid.
-        events: what happened on the way.
+        events: events along the motion.
         channels: other logged quantities.
 
     Raises:
-        InputError: knots that do not define a curve; the message names the knot.
+        InputError: the knots do not define a curve; the message names the knot.
     """
 
     def __init__(
@@ -320,7 +321,7 @@ class Curve:
         self._model = earth.gravity_number(gravity)
         self._parameters = earth.parameters(ellipsoid)
 
-        # The mounting is a constant factor on the right, so the block's own quaternions are splined.
+        # The mounting is a constant factor on the right, so the block's quaternions are interpolated.
         q_es = rotation.multiply(q_eb, rotation.normalize(q_bs))
         relative = r - r[0]
         spline = make_interp_spline(t, np.concatenate([relative, q_es], axis=1), k=_DEGREE)

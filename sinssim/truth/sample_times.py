@@ -1,4 +1,4 @@
-"""Sample edges and instants on a trajectory, checked; work split over threads."""
+"""Sample edges and instants on a trajectory with their checks; work split over threads."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from sinssim.errors import InputError
 from sinssim.system.memory import machine_memory
 from sinssim.system.threads import thread_pool
 
-# A sample edge start + k/rate may differ from the end by rounding; a nanosecond beyond either end is let pass.
+# A sample edge start + k/rate may differ from the end by rounding; a nanosecond beyond either end is accepted.
 _SLACK = 1e-9
 
-_BYTES = 56  # of a sample of increments: an edge and six integrals
+_BYTES = 56  # bytes per sample of increments: an edge and six integrals
 
-_BLOCK = 4096  # below so many items per thread, starting the thread costs more than it saves
+_BLOCK = 4096  # items per thread below which starting the thread costs more than it saves
 
 _PART = 65536  # instants evaluated together, so that no temporary is as long as a run
 
@@ -37,20 +37,20 @@ def sample_edges(start: float, end: float, rate_hz: float) -> Array:
         start + k/rate_hz for k = 0...N, (N+1,) s.
 
     Raises:
-        InputError: a rate that is not positive and finite, or an interval longer than the whole time.
+        InputError: the rate is not positive and finite, or an interval is longer than the whole time.
     """
     rate_hz = number("rate_hz", rate_hz, "samples per second", low=POSITIVE)
     samples, most = (end - start + _SLACK) * rate_hz, machine_memory() / _BYTES
     if not samples <= most:
         raise InputError(
-            f"rate_hz = {rate_hz:g} makes {samples:.3g} samples of a trajectory of {end - start:g} s, and this "
-            f"machine's memory holds {most:.3g} of them; at most {most / (end - start):.3g} a second would fit."
+            f"rate_hz = {rate_hz:g} gives {samples:.3g} samples of a trajectory of {end - start:g} s, but this "
+            f"machine's memory holds only {most:.3g}; use a rate of at most {most / (end - start):.3g} Hz."
         )
     count = int(np.floor(samples))
     if count < 1:
         raise InputError(
             f"the trajectory lasts {end - start:g} s, less than one sample interval of {1 / rate_hz:g} s "
-            f"at {rate_hz:g} Hz; a longer trajectory or a higher rate is needed."
+            f"at {rate_hz:g} Hz; use a longer trajectory or a higher rate."
         )
     return np.asarray(start + np.arange(count + 1) / rate_hz)
 
@@ -66,17 +66,17 @@ def checked_place(latitude: float, longitude: float, height: float) -> tuple[flo
         The same.
 
     Raises:
-        InputError: one of them is no finite number, a latitude beyond a pole, a height that is not near the Earth.
+        InputError: a value is not finite, the latitude is beyond a pole, or the height is not near the Earth.
     """
     found = number("latitude", latitude, "rad, north positive")
     if not abs(found) <= 0.5 * math.pi:
-        raise InputError(f"latitude {math.degrees(found):g}°: it must lie within ±90°; radians are expected.")
-    # within the sphere in which the geodetic latitude has a meaning, and as far out as gravity models reach
+        raise InputError(f"latitude = {math.degrees(found):g}° must lie within ±90°; give radians.")
+    # from the sphere outside which geodetic latitude is defined to the limit of the gravity models
     return found, number("longitude", longitude, "rad"), number("height", height, "m", low=-5e6, high=1e9)
 
 
 def checked_duration(duration: float) -> float:
-    """Return the duration of a motion after checking it.
+    """Check and return the duration of a motion.
 
     Args:
         duration: s.
@@ -85,13 +85,13 @@ def checked_duration(duration: float) -> float:
         The same.
 
     Raises:
-        InputError: it is not positive and finite.
+        InputError: the duration is not positive and finite.
     """
     return number("duration", duration, "s", low=POSITIVE)
 
 
 def check_instants(t: ArrayLike, start: float, end: float) -> Array:
-    """Return instants as an array after checking that they lie on the trajectory.
+    """Check that instants lie on the trajectory, and return them as an array.
 
     Args:
         t: instants, () or (N,) s.
@@ -101,7 +101,7 @@ def check_instants(t: ArrayLike, start: float, end: float) -> Array:
         The same instants, () or (N,).
 
     Raises:
-        InputError: an instant outside [start, end] or not a number, or an array of more than one axis.
+        InputError: an instant lies outside [start, end] or is not a number, or the array has more than one axis.
     """
     instants = numbers("t", t)
     if instants.ndim > 1:
@@ -136,11 +136,11 @@ def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavStat
 
 
 def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
-    """Run work(first, last) over consecutive blocks of range(count), on two threads when that pays.
+    """Run work(first, last) over consecutive blocks of range(count), on two threads if that is faster.
 
     Args:
-        count: how many items there are.
-        work: does the items first...last-1; it releases the GIL, and no item depends on another.
+        count: number of items.
+        work: processes the items first...last-1; it must release the GIL, and the items must be independent.
     """
     threads = min(2, os.cpu_count() or 1, 1 + count // _BLOCK)
     edges = [count * i // threads for i in range(threads + 1)]

@@ -1,4 +1,4 @@
-"""Makes the true trajectory that a scenario describes, with the sensor block at its place and mounting."""
+"""Makes the true trajectory of a scenario, with the sensor block at its place and mounting."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ def fly(
     """Return the true motion of a scenario's sensor block.
 
     Args:
-        scenario: names the source of truth: [flight], [parked], [great_circle] or [motion].
-        progress: called with the part of a flight that is flown, 0…1.
-        meanwhile: called once while another process flies; not at all if nothing has to be flown.
+        scenario: the scenario, with its source of truth: [flight], [parked], [great_circle] or [motion].
+        progress: called with the fraction of a flight flown, 0…1.
+        meanwhile: called once while another process flies; not called if there is nothing to fly.
 
     Returns:
-        The motion of the block on its lever arm and in its mounting: those of [imu], else the aircraft's, else
-        none; with what its mounts pass on of the scenario's vibration on top.
+        The motion of the block with its lever arm and mounting, from [imu], the aircraft or zero, in this order, and
+        with the vibration that its shock mounts transmit.
 
     Raises:
-        InputError: no such aircraft, a source of truth that cannot be, or a flight that cannot be flown; the message
-            names the leg.
-        RunError: JSBSim broke down.
+        InputError: there is no such aircraft, the source of truth is invalid, or the flight cannot be flown; the
+            message names the leg.
+        RunError: JSBSim failed.
     """
     trajectory = _source(scenario, progress, meanwhile)
     if not scenario.vibration:
@@ -129,7 +129,7 @@ def _attitude(section: ParkedSection | MotionSection) -> Array:
 
 
 def _analytic(section: MotionSection) -> AnalyticMotion:
-    """Return the motion in closed form that a [motion] table describes."""
+    """Return the motion in closed form of a [motion] table."""
     from sinssim.scenario.sections import motion as sections
     from sinssim.truth.motions.coning import SpinCone, classical_cone
     from sinssim.truth.motions.rocking import Sculling, SpinRock
@@ -159,7 +159,7 @@ def _analytic(section: MotionSection) -> AnalyticMotion:
 
 
 def _tones(sections: tuple[VibrationSection, ...], seed: int) -> list[Tone]:
-    """Return the sinusoids of a scenario's vibration; each table of noise has random numbers of its own."""
+    """Return the sinusoids of a scenario's vibration; each table of noise has its own random numbers."""
     from sinssim.truth.motions.vibration import Tone, band_noise
 
     tones: list[Tone] = []

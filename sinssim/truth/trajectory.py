@@ -1,4 +1,4 @@
-"""The interface of every source of truth: a continuous trajectory, and the exact increments along it."""
+"""The interface of every source of true motion: a continuous trajectory, and the exact increments along it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FlightEvent:
-    """Something that happened at one instant: a leg begins, the wheels leave the runway.
+    """An event at one instant, for example the beginning of a leg or lift-off.
 
     Attributes:
-        time: instant on the trajectory's own time, s.
-        text: one sentence for a person.
+        time: instant in the trajectory's time, s.
+        text: one sentence.
     """
 
     time: float
@@ -28,12 +28,12 @@ class FlightEvent:
 
 @dataclass(frozen=True)
 class Channel:
-    """A quantity logged along a trajectory beside the motion itself: airspeed, a control, the wind.
+    """A quantity logged along a trajectory in addition to the motion: airspeed, a control, the wind.
 
     Attributes:
         time: instants, (K,) s.
         values: one number or one vector per instant, (K,) or (K, m), in `unit`.
-        unit: unit of the values as people write it, "" for a pure number.
+        unit: unit of the values in customary notation, "" for a pure number.
     """
 
     time: Array
@@ -47,8 +47,8 @@ class Trajectory(Protocol):
     Attributes:
         start: first instant, s.
         end: last instant, s.
-        events: what happened on the way, in the order of time.
-        gravity: name of the gravity model that the specific force was computed with.
+        events: events along the motion, in order of time.
+        gravity: name of the gravity model of the specific force.
         ellipsoid: reference ellipsoid of heights and gravity.
         channels: other logged quantities by name.
     """
@@ -76,12 +76,12 @@ class Trajectory(Protocol):
             The state at those instants, in arrays of the same leading shape.
 
         Raises:
-            InputError: an instant outside [start, end].
+            InputError: an instant lies outside [start, end].
         """
         ...
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Return the ideal IMU's increments over consecutive intervals of 1/rate_hz.
+        """Return the increments of an ideal IMU over consecutive intervals of 1/rate_hz.
 
         Args:
             rate_hz: samples per second.
@@ -90,7 +90,7 @@ class Trajectory(Protocol):
             Integrals of inertial angular rate and specific force; edges at start + k/rate_hz up to `end`.
 
         Raises:
-            InputError: a rate that is not positive and finite, or an interval longer than the trajectory.
+            InputError: the rate is not positive and finite, or an interval is longer than the trajectory.
         """
         ...
 
@@ -105,6 +105,6 @@ class Trajectory(Protocol):
             sensor block's axes.
 
         Raises:
-            InputError: an instant outside [start, end].
+            InputError: an instant lies outside [start, end].
         """
         ...

@@ -193,7 +193,7 @@ def test_of_several_wrong_readings_the_first_is_named():
         (GYRO + 0.1, ACCEL, "the vehicle turned"),
         (GYRO[:2], ACCEL, "shape (2,)"),
         (np.stack([GYRO] * 4), np.stack([ACCEL] * 5), "do not fit"),
-        ("north", ACCEL, "no array of numbers"),
+        ("north", ACCEL, "not an array of numbers"),
         (np.stack([GYRO, GYRO]), np.stack([ACCEL, 0.5 * ACCEL]), "element [1]"),
     ],
 )

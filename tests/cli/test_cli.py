@@ -418,7 +418,9 @@ def test_output_onto_a_full_disk(folder: Path) -> None:
             [sys.executable, "-m", "sinssim", "list", "grades"], stdout=full, stderr=subprocess.PIPE, check=False
         )
     assert done.returncode == 1
-    assert done.stderr.decode() == "sinssim: the operating system refused: [Errno 28] No space left on device.\n"
+    assert (
+        done.stderr.decode() == "sinssim: the operating system reported an error: [Errno 28] No space left on device.\n"
+    )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

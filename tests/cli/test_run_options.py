@@ -130,9 +130,13 @@ def test_route_of_the_transverse_frame() -> None:
         (
             100.0,
             {"vertical": "free", "baro_time_constant_s": 20.0},
-            "baro_time_constant_s = 20 would have no effect: it is that of",
+            "baro_time_constant_s = 20 would have no effect: it is a key of",
         ),
-        (100.0, {"route_deg": [50.0, 0.0, 60.0, 20.0]}, 'navigation.route_deg: a route is for frame = "transverse"'),
+        (
+            100.0,
+            {"route_deg": [50.0, 0.0, 60.0, 20.0]},
+            'navigation.route_deg: a route is only for frame = "transverse"',
+        ),
         (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 50.0, 360.0]}, "coincide or are antipodal"),
         (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, -50.0, 180.0]}, "coincide or are antipodal"),
         (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 95.0, 180.0]}, "must be at most 90"),

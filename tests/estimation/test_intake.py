@@ -157,7 +157,7 @@ PLACE = Measurements("gnss-position", GOOD.time, GOOD.time, np.zeros((2, 3)), np
         ([replace(GOOD, arrival=np.array([1.0, 1.9]))], "reading 1 is valid at t = 2.0.*must not arrive before"),
         ([replace(GOOD, time=np.array([1.0, np.nan]))], r"time\[1\] = nan"),
         ([replace(GOOD, lever_arm=np.array([np.inf, 0.0, 0.0]))], "lever_arm"),
-        ([replace(GOOD, value=np.full((2, 1), "high"))], "no array of numbers"),
+        ([replace(GOOD, value=np.full((2, 1), "high"))], "not an array of numbers"),
         (GOOD, "a sequence with one entry per sensor"),
         ([GOOD, GOOD], "two sensors are called 'baro-height'"),
         ([replace(GOOD, name="first"), GOOD, GOOD], "two sensors are called 'baro-height'"),

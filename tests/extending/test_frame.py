@@ -31,9 +31,7 @@ def test_page(tmp_path: Path) -> None:
     held, looped = map(float, lines[1].split())
     assert held < 0.02
     assert looped < 0.02
-    assert lines[2].startswith(
-        "functional-iteration brings an engine of its own for each frame, and has none for earth"
-    )
+    assert lines[2].startswith("functional-iteration has its own engine for each frame, but none for earth")
     assert 'frame = "earth-fixed" has no radii of curvature; level, wander' in lines[3]
     assert "the three-rate schedule works in the frame level, not in earth-fixed" in lines[4]
     assert "earth-fixed" in copy.command("list", "frames")

@@ -17,11 +17,11 @@ from sinssim.scenario.summary import plan_lines
     [
         (
             {"gyro_instability_deg_h": 0.5},
-            "imu.gyro_instability_deg_h = 0.5 has no gyro_correlation_time_s beside it: 3600",
+            "imu.gyro_instability_deg_h = 0.5 is given without gyro_correlation_time_s: 3600",
         ),
         (
             {"accel_instability_ug": 9.0},
-            "imu.accel_instability_ug = 9 has no accel_correlation_time_s beside it: 3600 s",
+            "imu.accel_instability_ug = 9 is given without accel_correlation_time_s: 3600 s",
         ),
         (
             {"gyro_flicker_deg_h": 0.5},

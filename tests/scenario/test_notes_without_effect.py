@@ -24,8 +24,8 @@ RING = {
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"gyro_bias_temperature_sigma_deg_h_per_c": 0.01}, "imu.gyro_bias_temperature_sigma_deg_h_per_c changes noth"),
-        ({"accel_scale_temperature_ppm_per_c": [0.0, 1.0, 0.0]}, "imu.accel_scale_temperature_ppm_per_c changes noth"),
+        ({"gyro_bias_temperature_sigma_deg_h_per_c": 0.01}, "imu.gyro_bias_temperature_sigma_deg_h_per_c has no eff"),
+        ({"accel_scale_temperature_ppm_per_c": [0.0, 1.0, 0.0]}, "imu.accel_scale_temperature_ppm_per_c has no eff"),
         ({"laser_gyro": RING}, "imu.laser_gyro.gas_flow_mps has no effect: temperature_start_c and"),
         ({"warm_up_time_s": 60.0}, "imu.warm_up_time_s has no effect: .* are equal"),
         (

@@ -38,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         (
             "short_step",
             GOOD + "from sinssim.jit import inline\nstep_k = inline(lambda attitude, body: attitude)\n",
-            r"step_k takes \(attitude, body\), and should take \(attitude, body, frame\)",
+            r"step_k takes \(attitude, body\), but must take \(attitude, body, frame\)",
         ),
     ],
 )
@@ -76,7 +76,7 @@ def test_a_broken_frame(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(FRAME_REGISTRY, "askew", Frame("a new one", "askew"))
     with pytest.raises(
         InputError,
-        match=r"the frame askew cannot be used: .*askew\.py: solve takes \(problem\), and should take "
+        match=r"the frame askew cannot be used: .*askew\.py: solve takes \(problem\), but must take "
         r"\(problem, frame\); there is no function check\(problem, frame\)",
     ):
         frame_file("askew")

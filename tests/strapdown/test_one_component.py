@@ -111,7 +111,7 @@ def test_bad_input() -> None:
         ((time, dtheta, dvel[:, 0]), {}, r"dvel \(10,\)"),
         ((time, dtheta[:, None], dvel), {}, r"dtheta \(10, 1\)"),
         (([0.0], [], np.zeros((0, 2))), {}, "N ≥ 1"),
-        ((time, [[1.0], [2.0, 3.0]], dvel), {}, "dtheta is no array of numbers"),
+        ((time, [[1.0], [2.0, 3.0]], dvel), {}, "dtheta is not an array of numbers"),
         ((time, broken, dvel), {}, r"dtheta\[3\] = nan rad .* t = 4.000000 s"),
         ((late, dtheta, dvel), {}, r"time\[4\] = inf s"),
         ((np.zeros(11), dtheta, dvel), {}, r"time must increase: time\[0\]"),

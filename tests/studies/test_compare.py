@@ -123,7 +123,9 @@ def test_a_window_longer_than_the_data():
 
 def test_what_is_too_short_is_found_before_anything_is_done(monkeypatch):
     monkeypatch.setattr(module.cost, "measure_cost", lambda *_: pytest.fail("it started"))
-    with pytest.raises(InputError, match=r"'p': the motion 'coning' lasts 20 s; quaternion at 0.01 Hz needs 100 s"):
+    with pytest.raises(
+        InputError, match=r"'p': the motion 'coning' lasts 20 s; quaternion at 0.01 Hz needs at least 100 s"
+    ):
         compare(study(rates_hz=(0.01, 100.0)))
     with pytest.raises(InputError, match=r"coning' lasts 0.001 s; quaternion at 20 Hz needs 0.05 s"):
         compare(study(motions=({"motion": CONE, "duration_s": 0.001},)))
@@ -248,7 +250,7 @@ def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
     two = study(algorithms=("quaternion",), motions=({"parked": PARKED}, {"motion": CONE}))
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(two, tmp_path / "s")
-    assert "3 navigations were done" in interrupt.value.__notes__[0]
+    assert "3 navigations were finished" in interrupt.value.__notes__[0]
     results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "interrupted"
     assert {case["motion"] for case in results["cases"]} == {"parked"}
@@ -289,7 +291,7 @@ def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, mo
     monkeypatch.setattr(record, "record", interrupted_once)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(study(algorithms=("quaternion",)), tmp_path / "s")
-    assert "3 navigations were done" in interrupt.value.__notes__[0]
+    assert "3 navigations were finished" in interrupt.value.__notes__[0]
     assert json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))["status"] == "finished"
     assert [p.name for p in tmp_path.iterdir()] == ["s"]
 
@@ -299,7 +301,7 @@ def test_a_failure_keeps_what_is_done(tmp_path):
     short = {"name": "late", "scenario": "parked", "duration_s": 1e5}
     with pytest.raises(InputError, match="less than its duration_s") as failure:
         compare(study(algorithms=("quaternion",), motions=({"parked": PARKED}, short)), tmp_path / "s")
-    assert "3 navigations were done" in failure.value.__notes__[0]
+    assert "3 navigations were finished" in failure.value.__notes__[0]
     results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "failed"
     assert "The study failed" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")

@@ -51,7 +51,7 @@ def test_the_cheapest_that_is_accurate_enough_everywhere() -> None:
     assert pick.numbers["accurate_enough"] == 2
     assert "2 of 3 stay below 0.1 nmi/h and 0.3′" in pick.reason
     assert "184 m and 17.9″ at most, 4.00 µs" in pick.reason
-    assert "Cheaper, but 18.1″ off on b: poisson-1." in pick.reason
+    assert "Cheaper, but in error by 18.1″ on b: poisson-1." in pick.reason
     assert "quaternion has the smallest errors: 1.00e-06 m" in pick.reason
     (pick,) = picked(rows + both("poisson-1", (MILE + 1.0, 1.0), (1.0, 1.0)))
     assert (pick.choice, "Cheaper, but 186 m off on a: poisson-1." in pick.reason) == ("euler", True)
@@ -64,7 +64,7 @@ def test_real_sensors_are_shared_by_all_engines() -> None:
     rows = both("quaternion", (5000.0, 300.0), (900.0, 100.0)) + both("euler", (5400.0, 329.0), (980.0, 109.0))
     (pick,) = picked(rows + both("poisson-1", (5600.0, 300.0), (900.0, 100.0)))
     assert pick.choice == "euler"
-    assert "Cheaper, but 5600 m off on a: poisson-1" in pick.reason
+    assert "Cheaper, but in error by 5600 m on a: poisson-1" in pick.reason
 
 
 def test_the_rate_is_part_of_the_cost() -> None:

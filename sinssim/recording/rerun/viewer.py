@@ -75,7 +75,7 @@ def find_run_info(recording: Path) -> RunInfo | None:
         return None if text is None else RunInfo.from_json(text)
     except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
         raise InputError(
-            f"{recording} was not written by sinssim, or it is damaged ({error}); run its scenario again."
+            f"{recording} is not a recording by sinssim, or it is damaged ({error}); run its scenario again."
         ) from error
 
 

@@ -1,13 +1,13 @@
-"""Attitude by roll, pitch and heading themselves: the kinematic equations, Runge-Kutta of the fourth order.
+"""Attitude by roll, pitch and heading: the kinematic equations, integrated by fourth-order Runge-Kutta.
 
 In the package's axes, with ω the rate relative to the navigation frame (ω_ib less C_bn ω_in):
 φ̇ = ω_x + tan θ (ω_y sin φ + ω_z cos φ),  θ̇ = ω_y cos φ − ω_z sin φ,  ψ̇ = (ω_y sin φ + ω_z cos φ)/cos θ.
 The angles are continuous and never reduced; at θ = ±90° the equations are singular.
 
-The four stages are one long chain, so what they need is kept off it. Sines and cosines at the stages and at the end
-follow by the addition theorems from those at the start of the step and the stage's small change, afresh from the
-angles every so many steps. C_bn ω_in at mid-interval and at the end follows from C_bn at the start by the body's
-measured turn, which is nearer the truth than the stages' own attitudes.
+The four stages depend on each other, so other computations are kept out of them. Sines and cosines at the stages and at
+the end follow by the addition theorems from those at the start of the step and the small change of the stage; every few
+steps they are computed anew from the angles. C_bn ω_in at mid-interval and at the end follows from C_bn at the start
+and the body's measured turn, which is more accurate than the attitudes of the stages.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 Attitude = tuple[float, float, float, float, float, float, float, float, float, int]
 """Roll, pitch, heading; sine and cosine of half of each; steps since these were taken from the angles."""
 
-# cos θ is kept from vanishing altogether: an infinite rate would end the run instead of damaging it.
+# lower limit of cos θ: with an infinite rate the run would end
 _LEAST_COS = 1e-9
 
-_FRESH_EVERY = 8  # steps; in between sines and cosines gather the rounding of one step each
+_FRESH_EVERY = 8  # steps between new sines and cosines, which accumulate rounding errors
 
-_SMALL = 0.06  # changes below this [rad] are summed as series, first neglected term under 1e-17
+_SMALL = 0.06  # changes below this [rad] are summed as series with a truncation error below 1e-17
 
 
 @inline
@@ -39,7 +39,7 @@ def start_k(q0: float, q1: float, q2: float, q3: float) -> Attitude:
 
 @inline
 def quaternion_k(attitude: Attitude) -> tuple[float, float, float, float, float]:
-    """Unit quaternion q_nb; Euler angles have no norm to lose, so the defect is 0."""
+    """Unit quaternion q_nb; Euler angles have no norm, so the defect is 0."""
     _, _, _, sr, cr, sp, cp, sh, ch, _ = attitude
     return (
         cr * cp * ch + sr * sp * sh,
@@ -52,7 +52,7 @@ def quaternion_k(attitude: Attitude) -> tuple[float, float, float, float, float]
 
 @inline
 def _doubled_k(s: float, c: float) -> tuple[float, float]:
-    """Sine and cosine of the angle from those of its half."""
+    """Sine and cosine of an angle from those of its half."""
     return 2.0 * s * c, (c - s) * (c + s)
 
 
@@ -77,9 +77,9 @@ def _turned_k(angle: float, change: float, s: float, c: float) -> tuple[float, f
     if x > _SMALL * _SMALL:
         return sincos_k(angle + change)
     y = x * x
-    sine = 1.0 - x / 6 + y * (1 / 120 - x / 5040)  # of the change, over the change
-    versine = 1 / 2 - x / 24 + y * (1 / 720 - x / 40320)  # over its square
-    # the products with s and c do not wait for the series: the stages are one chain
+    sine = 1.0 - x / 6 + y * (1 / 120 - x / 5040)  # sine of the change over the change
+    versine = 1 / 2 - x / 24 + y * (1 / 720 - x / 40320)  # 1 − cosine over its square
+    # the products with s and c do not depend on the series, which shortens the chain of stages
     return s + ((c * change) * sine - (s * x) * versine), c - ((s * change) * sine + (c * x) * versine)
 
 
@@ -97,7 +97,7 @@ def _rates_k(
 
 @inline
 def _seen_after_k(rx: float, ry: float, rz: float, x: float, y: float, z: float) -> Vector:
-    """A vector seen from axes that turned by the small rotation vector r: exp(−[r×]) to the third order."""
+    """A vector in axes rotated by the small rotation vector r: exp(−[r×]) to the third order."""
     ax, ay, az = cross_k(rx, ry, rz, x, y, z)
     bx, by, bz = cross_k(rx, ry, rz, x - ax / 3.0, y - ay / 3.0, z - az / 3.0)
     cx, cy, cz = cross_k(rx, ry, rz, x - 0.5 * bx, y - 0.5 * by, z - 0.5 * bz)
@@ -111,7 +111,7 @@ def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
     c11, c12, c13, c21, c22, c23, c31, c32, c33 = dcm_k(attitude)
     sr, cr = _doubled_k(hsr, hcr)
     sp, cp = _doubled_k(hsp, hcp)
-    # body rate at s = −½, 0, ½, less the frame's
+    # body rate at s = −½, 0, ½ minus the frame's
     ax, ay, az = (
         body.a1_x - 0.5 * body.a2_x + 0.25 * body.a3_x,
         body.a1_y - 0.5 * body.a2_y + 0.25 * body.a3_y,
@@ -142,7 +142,7 @@ def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
         c13 * un + c23 * ue + c33 * ud,
     )
     bx, by, bz = bx - ux, by - uy, bz - uz
-    # the stages; heading does not enter the rates
+    # the stages; the rates do not depend on heading
     k1r, k1p, k1h = _rates_k(sr, cr, sp, cp, ax, ay, az)
     sr1, cr1 = _turned_k(roll, 0.5 * k1r, sr, cr)
     sp1, cp1 = _turned_k(pitch, 0.5 * k1p, sp, cp)

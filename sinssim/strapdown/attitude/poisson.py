@@ -1,10 +1,10 @@
 """Attitude by Poisson's equation Ḃ = B[ω_b×] − [ω'_n×]B for the direction cosine matrix B = C_nb.
 
-The step is the Taylor series of both rotations to an order of 1…4, in the body's compensated rotation vector or in
-its plain increment. Over a constant rate the turn by θ that a step makes is wrong by −θ³/3, +θ³/6, +θ⁵/30 and
-−θ⁵/120 for the orders 1…4, and the matrix is stretched across the axis by 1 + θ²/2, 1 + θ⁴/8, 1 − θ⁴/24 and
-1 − θ⁶/144. Nothing mends that, so that the loss of orthogonality can be watched, unless the variant asks for the
-nearest orthogonal matrix after each step.
+The step is the Taylor series of both rotations to an order of 1…4, in the body's compensated rotation vector or in its
+plain increment. For a constant rate, the rotation by θ in a step has an error of −θ³/3, +θ³/6, +θ⁵/30 and −θ⁵/120 for
+the orders 1…4, and the matrix is stretched perpendicular to the axis by 1 + θ²/2, 1 + θ⁴/8, 1 − θ⁴/24 and 1 − θ⁶/144.
+This is not corrected, so that the loss of orthogonality can be observed, unless the variant requests the nearest
+orthogonal matrix after each step.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 ORDER = 4
 """Order of the Taylor series, 1…4."""
 COMPENSATED = True
-"""Whether the body's turn is its rotation vector or its plain increment."""
+"""Whether the body's rotation is its rotation vector or its plain increment."""
 ORTHONORMAL = False
-"""Whether the matrix is made orthogonal after each step."""
+"""Whether the matrix is orthogonalised after each step."""
 
 Attitude = Matrix
 
-_LOST = 1e-9  # a matrix this far from orthogonal is brought to the nearest rotation before its quaternion is taken
-_CONVERGED = 1e-8  # Newton's step squares its distance: after a change this small only rounding is left
+_LOST = 1e-9  # defect above which the matrix is replaced by the nearest rotation before its quaternion is computed
+_CONVERGED = 1e-8  # convergence is quadratic: after a change this small only rounding remains
 
 
 @inline
@@ -34,7 +34,7 @@ def start_k(q0: float, q1: float, q2: float, q3: float) -> Attitude:
 
 @inline
 def dcm_k(attitude: Attitude) -> Matrix:
-    """C_nb, as it is: a matrix that lost its orthogonality resolves forces wrongly."""
+    """C_nb without correction: a matrix without orthogonality resolves forces with errors."""
     return attitude
 
 

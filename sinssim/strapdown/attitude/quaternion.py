@@ -1,7 +1,7 @@
 """Attitude by the quaternion relative to the navigation frame, λ̇ = ½ Ω(ω) λ (8.18).
 
 Over an interval the equation has the solution q_nb ← conj(q(ζ)) ∘ q_nb ∘ q(φ), with the body's rotation vector φ and
-the navigation frame's ζ, each turned into a quaternion without truncation.
+the navigation frame's ζ, each converted to a quaternion without truncation.
 """
 
 from __future__ import annotations
@@ -29,14 +29,15 @@ def start_k(q0: float, q1: float, q2: float, q3: float) -> Attitude:
 def quaternion_k(attitude: Attitude) -> tuple[float, float, float, float, float]:
     """Unit quaternion q_nb and the norm defect |‖q‖ − 1| of the attitude variables."""
     a0, a1, a2, a3 = attitude
-    excess = 0.5 * (a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3 - 1.0)  # ‖q‖ − 1 for a norm this near to one
+    excess = 0.5 * (a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3 - 1.0)  # ‖q‖ − 1 for a norm near one
     scale = 1.0 - excess
     return scale * a0, scale * a1, scale * a2, scale * a3, abs(excess)
 
 
 @inline
 def dcm_k(attitude: Attitude) -> Matrix:
-    """C_nb of the unit quaternion: a norm adrift by 1e-13 would scale forces, and grow to 1 mm of height in an hour."""
+    """C_nb of the unit quaternion: a norm error of 1e-13 would scale forces and cause 1 mm of height error in an
+    hour."""
     q0, q1, q2, q3, _ = quaternion_k(attitude)
     return dcm_from_quaternion_k(q0, q1, q2, q3)
 

@@ -1,12 +1,13 @@
 """Attitude by the quaternion of (8.18), λ̇ = ½ Ω(ω) λ, advanced by Picard's successive approximations.
 
-Approximation N holds the terms to order N in the interval's plain increment, λ ← λ ∘ (c, s Δθ) with
+Approximation N has the terms to order N in the interval's plain increment, λ ← λ ∘ (c, s Δθ) with
 
 c = 1 − θ²/8 + θ⁴/384,  s = ½ − θ²/48,
 
-and the same of the navigation frame's turn ζ from the left. Over a constant rate the turn by θ that a step makes is
-wrong by −θ³/12, +θ³/24, +θ⁵/480 and −θ⁵/1920 for the orders 1…4, and the norm becomes 1 + θ²/8, 1 + θ⁴/128,
-1 − θ⁴/384 and 1 − θ⁶/9216. Without normalisation forces are resolved with λ as it is, so that they grow with its norm.
+and likewise for the rotation ζ of the navigation frame from the left. For a constant rate, the rotation by θ in a step
+has an error of −θ³/12, +θ³/24, +θ⁵/480 and −θ⁵/1920 for the orders 1…4, and the norm becomes 1 + θ²/8, 1 + θ⁴/128, 1 −
+θ⁴/384 and 1 − θ⁶/9216. Without normalisation forces are resolved with the unnormalised λ, so that they scale with its
+squared norm.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ Attitude = Quaternion
 
 @inline
 def picard_k(order: int, x: float, y: float, z: float) -> Quaternion:
-    """Quaternion of a small turn to a given order."""
+    """Quaternion of a small rotation to a given order."""
     y2 = x * x + y * y + z * z
     s = 0.5 - y2 / 48.0 if order >= 3 else 0.5
     c = 1.0 - y2 / 8.0 if order >= 2 else 1.0

@@ -1,20 +1,20 @@
-"""Attitude by the rotation vector of n samples, with the classical coning and sculling compensation.
+"""Attitude by the rotation vector of n samples, with classical coning and sculling compensation.
 
-One update spans n samples, and the solution has a row at the end of each update. With Δθᵢ, Δvᵢ the increments of its
+One update spans n samples, and the solution has a row at the end of each update. For the increments Δθᵢ, Δvᵢ of its
 samples and the coefficients K of their pairs,
 
     φ = Σ Δθᵢ + Σ_{i<j} K_{j−i} Δθᵢ × Δθⱼ                                 coning (Miller 1983)
     ν = Σ Δvᵢ + Σ_{i<j} K_{j−i} (Δθᵢ × Δvⱼ + Δvᵢ × Δθⱼ)                    sculling
 
-where the same coefficients serve both: a coning algorithm with its products Δθ × Δθ replaced by Δθ × Δv + Δv × Δθ is
-the sculling algorithm of the same order (Roscoe 2001). The rotation of Δv by the attitude's change is compensated
-exactly, Δv = J(φ) ν (Savage 1998, part 2). The attitude is the quaternion, advanced by the exact rotation φ.
+with the same coefficients in both: a coning algorithm whose products Δθ × Δθ are replaced by Δθ × Δv + Δv × Δθ is the
+sculling algorithm of the same order (Roscoe 2001). The rotation of Δv by the change of attitude is compensated exactly,
+Δv = J(φ) ν (Savage 1998, part 2). The attitude is the quaternion, advanced by the exact rotation φ.
 
-The coefficients are those that leave the least drift under pure coning, α²Ω (Ωh)²ⁿ n!/(2ⁿ⁺¹ (2n+1)!!) for samples of
-length h, and α²Ω (Ωh)⁴/60 for one sample with the previous one. Under pure coning only the distance s of the samples of
-a pair matters, and in the literature one product Δθ_{n−s} × Δθ_n stands for all pairs at that distance (Ignagni 1996).
-Here its coefficient is spread evenly over the n − s pairs, as Miller does: symmetry in time keeps the fourth order in
-manoeuvres too, where the compressed form has the third.
+The coefficients minimise the drift under pure coning, α²Ω (Ωh)²ⁿ n!/(2ⁿ⁺¹ (2n+1)!!) for samples of length h, and α²Ω
+(Ωh)⁴/60 for one sample with the previous one. Under pure coning only the distance s between the samples of a pair
+matters, and in the literature one product Δθ_{n−s} × Δθ_n represents all pairs at that distance (Ignagni 1996). Here
+its coefficient is distributed equally over the n − s pairs, as by Miller: symmetry in time preserves the fourth order
+in manoeuvres, where the compressed form has the third.
 
 - Miller, R. B., "A new strapdown attitude algorithm", J. Guidance 6 (1983) 287: three samples.
 - Ignagni, M. B., "Optimal strapdown attitude integration algorithms", J. Guidance 13 (1990) 363: two samples, and one
@@ -39,7 +39,7 @@ __all__ = ["COEFFICIENTS", "EDGE", "dcm_k", "quaternion_k", "start_k", "step_k",
 SAMPLES = 1
 """Samples of one update, 1…4."""
 PREVIOUS = False
-"""Whether the sample before is used too (with one sample)."""
+"""Whether the previous sample is used, too (with one sample)."""
 
 COEFFICIENTS = (
     (0.0, 0.0, 0.0),
@@ -47,7 +47,7 @@ COEFFICIENTS = (
     (27 / 40, 9 / 20, 0.0),  # Miller 1983
     (214 / 315, 46 / 105, 54 / 105),  # Ignagni 1996: (214, 92, 54)/105 over 3, 2 and 1 pairs
 )
-"""K_s of a pair of samples at distance s = 1, 2, 3, a row for each number of samples."""
+"""K_s of a pair of samples at distance s = 1, 2, 3, one row for each number of samples."""
 
 PREVIOUS_COEFFICIENT = 1 / 12  # Ignagni 1990, Savage 1998: φ = Δθ + Δθ₋₁ × Δθ/12
 
@@ -63,7 +63,7 @@ polynomial whose integrals over the samples are the increments; in reverse order
 
 @inline
 def turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
-    """Body's turn in update k, of samples k n … k n + n − 1."""
+    """Rotation of the body in update k, with the samples k n … k n + n − 1."""
     first = SAMPLES * k
     px, py, pz, nx, ny, nz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     fsx, fsy, fsz, fex, fey, fez = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -87,7 +87,7 @@ def turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) ->
         )
         px, py, pz, nx, ny, nz = px + ux, py + uy, pz + uz, nx + uu, ny + uv, nz + uw
     if PREVIOUS:
-        # Before the first sample there is none: there the bracket with the next one says the same to the third order.
+        # The first sample has no predecessor; the bracket with the next sample is equal to the third order.
         a = first - 1 if first > 0 else 0
         b = min(a + 1, dtheta.shape[0] - 1)
         ux, uy, uz, uu, uv, uw = bracket_k(

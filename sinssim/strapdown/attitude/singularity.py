@@ -1,4 +1,4 @@
-"""Where Euler angles pass their singular attitude, and what the passage cost."""
+"""Finds passages of Euler angles through their singular attitude and the resulting attitude errors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState, SingularityEvent
 
 NEAR = radians(85.0)
-"""A passage lasts while the pitch is steeper than this [rad]."""
+"""Pitch above which a passage lasts [rad]."""
 
 
 def _steep_rows(q_nb: Array) -> tuple[list[tuple[int, int]], Array]:
@@ -27,12 +27,12 @@ def singularity_events(
 ) -> tuple[SingularityEvent, ...]:
     """Return the passages of a solution through pitch ±90° and their damage.
 
-    The damage of a passage is measured on its own increments: a singularity-free algorithm starts from the solution
-    just before it, and the two attitudes are compared just after.
+    The damage of a passage is measured on its increments: a singularity-free algorithm starts from the solution just
+    before it, and the two attitudes are compared just after it.
 
     Args:
         solution: a solution by an algorithm that is singular there.
-        navigate_again: navigates from one row to another, from a given state, without the singularity.
+        navigate_again: function that navigates between two rows from a given state without the singularity.
 
     Returns:
         One event for each passage, in order.
@@ -54,12 +54,12 @@ def singularity_events(
                 end,
                 damage,
                 f"{solution.algorithm}: pitch came within {nearest:.2f}° of ±90° between {start:.2f} s and "
-                f"{end:.2f} s; the attitude left it {_three_digits(degrees(damage) * 3600.0)}″ off.",
+                f"{end:.2f} s; the resulting attitude error is {_three_digits(degrees(damage) * 3600.0)}″.",
             )
         )
     return tuple(events)
 
 
 def _three_digits(value: float) -> str:
-    """Write a number with three significant digits: 4090, 0.0661."""
+    """Write a number with three significant digits, for example 4090 or 0.0661."""
     return f"{float(f'{value:.3g}'):g}"

@@ -1,10 +1,10 @@
 """Attitude by two quaternions (8.19): body to inertial by Δβ, navigation to inertial by ∫ω'dt, combined into B.
 
-Each is advanced by the second-order Picard step as the chapter prints it, and never normalised. The chapter's axes
-(X forward, Y up, Z right; N, H, E) are the package's turned by 90° about the forward (the north) axis. A turn R of
-axes takes every vector part v to Rv and leaves scalar parts alone; (8.19) consists of scalar products and vector
-products, λ₀' = (1 − e²/8)λ₀ − ½ Δβ·λ and λ' = (1 − e²/8)λ + ½(Δβ λ₀ + λ × Δβ), which R commutes with. So the
-printed components hold in any right-handed axes, and here they are written in the package's own.
+Each is advanced by the second-order Picard step of the chapter and never normalised. The chapter's axes (X forward, Y
+up, Z right; N, H, E) are the package's axes rotated by 90° about the forward (or north) axis. A rotation R of axes maps
+every vector part v to Rv and does not change scalar parts. (8.19) consists of scalar and vector products, λ₀' = (1 −
+e²/8)λ₀ − ½ Δβ·λ and λ' = (1 − e²/8)λ + ½(Δβ λ₀ + λ × Δβ), with which R commutes. The formula therefore holds in any
+right-handed axes, here in those of the package.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Attitude = tuple[float, float, float, float, float, float, float, float]
 def picard_step_k(
     l0: float, l1: float, l2: float, l3: float, bx: float, by: float, bz: float
 ) -> Quaternion:  # (8.19), line by line
-    """One quaternion of (8.19) after a turn Δβ."""
+    """One quaternion of (8.19) after a rotation Δβ."""
     e2 = bx * bx + by * by + bz * bz
     c = 1.0 - e2 / 8.0
     return (

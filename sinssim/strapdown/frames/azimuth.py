@@ -1,11 +1,11 @@
-"""Navigation in local-level frames that need not point north, through both poles: wander, free and transverse azimuth.
+"""Navigation in local-level frames that do not point north, over the poles: wander, free and transverse azimuth.
 
 The frame w has its z axis down and its x axis at some azimuth. Position and azimuth are one quaternion q_ew. With the
-Earth's axis k in w-coordinates (its z component is −sin φ) nothing is singular at a pole:
+Earth's axis k in w-coordinates (its z component is −sin φ) the equations are regular at the poles:
 
 Transport rate:   ω_ew = −ẑ × (K v) + ω_z ẑ,   K v = v/(R₂+h) + κ (k_h·v) k_h,
                   κ = (1/(R₁+h) − 1/(R₂+h))/cos²φ = e² R₂/((1 − e² sin²φ)(R₁+h)(R₂+h)),  k_h the horizontal part of k
-Azimuth:          wander ω_z = 0;  free ω_z = −ω k_z (nothing relative to inertial space);
+Azimuth:          wander ω_z = 0;  free ω_z = −ω k_z (zero relative to inertial space);
                   transverse ω_z = ω_x p_z/p_x, which keeps x towards the pole p of the route's great circle and
                   grows without bound near p: `sinssim.transverse` has the limit
 Velocity:         v̇ = C_wb f + g − (2ω_ie + ω_ew) × v
@@ -83,7 +83,7 @@ def coriolis_k(
 
 @inline
 def turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Vector:
-    """A vector fixed in space, seen from axes that turn by the small rotation vector r (to its third order)."""
+    """A vector fixed in space, in axes that rotate by the small rotation vector r (to the third order)."""
     ax, ay, az = cross_k(rx, ry, rz, x, y, z)
     bx, by, bz = cross_k(rx, ry, rz, ax, ay, az)
     return x - ax + 0.5 * bx, y - ay + 0.5 * by, z - az + 0.5 * bz
@@ -105,7 +105,7 @@ def into_w_k(q0: float, q1: float, q2: float, q3: float, x: float, y: float, z: 
 
 @strict_inline
 def carried_sum_k(total: float, lost: float, step: float) -> tuple[float, float]:
-    """A sum, and what rounding took from it, to be added with the next step (Kahan's summation)."""
+    """A sum and its rounding error, to be added with the next step (Kahan summation)."""
     due = step + lost
     new = total + due
     return new, due - (new - total)
@@ -145,7 +145,7 @@ def _navigate(
         azimuth = atan2(py, px)
     ch, sh = cos(0.5 * azimuth), sin(0.5 * azimuth)
     e0, e1, e2, e3 = multiply_k(e0, e1, e2, e3, ch, 0.0, 0.0, sh)
-    l0, l1, l2, l3 = 0.0, 0.0, 0.0, 0.0  # what the additions to it have lost
+    l0, l1, l2, l3 = 0.0, 0.0, 0.0, 0.0  # rounding errors of the additions to it
     w0, w1, w2, w3 = multiply_k(ch, 0.0, 0.0, -sh, q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
     attitude = start_k(w0, w1, w2, w3)
     vx = cos(azimuth) * velocity[0, 0] + sin(azimuth) * velocity[0, 1]
@@ -160,7 +160,7 @@ def _navigate(
     k2, kappa, along, down = earth_k(p, gravity, simplified, kx, ky, kz, h)
     loop1, loop2, loop3 = loop_gains_k(time_constant, down, k2)
     loop_sum = 0.0
-    ax, ay, az = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
+    ax, ay, az = 0.0, 0.0, 0.0  # acceleration at the end of the previous interval, times dt
     turns = empty_turns_k()
 
     for k in range(count):
@@ -237,7 +237,7 @@ def _navigate(
         r0, r1, r2, r3 = quaternion_from_rotation_vector_k(
             sixth * (tx0 + 4.0 * txm + tx1), sixth * (ty0 + 4.0 * tym + ty1), sixth * (tz0 + 4.0 * tzm + tz1)
         )
-        # e + e ∘ (r − 1): a step adds ten million times less than e, and would lose half its digits in e's last one
+        # e + e ∘ (r − 1): a step is ten million times smaller than e and would lose half its digits
         d0, d1, d2, d3 = multiply_k(e0, e1, e2, e3, -(r1 * r1 + r2 * r2 + r3 * r3) / (1.0 + r0), r1, r2, r3)
         e0, l0 = carried_sum_k(e0, l0, d0)
         e1, l1 = carried_sum_k(e1, l1, d1)
@@ -281,11 +281,12 @@ def azimuth_rule(problem: Problem, frame: str) -> tuple[int, Array]:
     """Return the rule for a frame's azimuth.
 
     Args:
-        problem: with the initial state and the route.
+        problem: the problem, with initial state and route.
         frame: "wander", "free-azimuth" or "transverse".
 
     Returns:
-        The rule's number, and the pole of the route's great circle, Earth-fixed unit vector, (3,); zero without one.
+        The rule's number, and the pole of the route's great circle, Earth-fixed unit vector, (3,); zero without a
+        route.
     """
     p, rule = problem, _RULES[frame]
     if rule != TRANSVERSE:
@@ -303,14 +304,14 @@ def solve(problem: Problem, frame: str) -> None:
 
 
 def check(problem: Problem, frame: str) -> None:
-    """Raise where the solution comes too near to the pole of the transverse frame's route.
+    """Raise if the solution comes too near to the pole of the transverse frame's route.
 
     Args:
-        problem: solved.
+        problem: the solved problem.
         frame: the other frames of this file can be used everywhere.
 
     Raises:
-        RunError: it does.
+        RunError: the solution comes too near.
     """
     p, (rule, pole) = problem, azimuth_rule(problem, frame)
     if rule == TRANSVERSE and (near := too_near(pole, p.time, p.latitude, p.longitude, p.velocity)) is not None:

@@ -2,9 +2,9 @@
 
 Velocity and position:   v̇_i = C_ib f + G(r_i),   ṙ_i = v_i,   G gravitation alone.
 
-Velocity is integrated with the compensated increments and gravitation by Hermite's rule (values and rates of change
-at both ends), position by Hermite's rule on the velocity: fourth order. The attitude algorithm's variables here
-describe q_ib, so the frame's turn that it is told of is zero. A template over the attitude algorithm like `level`.
+Velocity is integrated from the compensated increments and gravitation by Hermite's rule (values and rates of change at
+both ends), position by Hermite's rule on the velocity, to the fourth order. The attitude algorithm's variables describe
+q_ib here, so the rotation of the frame is zero. Like `level`, this is a template over the attitude algorithm.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def gravitation_k(p: EarthParameters, gravity: int, c: float, s: float, x: float
 
 @inline
 def _gravitation_rate_k(gm: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> Vector:
-    """Rate of change of a central body's gravitation along a motion: what Hermite's small term needs."""
+    """Rate of change of a central body's gravitation along a motion, for the small term of Hermite's rule."""
     inverse = 1.0 / (x * x + y * y + z * z)
     factor = -gm * inverse * sqrt(inverse)
     radial = 3.0 * inverse * (x * vx + y * vy + z * vz)
@@ -97,10 +97,10 @@ def _navigate(
         b = turn_in_block_k(turns, k % BLOCK)
         c_ib = dcm_k(attitude)
         dx, dy, dz = resolved_k(c_ib, b.dv_x, b.dv_y, b.dv_z)
-        # specific force's change over the interval, times dt
+        # change of the specific force over the interval, times dt
         fx, fy, fz = b.fs_x - b.fe_x, b.fs_y - b.fe_y, b.fs_z - b.fe_z
         fx, fy, fz = resolved_k(c_ib, fx, fy, fz)
-        # gravitation at the end: its position is exact to the third order without it
+        # gravitation at the end: the position is accurate to the third order without it
         sixth = dt * dt / 6.0
         x1 = x + dt * (vx + 0.5 * dx + fx / 12.0) + 0.5 * dt * dt * gx
         y1 = y + dt * (vy + 0.5 * dy + fy / 12.0) + 0.5 * dt * dt * gy
@@ -114,7 +114,7 @@ def _navigate(
         vx1 = vx + dx + 0.5 * dt * (gx + gx1) + twelfth * (jx - kx)
         vy1 = vy + dy + 0.5 * dt * (gy + gy1) + twelfth * (jy - ky)
         vz1 = vz + dz + 0.5 * dt * (gz + gz1) + twelfth * (jz - kz)
-        # ∫∫G = dt²/6 (2 G₀ + G₁) + …: G is linear over the interval to what matters here
+        # ∫∫G = dt²/6 (2 G₀ + G₁) + …: G is sufficiently linear over the interval
         x += dt * (vx + 0.5 * dx + fx / 12.0) + sixth * (2.0 * gx + gx1)
         y += dt * (vy + 0.5 * dy + fy / 12.0) + sixth * (2.0 * gy + gy1)
         z += dt * (vz + 0.5 * dz + fz / 12.0) + sixth * (2.0 * gz + gz1)
@@ -144,7 +144,7 @@ def _navigate(
             h1, vd = h1 + lift, vd - rise
             upx, upy = c * (ca * cl - sa * sl), c * (sa * cl + ca * sl)
             x, y, z = x + lift * upx, y + lift * upy, z + lift * s
-            # the Earth-relative velocity changes by the rise alone; the inertial one by ω × lift too
+            # the Earth-relative velocity changes by the rise alone; the inertial one also by ω × lift
             vx, vy, vz = vx + rise * upx - omega * lift * upy, vy + rise * upy + omega * lift * upx, vz + rise * s
             gx, gy, gz = gravitation_k(p, gravity, ca, sa, x, y, z)
         h = h1

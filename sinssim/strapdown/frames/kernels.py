@@ -15,7 +15,7 @@ def resolved_k(c: Matrix, x: float, y: float, z: float) -> Vector:
 
 @inline
 def continued_k(q0: float, q1: float, q2: float, q3: float, r0: float, r1: float, r2: float, r3: float) -> Quaternion:
-    """The quaternion r or −r, whichever continues the stream after q without a jump of sign."""
+    """The quaternion r or −r, whichever follows q without a jump of sign."""
     if q0 * r0 + q1 * r1 + q2 * r2 + q3 * r3 < 0.0:
         r0, r1, r2, r3 = -r0, -r1, -r2, -r3
     return r0, r1, r2, r3

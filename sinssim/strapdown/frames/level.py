@@ -1,17 +1,17 @@
-"""Navigation in the local-level, north-pointing frame: one interval after the other, to at least the fourth order.
+"""Navigation in the local-level, north-pointing frame, interval by interval, to at least the fourth order.
 
-Within an interval nothing is frozen at its start. The compensated increments are exact to the sixth order in the
-interval (see `coning_sculling`); gravity, Coriolis acceleration and the velocities that move the position are
-integrated by Simpson's rule, with the values at mid-interval from cubic Hermite interpolation between its ends.
+The compensated increments are accurate to the sixth order in the interval (see `coning_sculling`). Gravity, Coriolis
+acceleration and velocity are integrated by Simpson's rule, with values at mid-interval from cubic Hermite interpolation
+between the ends.
 
-Position (spec 8.2):   φ̇ = v_N/(R₁+h),  λ̇ = v_E/((R₂+h) cos φ),  ḣ = −v_D
+Position (8.2):        φ̇ = v_N/(R₁+h),  λ̇ = v_E/((R₂+h) cos φ),  ḣ = −v_D
 Velocity:              v̇ = C_nb f + g − (2ω_ie + ω_en) × v
 Frame rate:            ω_in = ω_ie + ω_en,  ω_ie = (ω cos φ, 0, −ω sin φ),
                        ω_en = (v_E/(R₂+h), −v_N/(R₁+h), −v_E tan φ/(R₂+h))
 
 The engine is a template over the attitude algorithm: `start_k`, `dcm_k`, `step_k` and `quaternion_k`, imported here
 from the quaternion, and `fill_turns` are bound to each algorithm's own by `sinssim.jit.bind`. The increments may begin
-before the first interval that is navigated, which is their number `first`, and go on beyond the last: the fit wants
+before the first navigated interval, whose number is `first`, and continue beyond the last, because the fit uses
 neighbours.
 """
 
@@ -37,9 +37,9 @@ from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_t
 from sinssim.strapdown.increments.interval import frame_turn_k
 
 POLAR_LIMIT = radians(89.9)
-"""Beyond this latitude [rad] a north-pointing frame turns too fast about the vertical to be navigated in."""
+"""Latitude [rad] beyond which a north-pointing frame rotates too fast about the vertical."""
 
-_EXACT_EVERY = 128  # steps between fresh sines and cosines of the latitude
+_EXACT_EVERY = 128  # steps between new sines and cosines of the latitude
 
 
 @inline
@@ -105,7 +105,7 @@ def _navigate(
     loop_sum = 0.0
     omega = p.omega
 
-    an, ae, ad = 0.0, 0.0, 0.0  # acceleration at the end of the interval before, times dt
+    an, ae, ad = 0.0, 0.0, 0.0  # acceleration at the end of the previous interval, times dt
     i0 = 1.0 / c
     turns = empty_turns_k()
 
@@ -117,8 +117,8 @@ def _navigate(
             fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
         b = turn_in_block_k(turns, k % BLOCK)
 
-        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots then runs
-        # beside the body's and waits for nothing of it. The position found in the end corrects it to first order.
+        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots is then
+        # independent of the body's and runs in parallel. The final position corrects it to first order.
         dlat_taken = dt * k1 * (vn + 0.5 * an)
         h_taken = h - dt * (vd + 0.5 * ad)
         if k % _EXACT_EVERY == 0:
@@ -155,7 +155,7 @@ def _navigate(
         bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
         an, ae, ad = en - ax + dt * (bn1 + gn1), ee - ay + dt * be1, ed - az + dt * (bd1 + gd1)
 
-        # --- middle of the interval: cubic Hermite for velocity; what depends on position varies with it alone
+        # --- middle of the interval: cubic Hermite interpolation for velocity and the values that depend on position
         vnm, vem, vdm = _mid_k(vn, vn1, an0, an), _mid_k(ve, ve1, ae0, ae), _mid_k(vd, vd1, ad0, ad)
         bend_h = 0.125 * dt * (vd - vd1)  # ⅛ (ḣ₁ − ḣ₀) dt
         bend = 0.125 * dt * (vn * k1 - vn1 * k1_1)  # ⅛ (φ̇₀ − φ̇₁) dt
@@ -189,7 +189,7 @@ def _navigate(
         frame = frame_turn_k(un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1)
         attitude = step_k(attitude, b, frame)
 
-        # summed from the start: added to the latitude itself, a slow vehicle's steps would vanish in its last digit
+        # summed from the start: in a sum with the latitude, a slow vehicle's steps would be lost by rounding
         north += dlat
         lat = latitude[0] + north
         lon = longitude[0] + east
@@ -201,7 +201,7 @@ def _navigate(
             lon += 2.0 * pi
         vn, ve, vd, h = vn1, ve1, vd1, h1
 
-        # --- the Earth's values from where they were taken to where the vehicle is
+        # --- the Earth's values, corrected from the extrapolated to the final position
         moved, moved_h = dlat - dlat_taken, h1 - h_taken
         s, c = s1 + c1 * moved, c1 - s1 * moved
         i0 = i1 + s1 * i1 * i1 * moved
@@ -228,12 +228,12 @@ def solve(problem: Problem, frame: str) -> None:
 
 
 def check(problem: Problem, frame: str, remedy: str = "") -> None:
-    """Raise where the solution comes too near to a pole.
+    """Raise if the solution comes too near to a pole.
 
     Args:
         problem: solved.
         frame: "level".
-        remedy: what to do about it, a sentence; "" names the frames that pass the poles.
+        remedy: a sentence with the remedy; "" names the frames that pass the poles.
 
     Raises:
         RunError: it does.
@@ -242,13 +242,13 @@ def check(problem: Problem, frame: str, remedy: str = "") -> None:
     if max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
         return
     row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
-    if not abs(latitude[row]) <= 0.5 * pi:  # no step of a vehicle leads from 89.9° to beyond the pole
+    if not abs(latitude[row]) <= 0.5 * pi:  # no step of a vehicle crosses the pole from 89.9°
         raise ran_away(problem, "latitude", row)
     remedy = remedy or f"The frames {listed(frames_that(lambda entry: entry.passes_poles))} pass the poles."
     time = float(problem.time[row])
     raise RunError(
         f"the north-pointing level frame cannot be used within {90.0 - degrees(POLAR_LIMIT):.1f}° of a pole, where "
-        f"north turns as fast as the vehicle moves: latitude {degrees(latitude[row]):.4f}° at t = {time:.2f} s. "
+        f"the direction of north changes too fast: latitude {degrees(latitude[row]):.4f}° at t = {time:.2f} s. "
         f"{remedy}",
         time=time,
     )

@@ -1,4 +1,4 @@
-"""The initial value problem that a frame's file solves, and the checks of every solution."""
+"""The initial value problem of a frame's file, and the checks of every solution."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ class Problem(NamedTuple):
 
     Attributes:
         algorithm: attitude algorithm, one of `sinssim.ALGORITHMS`.
-        time: of the rows of the solution, (N+1,) s.
+        time: times of the rows of the solution, (N+1,) s.
         dtheta, dvel: increments of angle, rad, and velocity, m/s, (M, 3); M is N times the samples of one update.
-        weights: of the fit of rate and specific force, see `increments.fit.weight_table`.
+        weights: weights of the fit of rate and specific force, see `increments.fit.weight_table`.
         uniform: whether all intervals are equal.
         earth: parameters of the ellipsoid.
         gravity: number of the gravity model.
         simplified: whether the radii of curvature are those of (8.16).
         vertical: number of the vertical channel, see `frames.vertical`.
-        height_reference: height that the channel goes by, (N+1,) m; empty for a free one.
-        climb_reference: down velocity that it goes by, (N+1,) m/s; empty unless the height is held.
-        time_constant: of the baro loop, s.
+        height_reference: reference height of the vertical channel, (N+1,) m; empty for a free one.
+        climb_reference: reference down velocity of the vertical channel, (N+1,) m/s; empty unless the height is held.
+        time_constant: time constant of the baro loop, s.
         route: latitude and longitude of A and of B, rad, for a frame that takes a route.
         latitude, longitude: of the solution, (N+1,) rad.
         height: (N+1,) m.
         velocity: north, east, down, (N+1, 3) m/s.
         q_nb: attitude quaternion relative to north, east, down, (N+1, 4).
-        defect: what the attitude variables lost of norm or orthogonality, (N+1,).
-        first: number of the first increment that is navigated; the fit looks at those before it.
+        defect: defect of norm or orthogonality of the attitude variables, (N+1,).
+        first: number of the first navigated increment; the fit uses those before it.
     """
 
     algorithm: str
@@ -62,34 +62,34 @@ class Problem(NamedTuple):
 
     @property
     def channel(self) -> tuple[int, Array, Array, float]:
-        """The vertical channel as the engines take it: number, two references, time constant."""
+        """The vertical channel for the engines: number, two references, time constant."""
         return self.vertical, self.height_reference, self.climb_reference, self.time_constant
 
     @property
     def solution(self) -> tuple[Array, Array, Array, Array, Array, Array]:
-        """The arrays of the solution as the engines take them."""
+        """The arrays of the solution for the engines."""
         return self.latitude, self.longitude, self.height, self.velocity, self.q_nb, self.defect
 
 
 def check_solution(problem: Problem) -> None:
-    """Raise if the numbers of a solution ran away.
+    """Raise if the numbers of a solution diverged.
 
     Args:
         problem: solved.
 
     Raises:
-        RunError: a height, velocity or attitude is no finite number.
+        RunError: a height, velocity or attitude is not finite.
     """
     if wrong := not_finite_in(problem.height, problem.velocity, problem.q_nb):
         raise ran_away(problem, *wrong)
 
 
 def ran_away(problem: Problem, name: str, row: int) -> RunError:
-    """Return the error for a solution that leaves all bounds at a row.
+    """Return the error for a solution that diverges at a row.
 
     Args:
         problem: solved.
-        name: of the quantity that leaves them.
+        name: name of the diverging quantity.
         row: number of the row.
 
     Returns:
@@ -99,9 +99,9 @@ def ran_away(problem: Problem, name: str, row: int) -> RunError:
     turn, push = (float(np.hypot.reduce(a[:before], axis=1).max()) for a in (problem.dtheta, problem.dvel))
     time = float(problem.time[row])
     return RunError(
-        f"the navigation's {name} ran away and is no usable number at t = {time:.2f} s. The increments before it turn "
-        f"the body by up to {math.degrees(turn):.3g}° and push it by up to {push:.3g} m/s in one interval: if that is "
-        f"right (rad and m/s are expected), {problem.algorithm} does not converge on so long an interval, and a higher "
-        "rate or another algorithm is needed.",
+        f"the navigation's {name} diverged and is not usable at t = {time:.2f} s. The increments before it rotate the "
+        f"body by up to {math.degrees(turn):.3g}° and accelerate it by up to {push:.3g} m/s in one interval. If that "
+        f"is right (rad and m/s are expected), the interval is too long for {problem.algorithm}: use a higher rate or "
+        "another algorithm.",
         time=time,
     )

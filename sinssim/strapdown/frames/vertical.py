@@ -1,12 +1,12 @@
-"""The vertical channel: pure inertial height runs away, so a reference may hold it.
+"""The vertical channel: pure inertial height is unstable and can be stabilised by a reference.
 
-The third-order baro loop (spec 06) pulls height and vertical velocity towards a height reference with the error
-e = h − h_ref:  ḣ = −v_D − k₁e,  v̇_D = … + k₂e + k₃∫e dt,  k₁ = 3/τ,  k₂ = 3/τ² + 2g/R,  k₃ = 1/τ³.
+The third-order baro loop controls height and vertical velocity by the error e = h − h_ref against a height reference: ḣ
+= −v_D − k₁e, v̇_D = … + k₂e + k₃∫e dt, k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.
 
-An altimeter's readings come one by one. When one arrives, e is the height then less the reading, and it is held until
-the next arrives, as in a sampled control loop. The loop knows nothing of latency and lag: in a climb the height lags by
-so much of the climb. When the next reading is overdue the loop opens: e is 0 and the integral is kept, so that height
-coasts on the accelerometers with the bias that the loop has found.
+The readings of an altimeter are discrete. When one arrives, e is the height at that time minus the reading, and is held
+until the next one arrives, as in a sampled control loop. The loop does not compensate latency and lag: in a climb the
+height lags accordingly. When the next reading is overdue, the loop opens: e is 0 and the integral is kept, so that the
+height is integrated from the accelerometers with the bias that the loop has estimated.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ NUMBERS = {"free": FREE, "baro-loop": BARO_LOOP, "truth": HELD}
 
 
 NOTHING_NEW, OVERDUE, NO_HEIGHT = 1e30, 2e30, 0.5e30
-"""What stands in a reference at a row where no reading arrived, e being held or the loop open; and a height, m, that is
-none. Infinity and NaN would not do: kernels are compiled for finite numbers."""
+"""Values in a reference at a row without a reading, for a held e or an open loop; and a limit of heights, m. Infinity
+and NaN cannot be used, because kernels are compiled for finite numbers."""
 
 
 @dataclass(frozen=True)
 class HeightReadings:
-    """An altimeter's readings as they come to a loop.
+    """The readings of an altimeter for the loop.
 
     Attributes:
-        arrival: when each arrives, in order, (M,) s.
+        arrival: arrival times, in order, (M,) s.
         value: heights above the ellipsoid, (M,) m.
-        interval: time between readings, s; one that is late by more than half of it is overdue.
+        interval: time between readings, s; a reading that is late by more than half of it is overdue.
     """
 
     arrival: Array
@@ -50,13 +50,13 @@ class HeightReadings:
     interval: float
 
     def at(self, time: Array) -> Array:
-        """Return the reading that arrived since the row before, at each row; none arrives at the first.
+        """Return the reading that arrived since the previous row, for each row; the first row has none.
 
         Args:
-            time: of the rows, (N+1,) s.
+            time: times of the rows, (N+1,) s.
 
         Returns:
-            Heights, (N+1,) m; numbers beyond all heights where nothing new came or the next reading is overdue.
+            Heights, (N+1,) m; special values where there is no new reading or the next reading is overdue.
         """
         last = np.searchsorted(self.arrival, time + 1e-9, side="right") - 1
         out = np.full(len(time), NOTHING_NEW)
@@ -70,7 +70,7 @@ class HeightReadings:
 
 
 def checked_channel(vertical: str, height: ArrayLike | HeightReadings | None, time_constant: float) -> float:
-    """Raise for a time constant that cannot be, and for what a vertical channel would not use.
+    """Raise for an invalid time constant, and for options without effect in a vertical channel.
 
     Args:
         vertical: one of `VERTICALS`.
@@ -81,36 +81,37 @@ def checked_channel(vertical: str, height: ArrayLike | HeightReadings | None, ti
         The time constant, s.
 
     Raises:
-        InputError: an unknown channel; otherwise naming the option and what it needs.
+        InputError: the channel is unknown, or an option is invalid; the message names the option and its requirement.
     """
     check_name("vertical channel", vertical, VERTICALS)
     time_constant = number("baro_time_constant", time_constant, "s", low=POSITIVE)
     if height is not None and vertical == "free":
         raise InputError(
-            'height would have no effect: vertical = "free" goes by no height; "baro-loop" and "truth" do.'
+            'height would have no effect: vertical = "free" uses no height reference; "baro-loop" and "truth" do.'
         )
     if time_constant != BARO_TIME_CONSTANT and vertical != "baro-loop":
         raise InputError(
-            f'baro_time_constant = {time_constant:g} would have no effect: it is that of vertical = "baro-loop"; here '
-            f'vertical = "{vertical}".'
+            f'baro_time_constant = {time_constant:g} would have no effect: it is an option of vertical = "baro-loop"; '
+            f'here vertical = "{vertical}".'
         )
     return time_constant
 
 
 def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, time: Array) -> tuple[Array, Array]:
-    """Return what a vertical channel needs along the way.
+    """Return the references of a vertical channel.
 
     Args:
         vertical: one of `VERTICALS`.
-        height: reference height at every time, (N+1,) m, or for the loop readings; None for the free channel.
+        height: reference height at every time, (N+1,) m, or readings for the loop; None for the free channel.
         time: (N+1,) s.
 
     Returns:
-        Reference height, (N+1,) m, and for the held channel its rate as a down velocity, (N+1,) m/s; empty arrays
-        where the channel does not need them.
+        Reference height, (N+1,) m, and for the held channel its rate as a down velocity, (N+1,) m/s; empty arrays if
+        the channel does not need them.
 
     Raises:
-        InputError: an unknown channel, no height where one is needed, a wrong shape, a height that is not finite.
+        InputError: the channel is unknown, the required height is missing or has a wrong shape, or a height is not
+            finite.
     """
     check_name("vertical channel", vertical, VERTICALS)
     if vertical == "free":
@@ -121,9 +122,11 @@ def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, t
         if vertical != "baro-loop":
             raise InputError(f'vertical="{vertical}" needs a height at every imu.time; readings are for "baro-loop".')
         return height.at(time), np.empty(0)
-    reference = numbers("height", height).copy()  # a copy, as the loop fills in what it coasted by
+    reference = numbers("height", height).copy()  # a copy, because the loop fills in heights without readings
     if reference.shape != time.shape:
-        raise InputError(f"height has shape {reference.shape}; one value at every imu.time, {time.shape}, is needed.")
+        raise InputError(
+            f"height has shape {reference.shape}, but must have one value at every imu.time, {time.shape}."
+        )
     row = first_not_finite(reference)
     if row is not None:
         raise InputError(f"height[{row}] = {reference[row]} m at t = {time[row]:.6f} s is not a finite number.")
@@ -144,8 +147,8 @@ def baro_loop_k(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Height, down velocity and k₃∫e dt at the end of an interval under the loop, second order in it.
 
-    h is the height at the start, h1 and v_down1 the free ones at the end; reference[k] and reference[k + 1] those of
-    both ends. Where no reading came the height less the error that counts from there on takes its place.
+    h is the height at the start, h1 and v_down1 are the free values at the end, and reference[k] and reference[k + 1]
+    the references at both ends. At rows without a reading, the height minus the current error replaces the reference.
     """
     e0 = h - reference[k] if reference[k] < NO_HEIGHT else 0.0
     e = e0
@@ -176,9 +179,9 @@ def vertical_channel_k(
 
 @inline
 def next_error_k(reference: Array, row: int, h: float, e: float) -> float:
-    """Return the error that counts from a row on; where no reading came, put h less it in the reading's place.
+    """Return the error that holds from a row on; at a row without a reading, store h minus this error as reference.
 
-    h is the height at the row, and e the error that counted until then.
+    h is the height at the row, and e the previous error.
     """
     if reference[row] > NO_HEIGHT:
         reference[row] = h - e if reference[row] < OVERDUE else h

@@ -1,7 +1,7 @@
-"""The body's turns in a block of intervals at once, ahead of the engine that takes them one by one.
+"""Computes the body's turns for a block of intervals at once, before the engine uses them one by one.
 
-They depend on the increments alone and not on each other, so the processor's vector unit computes several intervals in
-one operation. For that the loop over a block has no branch in it and finds each of its quantities in a row of its own.
+The turns depend only on the increments and not on each other, so that the processor's vector unit can compute several
+intervals in one operation. For this, the loop over a block has no branches, and each quantity is in its own row.
 """
 
 from __future__ import annotations
@@ -17,18 +17,19 @@ from sinssim.strapdown.increments.interval import BodyTurn, turn_of_moments_k
 from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 BLOCK = 120
-"""Intervals of a block: few enough for the nearest cache, where rows a power of two apart would crowd one another."""
+"""Number of intervals in a block: small enough for the first-level cache, and not a power of two, to avoid
+conflicts."""
 
 _FIELDS = len(BodyTurn._fields)
 _HALF = WINDOW // 2
-_ROW = BLOCK + WINDOW - 1  # samples of a channel that the fits of a block reach
+_ROW = BLOCK + WINDOW - 1  # samples of a channel used by the fits of a block
 
 Weights = tuple[float, float, float, float, float]
 
 
 @inline
 def empty_turns_k() -> Array:
-    """Return room for the turns of a block: field by field, BLOCK numbers each."""
+    """Return an array for the turns of a block: BLOCK numbers for each field."""
     return np.empty(_FIELDS * BLOCK)
 
 
@@ -47,7 +48,7 @@ def turn_in_block_k(turns: Array, j: int) -> BodyTurn:
 
 @inline
 def _keep_k(turn: BodyTurn, turns: Array, j: int) -> None:
-    """Make a turn number j of a block."""
+    """Store a turn as number j of a block."""
     (
         turns[j], turns[BLOCK + j], turns[2 * BLOCK + j], turns[3 * BLOCK + j], turns[4 * BLOCK + j],
         turns[5 * BLOCK + j], turns[6 * BLOCK + j], turns[7 * BLOCK + j], turns[8 * BLOCK + j], turns[9 * BLOCK + j],
@@ -72,9 +73,9 @@ def _moments_k(x: Array, channel: int, j: int, p: Weights, q: Weights) -> tuple[
 
 @kernel
 def _centred_turns(dtheta: Array, dvel: Array, weights: Array, start: int, end: int, turns: Array) -> bool:
-    """Fill a block with the turns in intervals whose windows are centred, all with the same weights.
+    """Fill a block with the turns in intervals with centred windows, all with the same weights.
 
-    Returns whether they are right: no rotation too large for the series.
+    Returns whether they are valid, that is, no rotation is too large for the series.
     """
     count = end - start
     x = np.empty(6 * _ROW)
@@ -104,7 +105,7 @@ def _centred_turns(dtheta: Array, dvel: Array, weights: Array, start: int, end: 
 def fill_single_turns(
     dtheta: Array, dvel: Array, weights: Array, uniform: bool, first: int, last: int, turns: Array
 ) -> None:
-    """Fill a block with the turns in the intervals first … last − 1, one by one: a template over `turn_k`."""
+    """Fill a block with the turns in the intervals first … last − 1, one by one; a template over `turn_k`."""
     for k in range(first, last):
         _keep_k(turn_k(dtheta, dvel, weights, uniform, k), turns, k - first)
 
@@ -114,7 +115,7 @@ def fill_fitted_turns(
     dtheta: Array, dvel: Array, weights: Array, uniform: bool, first: int, last: int, turns: Array
 ) -> None:
     """Fill a block with the turns in the intervals first … last − 1 by the fits over their neighbours."""
-    start, end = max(first, _HALF), min(last, dtheta.shape[0] - _HALF)  # where the window is centred
+    start, end = max(first, _HALF), min(last, dtheta.shape[0] - _HALF)  # intervals with a centred window
     if not uniform or start >= end or not _centred_turns(dtheta, dvel, weights, start, end, turns[start - first :]):
         start, end = last, last
     for k in range(first, last):

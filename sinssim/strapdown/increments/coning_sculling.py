@@ -3,8 +3,8 @@
 Attitude and velocity of a body under rate ω and specific force f are one motion of SE(3): Y' = Y (ω, f). Its
 logarithm over an interval is given by the sixth-order Magnus series in the commutator-saving form of Blanes, Casas
 and Ros (BIT 40, 2000, eq. 3.10), with signs for Y' = Y A. The rotation part is the rotation vector φ, whose
-brackets are coning (Bortz 1971); the translation part ν is what sculling and rotation compensation add up to, and
-the velocity increment in the axes at the interval's start is Δv = J(φ) ν.
+brackets are coning (Bortz 1971); the translation part ν contains sculling and rotation compensation, and the velocity
+increment in the axes at the interval's start is Δv = J(φ) ν.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""How rate and specific force run within an interval, from the increments of its neighbours.
+"""Fits rate and specific force within an interval to the increments of its neighbours.
 
-A polynomial of the fourth degree is laid through the increments of five neighbouring intervals (its integral over
-each is the increment), as centred on the interval in question as the ends of the data allow. The engine needs its
-moments over that interval only, so the fit is a set of weights: a₂ = Σ w₂ⱼ Δⱼ and a₃ = Σ w₃ⱼ Δⱼ, where
-rate × T ≈ a₁ + a₂ s + a₃ s² over s ∈ [−½, ½] in the sense of the moments of Blanes, Casas and Ros (BIT 40, 2000,
-sec. 3): a₂ = 12 A₁, a₃ = 180 A₂ − 15 A₀, a₁ = A₀ − a₃/12, with Aᵢ = ∫ sⁱ rate T ds.
+A polynomial of the fourth degree is fitted to the increments of five neighbouring intervals (its integral over each is
+the increment), centred on the interval as far as the ends of the data allow. The engine needs only the moments over
+that interval, so the fit is a set of weights: a₂ = Σ w₂ⱼ Δⱼ and a₃ = Σ w₃ⱼ Δⱼ, where rate × T ≈ a₁ + a₂ s + a₃ s² over
+s ∈ [−½, ½] in the sense of the moments of Blanes, Casas and Ros (BIT 40, 2000, sec. 3): a₂ = 12 A₁, a₃ = 180 A₂ − 15
+A₀, a₁ = A₀ − a₃/12, with Aᵢ = ∫ sⁱ rate T ds.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def is_uniform(time: Array) -> bool:
     """
     step = (time[-1] - time[0]) / (len(time) - 1)
     deviation = 0.0
-    for start in range(0, len(time) - 1, 65536):  # in blocks: no temporary as long as the data
+    for start in range(0, len(time) - 1, 65536):  # in blocks, to avoid a temporary as long as the data
         block = np.diff(time[start : start + 65537])
         deviation = max(deviation, float(np.max(np.abs(block - step))))
     return bool(deviation <= UNIFORM * step)
@@ -43,7 +43,7 @@ def moment_weights(edges: Array, position: NDArray[np.intp]) -> Array:
 
     Args:
         edges: times of the edges of each window's n intervals, (M, n+1) s.
-        position: which of its window's intervals each fit is for, (M,) int.
+        position: number of the fitted interval in its window, (M,) int.
 
     Returns:
         Weights w₂ in columns 0…4 and w₃ in columns 5…9, (M, 10); columns beyond n are zero.
@@ -71,14 +71,15 @@ def moment_weights(edges: Array, position: NDArray[np.intp]) -> Array:
 
 
 def weight_table(time: Array, uniform: bool) -> Array:
-    """Return the weights that the engine looks up.
+    """Return the weights for the engine.
 
     Args:
         time: edges of the intervals, (N+1,) s.
         uniform: whether all intervals are equal.
 
     Returns:
-        Uniform: a row for each position in the window, (min(N, 5), 10); else a row for each interval, (N, 10).
+        For uniform intervals one row for each position in the window, (min(N, 5), 10); otherwise one for each interval,
+            (N, 10).
     """
     count = len(time) - 1
     n = min(count, WINDOW)

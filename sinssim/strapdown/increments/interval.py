@@ -1,4 +1,4 @@
-"""What is known of one interval: the body's motion in it, and the navigation frame's."""
+"""Data of one interval: rotation and specific force of the body, and rotation of the navigation frame."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class BodyTurn(NamedTuple):
     dv: velocity increment, compensated for sculling and rotation, m/s.
     fs, fe: specific force at the start and the end, times the interval, m/s.
     a1, a2, a3: the body's own rate times the interval as a1 + a2 s + a3 s² over s ∈ [−½, ½], rad.
-    theta: the increment as measured, without compensation, rad.
+    theta: the measured increment without compensation, rad.
     """
 
     phi_x: float
@@ -83,10 +83,10 @@ def frame_turn_k(
 
 @inline
 def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: float) -> BodyTurn:
-    """Body's turn from the increments, the fitted moments, their logarithm (φ, ν) and the factors b, c of J(φ)."""
+    """The body's turn from the increments, the fitted moments, their logarithm (φ, ν) and the factors b, c of J(φ)."""
     px, py, pz, nx, ny, nz = log
     dvx, dvy, dvz = velocity_increment_k(px, py, pz, nx, ny, nz, b, c)
-    # f dt = f1 + f2 s + f3 s² at s = ∓½; the end's is turned back to the axes of the start
+    # f dt = f1 + f2 s + f3 s² at s = ∓½; the value at the end is rotated to the axes of the start
     fsx = a0[3] - a3[3] / 12.0 - 0.5 * a2[3] + 0.25 * a3[3]
     fsy = a0[4] - a3[4] / 12.0 - 0.5 * a2[4] + 0.25 * a3[4]
     fsz = a0[5] - a3[5] / 12.0 - 0.5 * a2[5] + 0.25 * a3[5]
@@ -103,14 +103,14 @@ def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: 
 
 @inline
 def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
-    """Body's turn in interval k from the fit over its neighbours; sixth order in the interval."""
+    """The body's turn in interval k from the fit over its neighbours; sixth order in the interval."""
     count = dtheta.shape[0]
     first = min(max(k - _HALF, 0), count - min(count, WINDOW))
     row = k - first if uniform else k
     a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
     x2, y2, z2, u2, v2, w2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     x3, y3, z3, u3, v3, w3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(WINDOW):  # a constant count, unrolled: with fewer samples the weights beyond them are zero
+    for j in range(WINDOW):  # a constant count for unrolling; with fewer samples the remaining weights are zero
         p, q, i = weights[row, j], weights[row, WINDOW + j], min(first + j, count - 1)
         x2, x3 = x2 + p * dtheta[i, 0], x3 + q * dtheta[i, 0]
         y2, y3 = y2 + p * dtheta[i, 1], y3 + q * dtheta[i, 1]

@@ -2,7 +2,8 @@
 
     v = v₀ + ∫ (C_ib f + G(r)) dt,   r = r₀ + ∫ v dt
 
-at the Chebyshev points of a window. Gravitation is symmetric about the Earth's axis, so it takes no Earth angle.
+at the Chebyshev points of a window. Gravitation is symmetric about the Earth's axis, so the Earth's angle is not
+needed.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ def _navigate(
             force[0, j] = c11 * fx + c12 * fy + c13 * fz
             force[1, j] = c21 * fx + c22 * fy + c23 * fz
             force[2, j] = c31 * fx + c32 * fy + c33 * fz
-            # to begin with: gravitation of the start, position on a straight line
+            # initial values: gravitation of the start, position on a straight line
             rate[0, j] = force[0, j] + length * gx
             rate[1, j] = force[1, j] + length * gy
             rate[2, j] = force[2, j] + length * gz
@@ -132,7 +133,7 @@ def _navigate(
                         e = held_error if by_readings else h - reference[j]
                         lift, rise = -loop1 * e, -(loop2 * e + y[6, j])
                         ux, uy, uz = ux + lift * nx, uy + lift * ny, uz + lift * nz
-                        # the Earth-relative velocity changes by the rise alone; the inertial one by ω × lift too
+                        # the Earth-relative velocity changes by the rise alone; the inertial one also by ω × lift
                         wx = rise * nx - omega * lift * ny
                         wy, wz = rise * ny + omega * lift * nx, rise * nz
                         rate[6, j] = length * loop3 * e
@@ -182,7 +183,7 @@ def _navigate(
             r0, r1, r2, r3 = multiply_k(e0, -e1, -e2, -e3, scale * b0, scale * b1, scale * b2, scale * b3)
             q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
             q_nb[k, 0], q_nb[k, 1], q_nb[k, 2], q_nb[k, 3] = q0, q1, q2, q3
-        # the last sample's end is where the next window starts
+        # the next window starts at the end of the last sample
         a0, a1, a2, a3 = b0, b1, b2, b3
         loop_sum = y[6, NODES - 1]
 
@@ -195,7 +196,7 @@ def solve(problem: Problem, frame: str) -> None:
     """Navigate in the inertial frame, which has no radii of curvature and no azimuth.
 
     Args:
-        problem: increments, models and initial state; its solution is filled.
+        problem: increments, models and initial state; its solution is filled in.
         frame: "inertial".
     """
     p = problem

@@ -1,19 +1,19 @@
-"""Attitude, velocity and position by functional iteration over windows of samples: the reference of the comparison.
+"""Attitude, velocity and position by functional iteration over windows of samples, the reference for comparisons.
 
 Rate and specific force over a window are the polynomials whose integrals over its samples are the increments. The
-unknowns are carried by their values at Chebyshev points; the integral equations
+unknowns are represented by their values at Chebyshev points. The integral equations
 
     q = 1 + ½ ∫ q ∘ ω dt                                     body, relative to its axes at the window's start
-    v = v₀ + ∫ (C_wb f + g − (2ω_ie + ω_ew) × v) dt           and position, and the turn of the navigation frame
+    v = v₀ + ∫ (C_wb f + g − (2ω_ie + ω_ew) × v) dt           likewise position and the rotation of the navigation frame
 
-are iterated (Picard) at these points until nothing changes beyond rounding, with integrals by the Chebyshev
-integration matrix. What is left is how well the polynomials describe the motion. Quaternion: Wu, Y., "RodFIter:
-attitude reconstruction from inertial measurement by functional iteration", IEEE Trans. AES 54 (2018) 2131, and Wu, Y.,
-Yan, G., "Attitude reconstruction from inertial measurements: QuatFIter and its comparison with RodFIter", IEEE Trans.
-AES 55 (2019) 3629; with velocity and position: Wu, Y., "iNavFIter: next-generation inertial navigation computation
-based on functional iteration", IEEE Trans. AES 56 (2020) 2061.
+are iterated (Picard) at these points to rounding, with integrals by the Chebyshev integration matrix. The remaining
+error is that of the polynomials. Quaternion: Wu, Y., "RodFIter: attitude reconstruction from inertial measurement by
+functional iteration", IEEE Trans. AES 54 (2018) 2131, and Wu, Y., Yan, G., "Attitude reconstruction from inertial
+measurements: QuatFIter and its comparison with RodFIter", IEEE Trans. AES 55 (2019) 3629; with velocity and position:
+Wu, Y., "iNavFIter: next-generation inertial navigation computation based on functional iteration", IEEE Trans. AES 56
+(2020) 2061.
 
-A window takes eight samples, and the solution has a row at the end of every sample. Samples left over at the end are
+A window has eight samples, and the solution has a row at the end of every sample. Remaining samples at the end are
 navigated with a polynomial through the last eight.
 """
 
@@ -31,7 +31,7 @@ _ENGINES = {
     "azimuth": functional_level.solve,
     "inertial": functional_inertial.solve,
 }
-"""Engines by the file of the frame."""
+"""Engines by file of the frame."""
 
 
 def engine(frame: str) -> Callable[[Problem, str], None]:
@@ -44,12 +44,13 @@ def engine(frame: str) -> Callable[[Problem, str], None]:
         A function of a problem and the frame.
 
     Raises:
-        InputError: it has none for this frame.
+        InputError: there is no engine for this frame.
     """
     file = FRAME_REGISTRY[frame].file
     if file not in _ENGINES:
         raise InputError(
-            f"functional-iteration brings an engine of its own for each frame, and has none for {frame}; it has one for"
-            f" {listed(frames_that(lambda entry: entry.file in _ENGINES))}. Any other algorithm navigates in {frame}."
+            f"functional-iteration has its own engine for each frame, but none for {frame}; it can be used in the "
+            "frames"
+            f" {listed(frames_that(lambda entry: entry.file in _ENGINES))}. All other algorithms navigate in {frame}."
         )
     return _ENGINES[file]

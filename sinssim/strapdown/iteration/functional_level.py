@@ -1,6 +1,6 @@
 """Functional iteration in the local-level frames: level, wander, free azimuth and transverse.
 
-The level frame is the transverse frame whose pole is the Earth's own. See `functional_iteration` for the method.
+The level frame is the transverse frame with the Earth's pole. See `functional_iteration` for the method.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _navigate(
         if vertical != 0 and not by_readings:
             height_at_nodes_k(vertical, height_table[t], fit[n], height_reference, climb_reference, reference, climb)
 
-        # --- to begin with: gravity and Coriolis of the start, position on a straight line
+        # --- initial values: gravity and Coriolis of the start, position on a straight line
         kx0, ky0, kz0 = third_row_k(e0, e1, e2, e3)
         px0, py0, pz0 = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
         k2, kappa, along, down = earth_k(p, gravity, simplified, kx0, ky0, kz0, h)
@@ -140,7 +140,7 @@ def _navigate(
                 rate[1, j] = fy + length * (gy + along * ky)
                 rate[2, j] = fz + length * (gz + down)
                 rate[3, j] = -length * uz
-                # ρ̇ = ω_ew + ½ ρ × ω_ew: what follows is below rounding for turns as small as these
+                # ρ̇ = ω_ew + ½ ρ × ω_ew: further terms are below rounding for such small rotations
                 tx, ty, tz = length * tx, length * ty, length * tz
                 rate[4, j] = tx + 0.5 * (ry * tz - rz * ty)
                 rate[5, j] = ty + 0.5 * (rz * tx - rx * tz)
@@ -158,7 +158,7 @@ def _navigate(
             for c in range(11):
                 begin = (vx, vy, vz, h, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, loop_sum)[c]
                 integrate_k(integral, rate, c, begin, y)
-            # the next change is smaller by the turn of the frame in the window, 1e-5
+            # the next change is smaller by the rotation of the frame in the window, 1e-5
             if largest_change_k(y, endx, endy, endz) < 1e-10:
                 break
 
@@ -193,7 +193,7 @@ def _navigate(
             )
             q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
             q_nb[k, 0], q_nb[k, 1], q_nb[k, 2], q_nb[k, 3] = q0, q1, q2, q3
-        # the last sample's end is where the next window starts
+        # the next window starts at the end of the last sample
         a0, a1, a2, a3 = b0, b1, b2, b3
         scale = 1.5 - 0.5 * (f0 * f0 + f1 * f1 + f2 * f2 + f3 * f3)
         e0, e1, e2, e3 = scale * f0, scale * f1, scale * f2, scale * f3
@@ -209,7 +209,7 @@ def solve(problem: Problem, frame: str) -> None:
     """Navigate in a local-level frame.
 
     Args:
-        problem: increments, models and initial state; its solution is filled.
+        problem: increments, models and initial state; its solution is filled in.
         frame: "level", or one of `sinssim.strapdown.frames.azimuth`.
     """
     p = problem

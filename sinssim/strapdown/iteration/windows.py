@@ -27,24 +27,25 @@ from sinssim.strapdown.frames.vertical import HELD
 Long = NDArray[np.longdouble]
 
 WINDOW = 8
-"""Samples of a window."""
+"""Number of samples in a window."""
 NODES = 12
-"""Chebyshev points of a window, its ends among them."""
+"""Number of Chebyshev points of a window, including its ends."""
 
-MOST_ITERATIONS = 60  # convergence is factorial: a turn by 10 rad in a window is through in half of that
-_BLOCK = 1024  # windows whose tables are made at once when intervals are unequal
+MOST_ITERATIONS = 60  # convergence is factorial: a rotation by 10 rad in a window needs half of these iterations
+_BLOCK = 1024  # number of windows whose tables are made at once for unequal intervals
 
 
 class Windows(NamedTuple):
     """Windows of samples, and the tables for them; times are scaled to a window's length.
 
-    first, size: first sample and number of samples that the window navigates, (K,) int.
+    first, size: first sample and number of samples navigated in the window, (K,) int.
     fit: first sample of its polynomials, (K,) int.
-    table: which of the T tables serves it, (K,) int.
-    rate: increments to rate times length at the nodes, (T, NODES, WINDOW).
-    edge: values at the nodes to those at the ends of the samples, (T, WINDOW, NODES).
-    height: reference at the edges of the fitted samples to that at the nodes, linear in between, (T, NODES, WINDOW+1).
-    integral: values at the nodes to integrals from the window's start to the nodes, (NODES, NODES).
+    table: number of its table, of T tables, (K,) int.
+    rate: matrix from increments to rate times length at the nodes, (T, NODES, WINDOW).
+    edge: matrix from values at the nodes to those at the ends of the samples, (T, WINDOW, NODES).
+    height: matrix from references at the edges of the fitted samples to those at the nodes, linear in between, (T,
+        NODES, WINDOW+1).
+    integral: matrix from values at the nodes to integrals from the window's start, (NODES, NODES).
     """
 
     first: NDArray[np.intp]
@@ -67,7 +68,7 @@ def _integrals(x: Long, degree: int) -> Long:
 def _tables(edges: Array, skipped: int) -> tuple[Array, Array, Array]:
     """Return the tables `rate`, `edge` and `height` of K windows.
 
-    edges: times of the fitted samples' edges, (K, WINDOW+1) s; the first `skipped` samples are fitted only.
+    edges: times of the edges of the fitted samples, (K, WINDOW+1) s; the first `skipped` samples are only fitted.
     """
     start, length = edges[:, skipped, None], edges[:, -1, None] - edges[:, skipped, None]
     x = ((edges - start) / length).astype(np.longdouble)
@@ -82,9 +83,9 @@ def _tables(edges: Array, skipped: int) -> tuple[Array, Array, Array]:
 
 
 def _inverse(matrix: Long) -> Long:
-    """Return the inverse in extended precision, by Newton's iteration from that in double precision.
+    """Return the inverse in extended precision, by Newton's iteration from the inverse in double precision.
 
-    The tables serve every window of a run: their rounding would not average out.
+    The tables are used in every window of a run, so their rounding errors would not average out.
     """
     inverse = np.linalg.inv(matrix.astype(np.float64)).astype(np.longdouble)
     two = 2.0 * np.eye(matrix.shape[-1], dtype=np.longdouble)
@@ -94,7 +95,7 @@ def _inverse(matrix: Long) -> Long:
 
 
 def _distance(x: Long, nodes: Long) -> Long:
-    """Return how far nodes are from edges, in the sample between them, (K, NODES, WINDOW+1)."""
+    """Return the distances of nodes from edges within samples, (K, NODES, WINDOW+1)."""
     width = np.diff(x, axis=1)
     ahead = (nodes[None, :, None] - x[:, None, :]) / np.concatenate([width, width[:, -1:]], axis=1)[:, None, :]
     behind = (x[:, None, :] - nodes[None, :, None]) / np.concatenate([width[:, :1], width], axis=1)[:, None, :]
@@ -102,12 +103,12 @@ def _distance(x: Long, nodes: Long) -> Long:
 
 
 def chebyshev_points() -> Long:
-    """Return the Chebyshev points of [0, 1], its ends among them, (NODES,)."""
+    """Return the Chebyshev points of [0, 1], including its ends, (NODES,)."""
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(NODES) / (NODES - 1)), dtype=np.longdouble)
 
 
 def windows(time: Array, uniform: bool) -> Iterator[Windows]:
-    """Yield the windows that cover the data, with their tables, some at a time.
+    """Yield the windows that cover the data, with their tables, several at a time.
 
     Args:
         time: edges of the intervals, (N+1,) s.
@@ -117,11 +118,11 @@ def windows(time: Array, uniform: bool) -> Iterator[Windows]:
         Windows in order; the last may navigate fewer samples.
 
     Raises:
-        InputError: for fewer samples than a window takes.
+        InputError: there are fewer samples than in a window.
     """
     samples = len(time) - 1
     if samples < WINDOW:
-        raise InputError(f"functional-iteration works on windows of {WINDOW} samples; the data hold {samples}.")
+        raise InputError(f"functional-iteration needs windows of {WINDOW} samples; the data have only {samples}.")
     whole, left = divmod(samples, WINDOW)
     nodes = chebyshev_points()
     to_coefficients = _inverse(chebyshev.chebvander(2.0 * nodes - 1.0, NODES - 1))
@@ -213,10 +214,10 @@ def body_k(
     q: Array,
     force: Array,
 ) -> None:
-    """Motion of the body in a window, in its axes at the window's start.
+    """Compute the motion of the body in a window, in its axes at the window's start.
 
     Fills, at the nodes: q, (4, NODES), its attitude; force, (3, NODES), specific force times the window's length.
-    `rate` (6, NODES) and `work` (4, NODES) are room for work.
+    `rate` (6, NODES) and `work` (4, NODES) are work space.
     """
     for j in range(NODES):
         for c in range(3):
@@ -227,7 +228,7 @@ def body_k(
             rate[c, j], rate[3 + c, j] = w, f
     for c in range(3):
         integrate_k(integral, rate, c, 0.0, work)
-    for j in range(NODES):  # to begin with, the increments taken for a rotation vector
+    for j in range(NODES):  # initial value: the increments as a rotation vector
         q[0, j], q[1, j], q[2, j], q[3, j] = quaternion_from_rotation_vector_k(work[0, j], work[1, j], work[2, j])
     e0, e1, e2, e3 = q[0, NODES - 1], q[1, NODES - 1], q[2, NODES - 1], q[3, NODES - 1]
     for _ in range(MOST_ITERATIONS):

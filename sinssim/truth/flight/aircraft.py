@@ -1,4 +1,4 @@
-"""An aircraft's description: which JSBSim model flies, where the sensor block sits, how our autopilot flies it."""
+"""The description of an aircraft: its JSBSim model, the place of the sensor block, and the autopilot's gains."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sinssim.section import NotNegative, Positive, Section, Vector3
 
 
 class Mounting(Section):
-    """Where the sensor block sits in the airframe.
+    """Place of the sensor block in the airframe.
 
     Attributes:
         lever_arm_m: from the centre of gravity to the block, forward, right, down, m.
@@ -22,21 +22,21 @@ class Mounting(Section):
 
 
 class Performance(Section):
-    """What a pilot of the type flies by.
+    """Usual speeds, limits and settings of the type.
 
     Attributes:
         cruise_kt: usual airspeed, calibrated, kt.
-        stall_alpha_deg: above this angle of attack it counts as stalled, degrees.
+        stall_alpha_deg: angle of attack above which the aircraft counts as stalled, degrees.
         bank_deg: usual angle of bank, degrees.
-        max_load_factor_g, min_load_factor_g: load factors the autopilot stays within, g.
+        max_load_factor_g, min_load_factor_g: limits of the load factor for the autopilot, g.
         climb_mps, descent_mps: usual vertical speeds, m/s.
-        acceleration_mps2: rate at which a new airspeed is approached, m/s².
+        acceleration_mps2: rate of change of airspeed, m/s².
         takeoff_kt: airspeed of rotation, kt.
         takeoff_pitch_deg: pitch angle held from rotation, degrees.
         initial_climb_kt: airspeed of the climb after take-off, kt.
-        takeoff_flaps: flap setting for take-off, in parts of full travel.
-        takeoff_throttle: throttle setting for take-off, in parts of full travel.
-        retractable_gear: whether the gear goes up after take-off.
+        takeoff_flaps: flap setting for take-off, as a fraction of full travel.
+        takeoff_throttle: throttle setting for take-off, as a fraction of full travel.
+        retractable_gear: whether the gear is retracted after take-off.
     """
 
     cruise_kt: Positive
@@ -56,12 +56,13 @@ class Performance(Section):
 
 
 class AutopilotGains(Section):
-    """Gains of our autopilot; control deflections in parts of full travel, angles in rad, rates in rad/s.
+    """Gains of our autopilot; control deflections as a fraction of full travel, angles in rad, rates in rad/s.
 
     Attributes:
         reference_kt: airspeed at which the gains hold, kt.
-        airspeed_scheduled: feedback falls with dynamic pressure, feedforward with airspeed (a conventional
-            control system); false: the same at any airspeed (a control system that commands rates).
+        airspeed_scheduled: whether feedback decreases with dynamic pressure and feedforward with airspeed (a
+            conventional control system); false: gains are the same at any airspeed (a control system that commands
+            rates).
         roll_rate_max_deg_s, roll_acceleration_max_deg_s2: limits of the bank reference.
         bank_rate: bank error to bank rate, of the reference, 1/s.
         bank_gain: bank error against the reference to roll rate, 1/s.
@@ -71,7 +72,7 @@ class AutopilotGains(Section):
         path_gain: vertical-speed error to vertical acceleration, 1/s.
         vertical_acceleration_mps2: limit of the vertical-speed reference.
         load_time_s: time constant of the load-factor reference.
-        lift_time_s: time by which the lift lags the pitch rate at the reference airspeed at sea level.
+        lift_time_s: lag of the lift behind the pitch rate at the reference airspeed at sea level.
         pitch_feedforward, pitch_gain, pitch_integral: pitch rate, its error and its integral to elevator.
         speed_gain, speed_integral: airspeed error (m/s) and its integral to throttle.
         climb_throttle: climb angle to throttle.
@@ -115,12 +116,12 @@ class Aircraft(Section):
     """One aircraft: the contents of its aircraft.toml.
 
     Attributes:
-        description: a sentence for a person.
+        description: a sentence.
         jsbsim_model: name of the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml.
-        model_changes: new text for elements of the model's XML, by XPath, put in when the model is loaded; an
-            element whose text would be empty is left out.
-        mounting: where the sensor block sits.
-        performance: what a pilot of the type flies by.
+        model_changes: new text for elements of the model's XML, by XPath, applied when the model is loaded; an element
+            with an empty new text is removed.
+        mounting: place of the sensor block.
+        performance: usual speeds, limits and settings of the type.
         autopilot: gains of our autopilot.
     """
 
@@ -133,16 +134,16 @@ class Aircraft(Section):
 
 
 def aircraft_exists(name: str) -> str:
-    """Return the name of an aircraft if there is such an aircraft.
+    """Return the name of an aircraft if it exists.
 
     Args:
         name: name of the aircraft, or a path of its folder or its aircraft.toml.
 
     Returns:
-        The name as it was given.
+        The given name.
 
     Raises:
-        InputError: there is no such aircraft; the message lists those that there are.
+        InputError: there is no such aircraft; the message lists the known ones.
     """
     find_content("aircraft", name)
     return name
@@ -158,7 +159,7 @@ def load_aircraft(name: str) -> Aircraft:
         The description.
 
     Raises:
-        InputError: no such aircraft, or its aircraft.toml is not right; the message names file, line and key.
+        InputError: there is no such aircraft, or its aircraft.toml is invalid; the message names file, line and key.
     """
     file = find_content("aircraft", name)
     text, data = read_toml(file)

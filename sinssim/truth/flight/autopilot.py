@@ -2,12 +2,12 @@
 
 Its gains and limits are those of the aircraft's `aircraft.toml` (tables [autopilot] and [performance]).
 
-Three loops, each with a reference that moves as a pilot would move the aircraft:
+It has three loops, each with a reference that changes at rates usual for a pilot:
 
-- lateral: heading error → bank → roll rate → aileron, the sideslip kept at nothing by the rudder;
-- vertical: height error → vertical speed → load factor → pitch rate → elevator. Load factor and pitch rate are
-  tied by the kinematics of the coordinated turn, q = (g/V)(n − cosθ cosφ), so a turn needs no extra back pressure;
-- airspeed: throttle, with the power that a climb or an acceleration will need fed forward.
+- lateral: heading error → bank → roll rate → aileron; the rudder keeps the sideslip at zero;
+- vertical: height error → vertical speed → load factor → pitch rate → elevator. Load factor and pitch rate are related
+  by the kinematics of the coordinated turn, q = (g/V)(n − cosθ cosφ), so that turns need no extra elevator term;
+- airspeed: throttle, with feedforward of the power for a climb or an acceleration.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from sinssim.units import DEG, KNOT
 G = 9.80665
 """Gravity in the autopilot's kinematics [m/s²]."""
 
-_SHORT = 4.0  # the airspeed's reference never leads or lags the airspeed by more [m/s]
+_SHORT = 4.0  # largest difference of the airspeed's reference from the airspeed [m/s]
 
 INTERVAL = 1.0 / 30.0
 """Time between steps of the autopilot [s]."""
 
 HEADING, BANK, ROLL_RATE = 0, 1, 2
-"""What the lateral loop holds."""
+"""Modes of the lateral loop."""
 
 HEIGHT, PITCH, LOAD_FACTOR = 0, 1, 2
-"""What the vertical loop holds."""
+"""Modes of the vertical loop."""
 
 
 class AircraftState:
-    """The aircraft's state as the autopilot and the legs know it; refreshed in place.
+    """The aircraft's state for the autopilot and the legs; refreshed in place.
 
     Attributes:
         time: flight time, s.
@@ -43,7 +43,7 @@ class AircraftState:
         height: height above the ellipsoid, m.
         climb: vertical speed, m/s.
         beta: sideslip, rad.
-        alpha: angle of attack, rad (ten times a second, like all that follow).
+        alpha: angle of attack, rad (updated ten times per second, like all following values).
         latitude, longitude: rad.
         track: direction of motion over the ground, rad.
         ground_speed: m/s.
@@ -64,27 +64,27 @@ class AircraftState:
 
 
 class Autopilot:
-    """Control loops with targets that the legs set.
+    """Control loops; the legs set their targets.
 
     Attributes:
         lateral: HEADING, BANK or ROLL_RATE.
         heading, bank, roll_rate: targets of the lateral loop, rad, rad, rad/s.
-        bank_limit: greatest bank while holding a heading, rad.
+        bank_limit: largest bank while holding a heading, rad.
         vertical: HEIGHT, PITCH or LOAD_FACTOR.
         height, pitch, load_factor: targets of the vertical loop, m, rad, g.
-        climb_limit, descent_limit: greatest vertical speeds towards a height, m/s.
+        climb_limit, descent_limit: largest vertical speeds towards a height, m/s.
         airspeed: target of the throttle, calibrated, m/s.
-        fixed_elevator, fixed_aileron, fixed_rudder, fixed_throttle: a setting that takes the place of the loop's.
+        fixed_elevator, fixed_aileron, fixed_rudder, fixed_throttle: settings that replace those of the loops.
         steering: whether the nose wheel steers to `heading`.
-        brakes, gear, flaps: settings, in parts of full travel.
-        elevator, aileron, rudder, throttle, steer: the commands, in parts of full travel, JSBSim's signs.
+        brakes, gear, flaps: settings, as fractions of full travel.
+        elevator, aileron, rudder, throttle, steer: the commands, as fractions of full travel, JSBSim's signs.
     """
 
     def __init__(self, aircraft: Aircraft, interval: float) -> None:
         """Make an autopilot at rest.
 
         Args:
-            aircraft: whose gains and limits.
+            aircraft: the aircraft, with gains and limits.
             interval: time between steps, s.
         """
         gains, performance = aircraft.autopilot, aircraft.performance
@@ -122,11 +122,11 @@ class Autopilot:
         self._speed_reference = self._throttle_integral = self._rudder_integral = 0.0
 
     def engage(self, state: AircraftState, *, elevator: float, aileron: float, rudder: float, throttle: float) -> None:
-        """Take over in trimmed flight, holding what is being flown.
+        """Engage in trimmed flight, holding the current heading, height and airspeed.
 
         Args:
             state: the aircraft's state.
-            elevator, aileron, rudder, throttle: the trimmed settings, in parts of full travel.
+            elevator, aileron, rudder, throttle: the trimmed settings, as fractions of full travel.
         """
         self.heading, self.height, self.airspeed = state.psi, state.height, state.cas
         self._bank_reference, self._roll_reference = state.phi, 0.0
@@ -138,7 +138,7 @@ class Autopilot:
         self.throttle, self._throttle_integral = throttle, throttle
 
     def resume(self, state: AircraftState) -> None:
-        """Start the references from what the aircraft is doing, after a figure that they did not follow.
+        """Set the references to the aircraft's state, after a manoeuvre that they did not follow.
 
         Args:
             state: the aircraft's state.
@@ -151,9 +151,9 @@ class Autopilot:
             self._throttle_integral = self.throttle - ahead
         self.fixed_elevator = self.fixed_aileron = self.fixed_rudder = self.fixed_throttle = None
 
-    # Long: one control law from targets to commands, called thirty times a second; local names save look-ups.
+    # Long: one control law from targets to commands, called thirty times per second; local names save look-ups.
     def step(self, m: AircraftState) -> None:
-        """Work out the commands for the coming interval.
+        """Compute the commands for the next interval.
 
         Args:
             m: the aircraft's state.
@@ -178,7 +178,7 @@ class Autopilot:
             error = self._roll_reference - m.p
         else:
             if lateral == HEADING:
-                # A turn rate in proportion to the error, and the bank of the coordinated turn: tanφ = ψ̇V/g.
+                # A turn rate proportional to the error, and the bank of the coordinated turn: tanφ = ψ̇V/g.
                 bank = atan(tas / (G * k.heading_time_s) * remainder(self.heading - m.psi, 2.0 * pi))
                 limit = self.bank_limit
                 bank = limit if bank > limit else -limit if bank < -limit else bank
@@ -204,7 +204,7 @@ class Autopilot:
         if vertical == HEIGHT:
             climb = k.height_rate * (self.height - m.height)
             limit = self.climb_limit
-            # With the throttle open and the airspeed short of its reference a climb gives way to the airspeed.
+            # At full throttle with the airspeed below its reference, the climb is reduced in favour of the airspeed.
             margin = (cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
             limit *= 1.0 if margin > 1.0 else margin if margin > 0.0 else 0.0
             climb = limit if climb > limit else -self.descent_limit if climb < -self.descent_limit else climb
@@ -213,7 +213,7 @@ class Autopilot:
             change = step if change > step else -step if change < -step else change
             self._climb_reference += change
             load = change / dt + k.path_gain * (self._climb_reference - m.climb)
-            # The bank that will be flown when the lift has followed.
+            # The bank at the time when the lift has followed.
             cos_bank = cos(phi + k.load_time_s * self._roll_reference)
             load = (cos_theta + load / (G * (cos_theta if cos_theta > 0.3 else 0.3))) / (
                 cos_bank if cos_bank > 0.15 else 0.15
@@ -226,7 +226,7 @@ class Autopilot:
             else:
                 load = self.load_factor
         load = self._load_max if load > self._load_max else self._load_min if load < self._load_min else load
-        # The lift lags the pitch rate by the time that the angle of attack takes, mV/(qS dC_L/dα): lead it by that.
+        # The lift lags the pitch rate by the time constant of the angle of attack, mV/(qS dC_L/dα): lead it by that.
         self._load_ahead += self._load_lag * (load - self._load_ahead)
         change = self._load_lag * (self._load_ahead - self._load_reference)
         self._load_reference += change
@@ -265,8 +265,8 @@ class Autopilot:
         step = self._throttle_step
         self.throttle += step if change > step else -step if change < -step else change
 
-        # On the ground pedals and nose wheel keep the heading; in the air the pedals coordinate: the yaw rate of the
-        # coordinated turn, r = (g/V) cosθ sinφ, and no sideslip. JSBSim's rudder is positive nose left.
+        # On the ground pedals and nose wheel hold the heading. In the air the pedals coordinate: the yaw rate of the
+        # coordinated turn, r = (g/V) cosθ sinφ, and zero sideslip. JSBSim's rudder is positive nose left.
         if self.steering:
             steer = k.steering_gain * (remainder(self.heading - m.psi, 2.0 * pi) - m.r)
             self.steer = 1.0 if steer > 1.0 else -1.0 if steer < -1.0 else steer

@@ -1,7 +1,7 @@
-"""Flown flights on disk: fly once, navigate many times.
+"""The cache of flown flights on disk.
 
-A flight is kept under a digest of everything that determines it, in a file that begins with the digest of its own
-contents: an edited aircraft, plan or autopilot is another flight, and a damaged file is flown again.
+A flight is stored under a digest of everything that determines it, in a file that begins with the digest of its own
+contents. An edited aircraft, plan or autopilot gives another flight, and a damaged file is replaced by flying again.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from sinssim.truth.trajectory import Channel, FlightEvent
 
 logger = logging.getLogger(__name__)
 
-_KEPT = 100  # flights; the ones not used for longest go first
+_KEPT = 100  # maximum number of flights; the least recently used ones are removed first
 _DIGEST = hashlib.sha256().digest_size
 _PACKAGE = Path(__file__).parents[2]
 _SOURCES = ("earth", "rotation", "jit.py", "units.py", "truth/flight")
-"""Files and folders of the package by which a flight is flown; an edit there flies it anew."""
+"""Files and folders of the package that determine a flight; after an edit there, it is flown again."""
 
 
 def cached_flight(
@@ -43,20 +43,20 @@ def cached_flight(
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
 ) -> FlightLog:
-    """Return a flight from the cache, or fly it and keep it there.
+    """Return a flight from the cache, or fly it and store it there.
 
     Args:
         flight: the [flight] section of a scenario.
         seed: seed of the turbulence.
-        progress: called while flying with the flown fraction, 0 … 1.
-        meanwhile: called once while another process flies; not at all if the flight was kept.
+        progress: called while flying with the fraction flown, 0 … 1.
+        meanwhile: called once while another process flies; not called if the flight is in the cache.
 
     Returns:
-        The flight, bit for bit the same whether it was flown or read.
+        The flight, bit for bit the same whether flown or read.
 
     Raises:
-        InputError: no such aircraft or model, or a flight that cannot be flown; the message names the leg.
-        RunError: JSBSim broke down.
+        InputError: there is no such aircraft or model, or the flight cannot be flown; the message names the leg.
+        RunError: JSBSim failed.
     """
     file = _file(flight, seed)
     log = _read(file)
@@ -76,14 +76,14 @@ def _sources() -> tuple[Path, ...]:
 
 
 def is_cached(flight: FlightSection, seed: int = 0) -> bool:
-    """Return whether a flight lies in the cache.
+    """Return whether a flight is in the cache.
 
     Args:
         flight: the [flight] section of a scenario.
         seed: seed of the turbulence.
 
     Returns:
-        Whether `cached_flight` would have no need to fly it.
+        Whether `cached_flight` would not need to fly it.
     """
     return _file(flight, seed).is_file()
 
@@ -97,10 +97,10 @@ def flight_key(flight: FlightSection, seed: int) -> str:
 
     Args:
         flight: the [flight] section of a scenario.
-        seed: seed of the turbulence; without turbulence nothing depends on it.
+        seed: seed of the turbulence; without turbulence it has no effect.
 
     Returns:
-        SHA-256 over the versions, the aircraft's files, the plan, the seed and the code that flies, in hexadecimal.
+        SHA-256 over the versions, the aircraft's files, the plan, the seed and the code, in hexadecimal.
     """
     import jsbsim
 
@@ -126,7 +126,7 @@ def flight_key(flight: FlightSection, seed: int) -> str:
 
 
 def _write(file: Path, log: FlightLog) -> None:
-    """Keep a flight; a folder that cannot be written to is only worth a warning."""
+    """Store a flight; a folder that cannot be written causes only a warning."""
     arrays = {"time": log.time, "position_ecef": log.position_ecef, "q_eb": log.q_eb}
     for name, channel in log.channels.items():
         arrays[f"channel_time_{name}"], arrays[f"channel_{name}"] = channel.time, channel.values
@@ -150,25 +150,25 @@ def _write(file: Path, log: FlightLog) -> None:
         for old in sorted(file.parent.glob("*.flight"), key=lambda path: path.stat().st_mtime)[:-_KEPT]:
             old.unlink(missing_ok=True)
     except OSError as error:
-        logger.warning("the flight cannot be kept in %s (%s): it will be flown again next time.", file.parent, error)
+        logger.warning("the flight cannot be stored in %s (%s): it will be flown again next time.", file.parent, error)
         if beside is not None:
             beside.unlink(missing_ok=True)
 
 
 def _read(file: Path) -> FlightLog | None:
-    """Return a kept flight, or None if there is none or it is damaged."""
+    """Return a stored flight, or None if it is missing or damaged."""
     try:
         content = file.read_bytes()
     except FileNotFoundError:
         return None
     except OSError as error:
-        logger.warning("the flight kept in %s cannot be read (%s): it is flown again.", file, error)
+        logger.warning("the flight stored in %s cannot be read (%s): it is flown again.", file, error)
         return None
     payload = content[_DIGEST:]
     if hashlib.sha256(payload).digest() != content[:_DIGEST]:
-        logger.warning("the flight kept in %s is damaged: it is flown again.", file)
+        logger.warning("the flight stored in %s is damaged: it is flown again.", file)
         return None
-    # What passes the check was written by this very code: its source is part of the file's name.
+    # A file that passes the check was written by the same code, whose source is part of the file's name.
     with np.load(io.BytesIO(payload), allow_pickle=False) as kept:
         text = json.loads(str(kept["text"]))
         log = FlightLog(
@@ -181,6 +181,6 @@ def _read(file: Path) -> FlightLog | None:
             },
             events=tuple(FlightEvent(time, event) for time, event in text["events"]),
         )
-    with contextlib.suppress(OSError):  # a read-only cache is good to read from
-        file.touch()  # the least recently used go first
+    with contextlib.suppress(OSError):  # a read-only cache can be read
+        file.touch()  # the least recently used are removed first
     return log

@@ -1,7 +1,7 @@
-"""Dead reckoning over a flight plan: where its legs lead and how long they take, without flying them.
+"""Dead reckoning over a flight plan: estimated end and duration of each leg, without flying.
 
-Each leg begins where the one before ends, on a sphere of the Earth's mean radius, in the plan's steady wind. Climbs,
-turns and changes of speed are steady; the seconds in which an aircraft rolls, pitches and settles are neglected.
+Each leg begins at the end of the previous one, on a sphere of the Earth's mean radius, in the plan's steady wind.
+Climbs, turns and changes of speed are steady; transients of roll and pitch, which take seconds, are neglected.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from sinssim.truth.flight.aircraft import Performance
 
 GRAVITY = 9.81
-"""Gravity that dead reckoning goes by [m/s²]."""
+"""Gravity for dead reckoning [m/s²]."""
 
 _EARTH_RADIUS = 6371e3  # m
 _SOUND = 340.294  # speed of sound at sea level, m/s
@@ -21,18 +21,18 @@ _TROPOPAUSE = 11_000.0  # m
 
 @dataclass
 class DeadReckoning:
-    """State of the plan at the end of a leg, which the next leg begins with.
+    """State of the plan at the end of a leg, which is the beginning of the next leg.
 
     Attributes:
-        performance: of the aircraft.
-        roll_rate: greatest of the autopilot, rad/s.
+        performance: performance of the aircraft.
+        roll_rate: largest roll rate of the autopilot, rad/s.
         airspeed: calibrated, m/s.
         altitude: m.
         heading: clockwise from north, rad.
         latitude, longitude: rad.
         wind: velocity of the air to the north and to the east, m/s.
         elapsed: since the start of the flight, s.
-        turning: ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are left out, they are small.
+        turning: ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are small and neglected.
     """
 
     performance: Performance
@@ -48,7 +48,7 @@ class DeadReckoning:
 
     def true_airspeed(self) -> float:
         """Return the true airspeed, m/s, by compressible flow in the standard atmosphere."""
-        warm = max(1.0 - 2.25577e-5 * self.altitude, 0.751865)  # the temperature over that at sea level
+        warm = max(1.0 - 2.25577e-5 * self.altitude, 0.751865)  # ratio of the temperature to that at sea level
         pressure = math.pow(warm, 5.25588)
         if self.altitude > _TROPOPAUSE:
             pressure *= math.exp(-(self.altitude - _TROPOPAUSE) / 6341.62)
@@ -56,7 +56,7 @@ class DeadReckoning:
         return _SOUND * math.sqrt(5.0 * warm * (math.pow(impact / pressure + 1.0, 2.0 / 7.0) - 1.0))
 
     def move(self, north: float, east: float) -> None:
-        """Move the place by a distance; the course is steady, as on a rhumb line.
+        """Move the place by a distance on a constant course, as on a rhumb line.
 
         Args:
             north, east: components of the way over the ground, m.
@@ -66,10 +66,10 @@ class DeadReckoning:
         self.longitude += east / (_EARTH_RADIUS * max(math.cos(0.5 * (before + self.latitude)), 1e-3))
 
     def ahead(self, way: float) -> None:
-        """Move the place straight ahead, as on the runway.
+        """Move the place straight ahead, for example on the runway.
 
         Args:
-            way: over the ground, m.
+            way: distance over the ground, m.
         """
         self.move(way * math.cos(self.heading), way * math.sin(self.heading))
 
@@ -78,7 +78,7 @@ class DeadReckoning:
 
         Args:
             seconds: duration, s.
-            share: mean speed ahead through the air, in parts of the true airspeed.
+            share: mean speed ahead through the air, as a fraction of the true airspeed.
 
         Returns:
             The duration, s.
@@ -93,7 +93,7 @@ class DeadReckoning:
 
         Args:
             altitude: height to reach, m.
-            rate: vertical speed without sign, m/s.
+            rate: magnitude of the vertical speed, m/s.
 
         Returns:
             The duration, s.
@@ -108,7 +108,7 @@ class DeadReckoning:
         """Return the rate of a level turn, g tan(bank)/V, rad/s.
 
         Args:
-            bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
 
         Returns:
             Rate, rad/s.
@@ -116,12 +116,12 @@ class DeadReckoning:
         return GRAVITY * math.tan(math.radians(bank_deg or self.performance.bank_deg)) / self.true_airspeed()
 
     def turning_of(self, angle: float, seconds: float, bank_deg: float | None) -> float:
-        """Return ∫ω² dt of a turn, and of rolling into it and out of it.
+        """Return ∫ω² dt of a turn, including rolling in and out.
 
         Args:
-            angle: of the turn, rad.
+            angle: angle of the turn, rad.
             seconds: its duration, s.
-            bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
 
         Returns:
             The integral, rad²/s.
@@ -134,7 +134,7 @@ class DeadReckoning:
 
         Args:
             angle: right positive, rad.
-            bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
 
         Returns:
             The duration, s.
@@ -150,7 +150,7 @@ class DeadReckoning:
         return seconds
 
     def heading_along(self, track: float) -> float | None:
-        """Return the heading that makes good a track against the wind.
+        """Return the heading that makes good a track in the wind.
 
         Args:
             track: direction over the ground, rad.

@@ -1,4 +1,4 @@
-"""The log of a flight: what is recorded while JSBSim flies, and the same in SI units."""
+"""The log of a flight: the recording in JSBSim's units, and in SI units."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ CHANNELS: tuple[tuple[str, str, float, str], ...] = (
 
 @dataclass(frozen=True)
 class FlightLog:
-    """A flown flight: the centre of gravity's motion at knots, and what else was logged.
+    """A flown flight: the centre of gravity's motion at knots, and other logged quantities.
 
     Attributes:
         time: instants of the knots, (K,) s, from 0.
         position_ecef: position of the centre of gravity, (K, 3) m.
         q_eb: attitude quaternion, scalar first, v_e = C_eb v_b, without jumps of sign, (K, 4).
         channels: airspeed, controls, wind and so on, by name.
-        events: begin and end of each leg.
+        events: beginning and end of each leg.
     """
 
     time: Array
@@ -54,12 +54,12 @@ class FlightLog:
 
 @dataclass(frozen=True)
 class FlightRecord:
-    """What is logged of a flight while it is flown, as JSBSim has it.
+    """The recording of a flight in JSBSim's units.
 
     Attributes:
         poses: position in ECEF (ft) and roll, pitch, heading (rad) of every knot, one after another.
         channels: values of the channels, one instant after another, JSBSim's units.
-        events: begin and end of each leg.
+        events: beginning and end of each leg.
     """
 
     poses: array[float]
@@ -71,7 +71,7 @@ def flight_log(record: FlightRecord) -> FlightLog:
     """Return a flight in SI units, with one attitude quaternion from body to ECEF.
 
     Args:
-        record: what was logged while flying.
+        record: the recording of the flight.
 
     Returns:
         The centre of gravity's motion at 30 Hz and the other logged quantities.

@@ -14,7 +14,7 @@ STEP = 1.0 / 120.0
 
 _SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
 
-# What JSBSim's trim sets.
+# Properties set by JSBSim's trim.
 _TRIMMED = (
     "fcs/pitch-trim-cmd-norm", "fcs/elevator-cmd-norm", "fcs/aileron-cmd-norm", "fcs/rudder-cmd-norm",
     "fcs/throttle-cmd-norm[0]", "fcs/throttle-cmd-norm[1]",
@@ -42,13 +42,13 @@ def _set_wind(executive: Any, wind: Wind) -> None:
 
 
 def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, airspeed_kt: float) -> None:
-    """Trim in calm air, then carry the trimmed aircraft over into the wind."""
+    """Trim in calm air, then transfer the trimmed aircraft to the wind."""
     best_attitude_integrators(executive)
     executive["ic/h-sl-ft"] = start.altitude_m / FOOT
     executive["ic/vc-kts"] = airspeed_kt
     executive["ic/gamma-deg"] = 0.0
     executive.run_ic()
-    # JSBSim's sea level is not quite the ellipsoid: put the ellipsoidal height right.
+    # JSBSim's sea level differs slightly from the ellipsoid: correct the ellipsoidal height.
     executive["ic/h-sl-ft"] = 2.0 * start.altitude_m / FOOT - executive["position/geod-alt-ft"]
     executive["ic/vc-kts"] = airspeed_kt
     executive.run_ic()
@@ -76,7 +76,7 @@ def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, air
 
 
 def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: Wind) -> None:
-    """Find the equilibrium on the wheels, then let engine and gear come to rest, brakes set."""
+    """Find the equilibrium on the wheels, then let engine and gear settle with brakes set."""
     executive["ic/terrain-elevation-ft"] = start.altitude_m / FOOT
     executive["ic/h-agl-ft"] = 6.0
     _set_wind(executive, wind)
@@ -93,10 +93,10 @@ def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: Wind) -> Non
 
 
 def best_attitude_integrators(executive: Any) -> None:
-    """Choose JSBSim's best integrators of the attitude (Adams-Bashforth 4, Buss 2); its defaults are Euler's.
+    """Select JSBSim's best integrators of the attitude (Adams-Bashforth 4, Buss 2) instead of Euler's, its defaults.
 
-    Not on the ground: the friction of the tyres is solved for Euler's steps and with any other the aircraft creeps
-    at centimetres a second with its brakes set.
+    They are not used on the ground: the friction of the tyres is solved for Euler steps, and with any other integrator
+    the aircraft creeps at centimetres per second with its brakes set.
     """
     executive["simulation/integrator/rate/rotational"] = 5
     executive["simulation/integrator/position/rotational"] = 6

@@ -1,4 +1,4 @@
-"""Flights of JSBSim's aircraft along a flight plan, flown by our autopilot.
+"""Flies JSBSim's aircraft along a flight plan by the autopilot.
 
 JSBSim steps at 120 Hz; the autopilot, the legs and the knots of the logged motion run at 30 Hz, on every fourth
 step; the other channels are logged at 10 Hz.
@@ -27,13 +27,13 @@ from sinssim.truth.flight.leg import LegError
 from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
-_NEAR_GROUND = 500.0  # below this height the gear may touch before the next look [m]
-_LEAST_DURATION = 1.0  # from which a smooth curve can be told [s]
+_NEAR_GROUND = 500.0  # height below which the gear may touch before the next slow update [m]
+_LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
 
 
 @contextmanager
 def _quiet() -> Iterator[list[str]]:
-    """Keep JSBSim's messages off the program's output, and collect them."""
+    """Collect JSBSim's messages instead of printing them."""
     import jsbsim
 
     messages: list[str] = []
@@ -70,7 +70,7 @@ def model_folder(name: str, model: str) -> Path:
         model: name of the model.
 
     Returns:
-        A folder of that name beside aircraft.toml, else the one among JSBSim's own aircraft.
+        A folder of that name beside aircraft.toml, otherwise that of JSBSim's own aircraft.
 
     Raises:
         InputError: there is no such model.
@@ -83,13 +83,14 @@ def model_folder(name: str, model: str) -> Path:
         if (folder / f"{model}.xml").is_file():
             return folder
     raise InputError(
-        f"{file}, key jsbsim_model: there is no model {model!r}: neither a folder {model} with {model}.xml beside "
-        f"this file, nor one among JSBSim's own in {own}."
+        f"{file}, key jsbsim_model: there is no model {model!r}, neither in a folder {model} with {model}.xml beside "
+        f"this file nor among JSBSim's own models in {own}."
     )
 
 
 def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
-    """Load a model changed as asked, and without its sockets and log files: nothing outside may steer the flight."""
+    """Load a model with its changes and without its sockets and log files, so that nothing outside affects the
+    flight."""
     import jsbsim
 
     root = Path(jsbsim.get_default_root_dir())
@@ -105,7 +106,7 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
     for path, text in changes.items():
         found = tree.getroot().findall(path)
         if not found:
-            raise InputError(f"model_changes of {model.name}: nothing in {model.name}.xml is at {path!r}.")
+            raise InputError(f"model_changes of {model.name}: {model.name}.xml has no element {path!r}.")
         for element in found:
             element.text = text
             if not text:
@@ -124,7 +125,7 @@ Progress = Callable[[float], None]
 
 
 class _Link:
-    """The autopilot's connection to a running model: cached property nodes, the log (`FlightRecord`), the watch."""
+    """The autopilot's connection to a running model: cached property nodes, log (`FlightRecord`) and monitoring."""
 
     def __init__(self, executive: Any, flight: FlightSection, pilot: Autopilot, motion: AircraftState) -> None:
         self.poses, self.channels = array("d"), array("d")
@@ -161,7 +162,7 @@ class _Link:
         self._near_ground = True
 
     def sense(self) -> None:
-        """Refresh what the autopilot flies by, and log the knot."""
+        """Refresh the autopilot's fast inputs, and log the knot."""
         m = self._motion
         m.phi = phi = self._phi()
         m.theta = theta = self._theta()
@@ -180,18 +181,18 @@ class _Link:
         m.track, m.ground_speed = self._track(), FOOT * self._ground_speed()
         m.height_above_ground = FOOT * self._above_ground()
         m.on_wheels = self._wow() > 0.0
-        # Far from the ground its reactions are nothing, and working out that nothing is a tenth of the run time.
+        # Far from the ground its reactions are zero, but their computation takes a tenth of the run time.
         if self._near_ground != (m.height_above_ground < _NEAR_GROUND):
             self._near_ground = not self._near_ground
             self._ground_reactions(float(self._near_ground))
         self.channels.extend([channel() for channel in self._logged])
 
     def stand(self) -> None:
-        """Log another knot of an aircraft that stands still."""
+        """Log another knot of an aircraft at rest."""
         self.poses.extend(self.poses[-6:])
 
     def command(self) -> None:
-        """Hand the autopilot's commands to the model."""
+        """Pass the autopilot's commands to the model."""
         pilot = self._pilot
         self._elevator(pilot.elevator)
         self._aileron(pilot.aileron)
@@ -200,7 +201,7 @@ class _Link:
             throttle(pilot.throttle)
 
     def command_slowly(self) -> None:
-        """Hand over the settings that move rarely, and begin the gusts that are due."""
+        """Pass the settings that change rarely, and start the gusts that are due."""
         pilot = self._pilot
         settings = (pilot.steer, pilot.brakes, pilot.gear, pilot.flaps)
         if settings != self._set:
@@ -215,7 +216,7 @@ class _Link:
 
 
 def _blow(executive: Any, gust: Gust) -> None:
-    """Start JSBSim's own (1 - cos) gust."""
+    """Start one of JSBSim's (1 - cos) gusts."""
     prefix = "atmosphere/cosine-gust"
     executive[f"{prefix}/startup-duration-sec"] = gust.rise_s
     executive[f"{prefix}/steady-duration-sec"] = gust.steady_s
@@ -235,14 +236,15 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
     Args:
         flight: the [flight] section of a scenario.
         seed: seed of the turbulence.
-        progress: called now and then with the flown fraction, 0 … 1.
+        progress: called from time to time with the fraction flown, 0 … 1.
 
     Returns:
-        What was logged, for `flight_log`.
+        The recording, for `flight_log`.
 
     Raises:
-        InputError: a leg cannot be flown (stall, ground contact, not reached in time), the model diverges or cannot be
-            loaded or trimmed (the message names the leg, the time and the aircraft's state); no such aircraft or model.
+        InputError: a leg cannot be flown (stall, ground contact, timeout), the model diverges or cannot be loaded or
+            trimmed (the message names the leg, the time and the aircraft's state), or there is no such aircraft or
+            model.
     """
     import jsbsim
 
@@ -316,7 +318,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                     run()
                     run()
                     sense()
-                    if not -1e4 < motion.height < 1e5:  # nor is a NaN
+                    if not -1e4 < motion.height < 1e5:  # NaN fails this test, too
                         raise LegError("the model diverged", "gentler legs, or a better model,")
                 if knot % 3:
                     continue
@@ -362,13 +364,13 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
 
 
 def _fraction(flight: FlightSection, number: int, time: float) -> float:
-    """Return the flown part of a flight: of its duration if the last leg says it, else of its legs."""
+    """Return the flown fraction of a flight: of its duration if the last leg gives it, otherwise of its legs."""
     end = getattr(flight.legs[-1], "until_s", None)
     return min(1.0, time / end) if end is not None else (number - 1) / len(flight.legs)
 
 
 def _stir(executive: Any, turbulence: Turbulence) -> None:
-    """Switch the turbulence on."""
-    executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's rule
+    """Switch on the turbulence."""
+    executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's method
     executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
     executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity

@@ -1,6 +1,6 @@
-"""What every leg of a flight plan has in common: its keys, its check, its dead reckoning and its flying.
+"""The base class of the legs of a flight plan: keys, check, dead reckoning and flying.
 
-A leg is one class in a file of its own under `sinssim/truth/flight/legs/`; `docs/extending/leg.md` adds one.
+A leg is one class in its own file under `sinssim/truth/flight/legs/`; `docs/extending/leg.md` adds one.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
 
 Bank = Annotated[float, Field(gt=0.0, le=80.0)]
-"""Angle of bank, degrees, without sign: the direction says which way."""
+"""Angle of bank, degrees, without sign; the key direction gives the side."""
 
 Altitude = Annotated[float, Field(ge=-430.0, le=20_000.0)]
-"""Height above the ellipsoid, m; from the Dead Sea's shore to above any of these aircraft."""
+"""Height above the ellipsoid, m; from the shore of the Dead Sea to above the ceiling of any of these aircraft."""
 
 Airspeed = Annotated[float, Field(ge=40.0, le=800.0)]
 """Calibrated airspeed, kt."""
@@ -28,19 +28,19 @@ Airspeed = Annotated[float, Field(ge=40.0, le=800.0)]
 Direction = Literal["left", "right"]
 
 HALF_STEP = 0.5 * INTERVAL
-"""Half of the autopilot's step: an instant of the flight counts as reached this much before it [s]."""
+"""Half of the autopilot's step: an instant of the flight counts as reached this long before it [s]."""
 
 
 class LegError(Exception):
-    """A leg that cannot be flown.
+    """Raised by a leg that cannot be flown.
 
     Attributes:
-        reason: why not.
-        remedy: what would be right.
+        reason: the reason.
+        remedy: a change of the plan that would help.
     """
 
     def __init__(self, reason: str, remedy: str) -> None:
-        """Take reason and remedy."""
+        """Store reason and remedy."""
         super().__init__(reason)
         self.reason, self.remedy = reason, remedy
 
@@ -48,14 +48,14 @@ class LegError(Exception):
 class LegBase(Section):
     """One leg of a flight plan.
 
-    A subclass adds its keys, among them `type: Literal[...]`, by which a scenario chooses it.
+    A subclass adds its keys, among them `type: Literal[...]`, by which a scenario selects it.
 
     Attributes:
-        timeout_s: the leg fails if it is not flown within this time, s.
+        timeout_s: time within which the leg must be flown, s.
         type: the leg's name in a scenario.
         example: keys of a valid leg without `type`, for the reference of the scenario file.
-        begins, ends: where the aircraft is at the leg's begin and end.
-        stands_still: whether the aircraft stands still all the time, so that its model need not be stepped.
+        begins, ends: whether the aircraft is on the runway or in the air at the beginning and the end.
+        stands_still: whether the aircraft is always at rest, so that its model need not be stepped.
     """
 
     example: ClassVar[dict[str, Any]] = {}
@@ -67,13 +67,13 @@ class LegBase(Section):
     type: str
 
     def end_height(self, height: float) -> float:
-        """Return the height at which the leg ends; part of the check of a plan before it is flown.
+        """Return the height at the end of the leg, for the check of a plan before flying.
 
         Args:
-            height: at which the leg begins, above the ellipsoid, m.
+            height: height above the ellipsoid at the beginning, m.
 
         Returns:
-            Height above the ellipsoid, m; the same unless a subclass says otherwise.
+            Height above the ellipsoid, m; by default the same.
 
         Raises:
             ValueError: the leg cannot begin at that height; the message continues "leg 3 (climb) ...".
@@ -82,28 +82,28 @@ class LegBase(Section):
 
     @abstractmethod
     def reckon(self, plan: DeadReckoning) -> float:
-        """Bring the dead reckoning of a plan to the leg's end, without flying.
+        """Advance the dead reckoning of a plan to the end of the leg.
 
         Args:
-            plan: where the leg begins; updated in place, except for the time.
+            plan: state at the beginning of the leg; updated in place, except for the time.
 
         Returns:
-            Estimated duration, s; infinite if the wind keeps the leg's end out of reach.
+            Estimated duration, s; infinite if the wind makes the end of the leg unreachable.
         """
 
     @abstractmethod
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Fly the leg: set the autopilot's targets, and yield once for every step until the leg is flown.
+        """Fly the leg: set the autopilot's targets, and yield once per step until the leg is flown.
 
-        The caller watches the time limit, the ground and the stall.
+        The caller monitors the time limit, ground contact and stall.
 
         Args:
             pilot: the autopilot whose targets are set.
             state: the aircraft's state, refreshed between steps.
-            performance: what a pilot of the type flies by.
+            performance: usual speeds, limits and settings of the type.
 
         Yields:
-            Nothing, once for every step of `INTERVAL`.
+            None, once per step of `INTERVAL`.
 
         Raises:
             LegError: the leg cannot be flown.
@@ -118,7 +118,7 @@ def wait(state: AircraftState, until: float) -> Iterator[None]:
         until: time since the start of the flight, s.
 
     Yields:
-        Nothing, once for every step.
+        None, once per step.
     """
     until -= HALF_STEP
     while state.time < until:

@@ -1,7 +1,7 @@
-"""A flight in a process of its own.
+"""Flies a plan in a separate process.
 
-JSBSim keeps Python's lock while it flies. In another process it has a processor to itself while the program loads what
-comes after the flight, and a model that brings its process down does not bring down the program.
+JSBSim holds Python's lock while it flies. In a separate process it has its own processor while the program loads the
+modules for the later stages, and a model that crashes its process does not crash the program.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _PATIENCE = 5.0  # [s]
 
 
 class _RemoteError(Exception):
-    """Where in the other process an error came from; shown as its cause."""
+    """Traceback of an error in the other process, shown as its cause."""
 
     def __str__(self) -> str:
         return f"in the process that flew\n\n{self.args[0]}"
@@ -38,34 +38,34 @@ def fly_apart(
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
 ) -> FlightLog:
-    """Fly a flight plan in a process of its own.
+    """Fly a flight plan in a separate process.
 
     Args:
         flight: the [flight] section of a scenario.
         seed: seed of the turbulence.
-        progress: called now and then with the flown fraction, 0 … 1.
+        progress: called from time to time with the fraction flown, 0 … 1.
         meanwhile: called once while the other process flies.
 
     Returns:
-        The flight, bit for bit what it would be in this process.
+        The flight, bit for bit the same as in this process.
 
     Raises:
-        InputError: as `fly_plan`.
-        RunError: the process broke down.
+        InputError: as for `fly_plan`.
+        RunError: the process failed.
     """
     program = (
         f"import sys; sys.path[:] = {sys.path!r}; from sinssim.truth.flight.subprocess_flight import _serve; _serve()"
     )
-    # In a group of its own: Ctrl-C goes to this process alone, which then ends the other.
+    # In its own process group: Ctrl-C reaches only this process, which then ends the other.
     with subprocess.Popen(
         [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
     ) as other:
         assert other.stdin is not None
         assert other.stdout is not None
         try:
-            with contextlib.suppress(BrokenPipeError):  # it has ended already: the answer will be none
+            with contextlib.suppress(BrokenPipeError):  # it has already ended: there will be no answer
                 other.stdin.write(pickle.dumps((flight, seed)))
-                other.stdin.flush()  # and left open: it closes when this process ends, and the other ends with it
+                other.stdin.flush()  # left open: it closes when this process ends, and the other then ends, too
             if meanwhile is not None:
                 meanwhile()
             for kind, value in _answers(other.stdout):
@@ -81,8 +81,8 @@ def fly_apart(
             _end(other)
     raise RunError(
         f"the process that flew the {flight.aircraft} ended with "
-        f"{signal.Signals(-code).name if code < 0 else f'exit code {code}'} and without an answer: its flight dynamics "
-        "model is the first to suspect; what it said itself stands above."
+        f"{signal.Signals(-code).name if code < 0 else f'exit code {code}'} without an answer: its flight dynamics "
+        "model is the likely cause; its own output is above."
     )
 
 
@@ -95,7 +95,7 @@ def _answers(pipe: IO[bytes]) -> Iterator[tuple[str, Any]]:
 
 
 def _end(other: subprocess.Popen[bytes]) -> None:
-    """Ask the process to end, so that it tidies up; one that does not listen is ended."""
+    """Ask the process to end, so that it cleans up; kill it if it does not."""
     other.terminate()
     try:
         other.wait(_PATIENCE)
@@ -104,10 +104,10 @@ def _end(other: subprocess.Popen[bytes]) -> None:
 
 
 def _serve() -> None:
-    """Fly what standard input asks for, answer on standard output, and end with the process that asked."""
+    """Fly the plan from standard input, answer on standard output, and end with the parent process."""
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(1))
     pipe = os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # whatever a model prints must not get between the answers
+    os.dup2(2, 1)  # a model's output must not mix with the answers
 
     def answer(kind: str, value: Any) -> None:
         left = memoryview(pickle.dumps((kind, value)))
@@ -119,15 +119,15 @@ def _serve() -> None:
         threading.Thread(target=_end_with_the_other, daemon=True).start()
         answer("flown", fly_plan(flight, seed, lambda fraction: answer("fraction", fraction)))
     except (BrokenPipeError, EOFError, SystemExit):
-        pass  # nobody waits for it any more
+        pass  # the parent no longer waits
     except BaseException as error:
         with contextlib.suppress(BrokenPipeError):
             answer("error", (error, traceback.format_exc()))
-    os._exit(0)  # what is to be tidied up has been; Python's own end may still complain about closed pipes
+    os._exit(0)  # clean-up is done; Python's own exit could still complain about closed pipes
 
 
 def _end_with_the_other() -> None:
-    """Wait until the process that asked has ended, and ask this one to end, so that it tidies up."""
+    """Wait until the parent process has ended, then ask this one to end, so that it cleans up."""
     with contextlib.suppress(OSError):
         os.read(0, 1)
     os.kill(os.getpid(), signal.SIGTERM)

@@ -1,14 +1,14 @@
 """The interface of motions in closed form, and the trajectory that places one on the Earth.
 
-Algorithms are tested on motions whose attitude, rates and increments are known exactly: cones, rocking, turntables.
-By nature these motions live in an inertial frame m. They are used in two ways:
+Algorithms are tested on motions with exactly known attitude, rates and increments: coning, rocking, rotation tables.
+These motions are defined in an inertial frame m. They are used in two ways:
 
-- `inertial_increments`: in inertial space without gravity, as the literature has them. Both increments are closed
-  forms. For algorithms on their own.
+- `inertial_increments`: in inertial space without gravity, as in the literature, for algorithms alone. Both increments
+  are closed forms.
 - `OnEarth`: the frame m is fixed to the Earth at a place, and Earth rate, Coriolis acceleration and gravity are
-  added exactly, so that the result is a `Trajectory` which a complete navigator can be run on. The motion's own part
-  of both increments remains the closed form; the Earth's part, ∫C_bm ω_ie dt and ∫C_be (2ω_ie × ṙ + ω_ie × (ω_ie × r)
-  − gravitation) dt, is Gauss-Legendre quadrature to rounding.
+  added exactly, so that the result is a `Trajectory` for complete navigation. The motion's own part of both increments
+  remains a closed form; the Earth's part, ∫C_bm ω_ie dt and ∫C_be (2ω_ie × ṙ + ω_ie × (ω_ie × r) − gravitation) dt, is
+  Gauss-Legendre quadrature to rounding.
 
 The motions are in `coning`, `rocking` and `rotation_table`.
 """
@@ -35,7 +35,7 @@ class AnalyticMotion(Protocol):
     """A motion of body axes b in a frame m, in closed form.
 
     Attributes:
-        fastest: angular frequency beyond which attitude and acceleration hold nothing of weight, rad/s.
+        fastest: angular frequency beyond which attitude and acceleration have no significant content, rad/s.
         breaks: instants at which a derivative of the motion jumps, (K,) s.
     """
 
@@ -66,7 +66,7 @@ class AnalyticMotion(Protocol):
 
 
 def no_displacement(t: Array) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration of a motion that turns on the spot.
+    """Return position, velocity and acceleration of a motion without translation.
 
     Args:
         t: instants, (N,) s.
@@ -89,7 +89,7 @@ def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float)
         Increments, edges at k/rate_hz.
 
     Raises:
-        InputError: a rate or duration that is not positive, or an interval longer than the duration.
+        InputError: the rate or duration is not positive, or an interval is longer than the duration.
     """
     _check_motion(motion)
     edges = sample_edges(0.0, checked_duration(duration), rate_hz)
@@ -98,7 +98,9 @@ def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float)
 
 def _check_motion(motion: AnalyticMotion) -> None:
     if not all(hasattr(motion, name) for name in ("attitude", "rate", "place", "turn", "push", "breaks", "fastest")):
-        raise InputError(f"{shortened(repr(motion))} is no AnalyticMotion, as SpinCone, Rocking and RotationTable are.")
+        raise InputError(
+            f"{shortened(repr(motion))} is not an AnalyticMotion; give for example a SpinCone, Rocking or RotationTable."
+        )
 
 
 class OnEarth(ClosedForm):
@@ -107,14 +109,14 @@ class OnEarth(ClosedForm):
     Args:
         motion: the motion in a frame m that is fixed to the Earth.
         latitude, longitude: geodetic coordinates of the origin of m, rad.
-        height: of the origin of m above the ellipsoid, m.
+        height: height of the origin of m above the ellipsoid, m.
         q_nm: orientation of m in north-east-down axes at its origin, (4,).
         duration: s, from time 0.
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: reference ellipsoid.
 
     Raises:
-        InputError: a latitude beyond a pole, a duration that is not positive, an unknown gravity model.
+        InputError: the latitude is beyond a pole, the duration is not positive, or the gravity model is unknown.
     """
 
     def __init__(

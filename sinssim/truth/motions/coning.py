@@ -1,15 +1,15 @@
 """Spin-cone motion: a body spins while its spin axis describes a cone; without net spin it is classical coning.
 
-The body's forward axis makes an angle β with the frame's x axis and goes round it at the rate Ω; the body spins about
-its forward axis at the rate s:
+The body's forward axis makes an angle β with the frame's x axis and precesses about it at the rate Ω; the body spins
+about its forward axis at the rate s:
 
     C_mb = R_x(Ωt) R_y(β) R_x(st),    ω = (s + Ω cos β, Ω sin β sin st, Ω sin β cos st)
 
-This is Savage's SPIN-CONE motion (Strapdown Analytics, 2000, sec. 11.2). With s = −Ω the body does not turn on the
-whole: the classical cone of half-angle β (Miller, J. Guidance 6, 1983; Ignagni, J. Guidance 13, 1990, and JGCD 21,
-1998; Savage, JGCD 21, 1998, part 1; Musoff and Murphy, JGCD 18, 1995), whose rotation vector (0, β cos Ωt, β sin Ωt)
-has a constant length and which gives a gyro about the cone's axis the mean rate −2Ω sin²(β/2). The integrals of the
-rates are elementary.
+This is Savage's SPIN-CONE motion (Strapdown Analytics, 2000, sec. 11.2). With s = −Ω the body has no net rotation. This
+is the classical cone of half-angle β (Miller, J. Guidance 6, 1983; Ignagni, J. Guidance 13, 1990, and JGCD 21, 1998;
+Savage, JGCD 21, 1998, part 1; Musoff and Murphy, JGCD 18, 1995), whose rotation vector (0, β cos Ωt, β sin Ωt) has a
+constant length and which gives a gyro about the cone's axis the mean rate −2Ω sin²(β/2). The integrals of the rates are
+elementary.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class SpinCone:
 
     @property
     def _axial(self) -> float:
-        """s + Ω cos β, without the cancellation that s = −Ω would bring."""
+        """s + Ω cos β, without cancellation for s = −Ω."""
         return float((self._spin + self._precession) - 2.0 * self._precession * np.sin(0.5 * self._angle) ** 2)
 
     def attitude(self, t: Array) -> Array:
@@ -63,7 +63,7 @@ class SpinCone:
         return np.stack([self._axial * step, across * np.sin(phase), across * np.cos(phase)], axis=1)
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return zero, (N, 3) m/s: the body stays where it is; see `AnalyticMotion.push`."""
+        """Return zero, (N, 3) m/s: the body does not move; see `AnalyticMotion.push`."""
         return np.zeros((len(left), 3))
 
 
@@ -71,7 +71,7 @@ def classical_cone(half_angle: float, frequency: float) -> SpinCone:
     """Return the classical coning motion about the frame's x axis.
 
     Args:
-        half_angle: of the cone that the forward axis runs round, rad.
+        half_angle: half-angle of the cone of the forward axis, rad.
         frequency: Ω, rad/s.
 
     Returns:

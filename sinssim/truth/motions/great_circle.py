@@ -1,14 +1,14 @@
 """Truth in closed form: level flight at constant height and speed along a great circle of the vertical.
 
 The vertical n (the unit normal of the ellipsoid) runs along a great circle of directions,
-n(u) = n₀ cos u + t₀ sin u. The vehicle stays level and points along t = dn/du, so that it turns about its right
-axis alone, which is fixed to the Earth: ω_eb^b = (0, −u̇, 0). Nothing here knows of meridians, and the poles are
-points like any other. Position follows from the vertical (z its polar component, a the equatorial radius)
+n(u) = n₀ cos u + t₀ sin u. The vehicle stays level and points along t = dn/du, so that it rotates only about its right
+axis, which is fixed to the Earth: ω_eb^b = (0, −u̇, 0). The formulas do not use meridians, so that the poles are not
+singular. Position follows from the vertical (z its polar component, a the equatorial radius)
 
     r(u) = (N + h) n − e² N z k,    N = a / √(1 − e² z²),    k the polar axis
 
-and constant ground speed V means u̇ = V/|dr/du|. Between meridian and equator the velocity differs from the heading
-t by an angle of the order of the ellipsoid's flattening, 0.2° at most: such a flight crabs a little.
+and constant ground speed V means u̇ = V/|dr/du|. Between meridian and equator the velocity differs from the heading t
+by an angle of the order of the ellipsoid's flattening, at most 0.2°.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from sinssim.truth.block import block_state
 from sinssim.truth.motions.closed_form import ClosedForm
 from sinssim.truth.sample_times import check_instants, checked_place, part_by_part, sample_edges
 
-# Harmonics of |dr/du| over half a turn: they fall by e²/4 each, and 16 points resolve seven of them.
+# Harmonics of |dr/du| over half a turn: each is smaller by e²/4, and 16 points resolve seven of them.
 _HARMONICS = 7
 # Gauss-Legendre points on a sample interval: the error, (u̇ Δt)⁶ over two million, is far below rounding.
 _POINTS = 3
@@ -55,21 +55,21 @@ def _north_east(latitude: float, longitude: float) -> tuple[Array, Array]:
 
 
 class GreatCircle(ClosedForm):
-    """Level flight along a great circle, at constant height and ground speed, over the poles if it goes there.
+    """Level flight along a great circle at constant height and ground speed, also over the poles.
 
     Args:
-        latitude, longitude: of the start, geodetic, rad; at a pole the longitude says which meridian is north.
+        latitude, longitude: of the start, geodetic, rad; at a pole the longitude gives the meridian of north.
         height: above the ellipsoid, constant, m.
         course: direction of the great circle at the start, clockwise from north, rad.
         speed: ground speed, constant, m/s.
         duration: s, from time 0.
-        lever_arm: from the point that flies the circle to the sensor block, in the vehicle's axes, (3,) m.
+        lever_arm: from the point on the circle to the sensor block, in the vehicle's axes, (3,) m.
         q_bs: mounting of the block, v_b = C_bs v_s, (4,).
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: reference ellipsoid.
 
     Raises:
-        InputError: a latitude beyond a pole, a negative speed, a duration that is not positive.
+        InputError: the latitude is beyond a pole, the speed is negative, or the duration is not positive.
     """
 
     def __init__(
@@ -95,13 +95,13 @@ class GreatCircle(ClosedForm):
         north, east = _north_east(latitude, longitude)
         self._n0 = _vertical(latitude, longitude)
         self._t0 = np.cos(course) * north + np.sin(course) * east
-        self._right = np.cross(self._t0, self._n0)  # −(n × t): the same all along
+        self._right = np.cross(self._t0, self._n0)  # −(n × t): constant along the circle
         self._q_eb0 = rotation.multiply(
             earth.q_en(latitude, longitude), rotation.quaternion_from_euler(0.0, 0.0, course)
         )
         u = np.arange(2 * (_HARMONICS + 1)) * np.pi / (2 * (_HARMONICS + 1))
         spectrum = np.fft.rfft(np.linalg.norm(self._path(u)[1], axis=1)) / len(u)
-        # |dr/du| = mean + Re Σ c_k exp(2iku); its integral has c_k/(2ik) in place of c_k
+        # |dr/du| = mean + Re Σ c_k exp(2iku); its integral has c_k/(2ik) instead of c_k
         k = np.arange(1, _HARMONICS + 1)
         self._mean = spectrum[0].real
         self._waves = np.concatenate([[0.0], 2.0 * spectrum[k] / (2j * k)])
@@ -130,18 +130,18 @@ class GreatCircle(ClosedForm):
             The flight; it ends at `end`.
 
         Raises:
-            InputError: places that coincide or are opposite on the Earth, so that no circle is defined; a speed
-                that is not positive.
+            InputError: the places coincide or are antipodal, so that no circle is defined, or the speed is not
+                positive.
         """
         a, b = _vertical(*start), _vertical(*end)
         across = np.cross(a, b)
         if np.linalg.norm(across) < 1e-9:
             raise InputError(
                 f"no great circle is defined from {np.degrees(start)}° to {np.degrees(end)}°: the places coincide or "
-                "lie opposite each other."
+                "are antipodal."
             )
         if not (np.isfinite(speed) and speed > 0.0):
-            raise InputError(f"speed {speed!r} m/s along the great circle: it must be positive and finite to arrive.")
+            raise InputError(f"speed = {speed!r} m/s along the great circle must be positive and finite.")
         towards = np.cross(across, a)
         north, east = _north_east(*start)
         course = float(np.arctan2(towards @ east, towards @ north))
@@ -151,7 +151,7 @@ class GreatCircle(ClosedForm):
         return flight
 
     def _path(self, u: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return r, dr/du, d²r/du² of the point that flies the circle, and t and n, each (N, 3)."""
+        """Return r, dr/du, d²r/du² of the point on the circle, and t and n, each (N, 3)."""
         e2 = self.ellipsoid.e2
         c, s = np.cos(u)[:, None], np.sin(u)[:, None]
         n, t = c * self._n0 + s * self._t0, c * self._t0 - s * self._n0
@@ -177,7 +177,7 @@ class GreatCircle(ClosedForm):
     def _motion(self, time: Array) -> _Motion:
         distance = self._speed * time
         u = distance / self._mean
-        for _ in range(2):  # Newton: errors of 2e-3, 2e-8, 2e-18 rad, since |dr/du| varies by 1 %
+        for _ in range(2):  # Newton: errors of 2e-3, 2e-8, 2e-18 rad, as |dr/du| varies by 1 %
             u = u - (self._length(u) - distance) / np.linalg.norm(self._path(u)[1], axis=1)
         r, r1, r2, t, n = self._path(u)
         norm2 = np.einsum("ij,ij->i", r1, r1)

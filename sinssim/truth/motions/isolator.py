@@ -1,13 +1,13 @@
-"""Shock mounts between airframe and sensor block: the vibration that they transmit.
+"""Shock mounts between airframe and sensor block: transmission of vibration.
 
-A block on springs and dampers follows its base x by ÿ + 2ζω_n(ẏ − ẋ) + ω_n²(y − x) = 0, for a displacement as for a
-small turn, so that in the steady state a sinusoid of angular frequency ω comes through with the absolute
-transmissibility (Harris and Piersol, Shock and Vibration Handbook, theory of vibration isolation)
+A block y on springs and dampers follows its base x by ÿ + 2ζω_n(ẏ − ẋ) + ω_n²(y − x) = 0, for displacements and for
+small rotations. In the steady state a sinusoid of angular frequency ω is transmitted with the absolute transmissibility
+(Harris and Piersol, Shock and Vibration Handbook, theory of vibration isolation)
 
     (1) H = (ω_n² + 2iζω_nω) / (ω_n² − ω² + 2iζω_nω)
 
-It passes slow motion on, amplifies what is near ω_n by about 1/(2ζ), and weakens what is above √2 ω_n. The mount is
-taken to be balanced: displacements do not turn the block, turns do not move it.
+The mount transmits slow motion, amplifies frequencies near ω_n by about 1/(2ζ), and attenuates frequencies above √2
+ω_n. It is assumed to be balanced: displacements do not rotate the block, and rotations do not displace it.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class Mount:
 
     Attributes:
         natural_hz: ω_n/2π, Hz.
-        damping: ζ, part of the critical damping.
+        damping: ζ, fraction of critical damping.
 
     Raises:
-        InputError: a frequency or a damping that is not positive and finite.
+        InputError: the frequency or the damping is not positive and finite.
     """
 
     natural_hz: float
@@ -51,7 +51,7 @@ class Mount:
             frequency_hz: (...) Hz.
 
         Returns:
-            H, (...); its absolute value is the gain, its argument the lead of the phase, rad.
+            H, (...); its absolute value is the gain, its argument the phase lead, rad.
         """
         ratio = np.asarray(frequency_hz, dtype=np.float64) / self.natural_hz
         damper = 2j * self.damping * ratio
@@ -63,8 +63,8 @@ def isolated(tones: Iterable[Tone], linear: Mount, angular: Mount) -> list[Tone]
 
     Args:
         tones: the vibration of the airframe.
-        linear: the mount's behaviour in displacements.
-        angular: the mount's behaviour in turns.
+        linear: the mount for displacements.
+        angular: the mount for rotations.
 
     Returns:
         The vibration of the block, tone by tone.

@@ -1,4 +1,4 @@
-"""Truth of a parked vehicle at any place and attitude, the poles included; increments in closed form."""
+"""True motion of a parked vehicle at any place and attitude, the poles included; increments in closed form."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from sinssim.truth.sample_times import check_instants, checked_place, sample_edg
 
 
 class Parked(ClosedForm):
-    """A vehicle at rest on the Earth: the block feels Earth rate and the reaction to gravity, nothing else.
+    """A vehicle at rest on the Earth: the block measures only the Earth's rate and the reaction to gravity.
 
-    At a pole the heading counts from the meridian of the longitude that is given.
+    At a pole the heading is measured from the meridian of the given longitude.
 
     Args:
         latitude, longitude: geodetic, rad.
@@ -30,7 +30,7 @@ class Parked(ClosedForm):
         ellipsoid: reference ellipsoid.
 
     Raises:
-        InputError: a latitude beyond a pole, a duration that is not positive, an unknown gravity model.
+        InputError: the latitude is beyond a pole, the duration is not positive, or the gravity model is unknown.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Parked(ClosedForm):
         lever_arm = vector("lever_arm", lever_arm, 3, "m")
         super().__init__(duration, gravity, ellipsoid)
 
-        longitude -= 2.0 * np.pi * np.round(longitude / (2.0 * np.pi))  # into [−π, π], as everywhere
+        longitude -= 2.0 * np.pi * np.round(longitude / (2.0 * np.pi))  # into [−π, π]
         q_ns = rotation.multiply(rotation.normalize(q_nb), rotation.normalize(q_bs))
         place = NavState(np.asarray(latitude), np.asarray(longitude), np.asarray(height), np.zeros(3), q_ns)
         if np.any(lever_arm != 0.0):
@@ -84,7 +84,7 @@ class Parked(ClosedForm):
         return np.tile(self._omega, (*shape, 1)), np.tile(self._force, (*shape, 1))
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Return the increments, every sample the same; see `Trajectory.increments`."""
+        """Return the increments, which are the same in every sample; see `Trajectory.increments`."""
         edges = sample_edges(self.start, self.end, rate_hz)
         count = len(edges) - 1
         return ImuData(edges, np.tile(self._omega / rate_hz, (count, 1)), np.tile(self._force / rate_hz, (count, 1)))

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 
-# Eight Gauss-Legendre points on a panel over which the fastest oscillation turns by two radians leave an error of
-# 2e-18 of its amplitude: 2^17 (8!)^4 / (17 (16!)^3) (Abramowitz and Stegun 25.4.30).
+# Eight Gauss-Legendre points on a panel of two radians of the fastest oscillation have an error of 2e-18 of its
+# amplitude: 2^17 (8!)^4 / (17 (16!)^3) (Abramowitz and Stegun 25.4.30).
 _POINTS = 8
 _PHASE = 2.0  # rad
 _CHUNK = 8192  # panels evaluated at once
@@ -24,9 +24,9 @@ def integrate_samples(
     Args:
         rates: function of instants (M,) s, returning (M, columns); smooth between `breaks`.
         edges: increasing edges of the intervals, (N+1,) s.
-        fastest: angular frequency beyond which the function holds nothing of weight, rad/s.
+        fastest: angular frequency beyond which the function has no significant content, rad/s.
         breaks: instants at which a derivative of the function may jump, (K,) s.
-        columns: how many values the function has.
+        columns: number of values of the function.
 
     Returns:
         Integrals, (N, columns).

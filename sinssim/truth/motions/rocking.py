@@ -1,13 +1,13 @@
-"""Rocking about one axis: in phase with a linear oscillation (sculling), or on top of a spin.
+"""Rocking about one axis: in phase with a linear oscillation (sculling), or superimposed on a spin.
 
-Sculling: a turn θ = θ₀ sin Ωt about the x axis and a displacement D sin Ωt along the frame's y axis. The accelerometers
-feel a mean specific force of ½ θ₀ D Ω² along z to first order (J₁(θ₀) D Ω² exactly), which is no acceleration of the
-mean motion at all (Savage, JGCD 21, 1998, part 2; Ignagni, JGCD 21, 1998; Musoff and Murphy, JGCD 18, 1995). The
-integrals of the specific force are Fourier-Bessel series (Jacobi-Anger), summed to rounding.
+Sculling: a rotation θ = θ₀ sin Ωt about the x axis and a displacement D sin Ωt along the frame's y axis. The
+accelerometers measure a mean specific force of ½ θ₀ D Ω² along z to first order (J₁(θ₀) D Ω² exactly), which is not an
+acceleration of the mean motion (Savage, JGCD 21, 1998, part 2; Ignagni, JGCD 21, 1998; Musoff and Murphy, JGCD 18,
+1995). The integrals of the specific force are Fourier-Bessel series (Jacobi-Anger), summed to rounding.
 
-Spin-rock: a turn φ = s t + A sin Ωt about any fixed axis, the accelerometers on a lever arm from it, as in Savage's
-SPIN-ROCK-SIZE motion (Strapdown Analytics, 2000, sec. 11.2). Angle, rate and specific force in body axes,
-f = φ̈ u × l + φ̇² u × (u × l), have elementary integrals.
+Spin-rock: a rotation φ = s t + A sin Ωt about any fixed axis, with the accelerometers on a lever arm from it, as in
+Savage's SPIN-ROCK-SIZE motion (Strapdown Analytics, 2000, sec. 11.2). Angle, rate and specific force in body axes, f =
+φ̈ u × l + φ̇² u × (u × l), have elementary integrals.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from sinssim.truth.motions.analytic import no_displacement
 
 
 def _cosine_integral(k: float, left: Array, right: Array) -> Array:
-    """∫cos kt dt = 2/k sin(kh/2) cos(k t_mid), free of cancellation."""
+    """Return ∫cos kt dt = 2/k sin(kh/2) cos(k t_mid), free of cancellation."""
     step = right - left
     return np.asarray(step * np.sinc(0.5 * k * step / np.pi) * np.cos(0.5 * k * (left + right)))
 
 
 def _sine_integral(k: float, left: Array, right: Array) -> Array:
-    """∫sin kt dt = 2/k sin(kh/2) sin(k t_mid), free of cancellation."""
+    """Return ∫sin kt dt = 2/k sin(kh/2) sin(k t_mid), free of cancellation."""
     step = right - left
     return np.asarray(step * np.sinc(0.5 * k * step / np.pi) * np.sin(0.5 * k * (left + right)))
 
 
 class Sculling:
-    """A turn about x in phase with an oscillation along y.
+    """A rotation about x in phase with an oscillation along y.
 
     Args:
-        angle: amplitude θ₀ of the turn, rad.
+        angle: amplitude θ₀ of the rotation, rad.
         displacement: amplitude D along the frame's y axis, m.
         frequency: Ω of both, rad/s.
     """
@@ -95,17 +95,17 @@ class Sculling:
 
 
 class SpinRock:
-    """A spin with rocking on top, about one axis, the block on a lever arm from a point of the axis.
+    """A spin with superimposed rocking about one axis, with the block on a lever arm from a point of the axis.
 
     Args:
-        axis: fixed in frame and body alike, any length but zero, (3,).
+        axis: axis, fixed in frame and body, of any non-zero length, (3,).
         spin: s, rad/s.
         angle: amplitude A of the rocking, rad.
         frequency: Ω of the rocking, rad/s.
         lever_arm: from the axis to the block, in body axes, (3,) m.
 
     Raises:
-        InputError: an axis of no length.
+        InputError: the axis is zero.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class SpinRock:
     ) -> None:
         u = np.asarray(axis, dtype=np.float64)
         if u.shape != (3,) or not np.linalg.norm(u) > 0.0:
-            raise InputError(f"axis {axis!r} of the spin: three numbers, not all zero, are needed.")
+            raise InputError(f"axis = {axis!r} of the spin must be three numbers, not all zero.")
         self._axis = u / np.linalg.norm(u)
         self._spin, self._angle, self._frequency = spin, angle, frequency
         self._arm = np.asarray(lever_arm, dtype=np.float64)

@@ -1,10 +1,10 @@
 """Sequences on a rotation table: dwells, and turns about an axis of the block.
 
-A turn's rate rises to its value over a ramp and falls over another one: linearly ("trapezoidal" profile) or as half a
-cosine wave ("smooth", whose angular acceleration is continuous). Either way a ramp takes half the angle that the full
-rate would, so that a turn by an angle lasts angle/rate + ramp. During a turn the axis stands still in block and table
-alike, and the integral of the rate is the axis times the angle turned. Such sequences calibrate sensor blocks
-(Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, ch. 8).
+The rate of a turn rises to its value over a ramp and falls over another: linearly (profile "trapezoidal") or as half a
+cosine wave ("smooth", with continuous angular acceleration). In both cases a ramp covers half the angle of the full
+rate, so that a turn by an angle lasts angle/rate + ramp. During a turn the axis is fixed in block and table, and the
+integral of the rate is the axis times the angle turned. Such sequences are used to calibrate sensor blocks (Titterton
+and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, ch. 8).
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ class Turn:
     """The table turns about an axis of the block.
 
     Attributes:
-        axis: in the block's axes, any length but zero.
-        angle: how far, right-handed about the axis, rad.
+        axis: axis in the block's axes, of any non-zero length.
+        angle: angle, right-handed about the axis, rad.
         rate: the full rate, rad/s, positive.
-        ramp: how long the rate takes to rise, and to fall, s, positive.
+        ramp: duration of the rise of the rate, and of its fall, s, positive.
         profile: one of `PROFILES`.
     """
 
@@ -81,7 +81,7 @@ class _Step:
         return np.asarray(self.rate * (up - down))
 
     def angle(self, t: Array) -> Array:
-        """Return the angle turned, 0 before the step, all of it after."""
+        """Return the angle turned: 0 before the step, the full angle after it."""
         up, down = self._ramps(t)
         cruised = np.clip(t - self.start - self.ramp, 0.0, self.cruise)
         if self.smooth:  # ∫½(1 − cos πx) dx = x/2 − sin(πx)/2π
@@ -92,17 +92,17 @@ class _Step:
 
 
 class RotationTable:
-    """A sequence of dwells and turns, the table standing still after the last one.
+    """A sequence of dwells and turns; the table stands still after the last one.
 
     Args:
-        steps: what happens, one after the other, from time 0.
+        steps: the steps in order, from time 0.
 
     Attributes:
-        duration: how long the sequence lasts, s.
+        duration: duration of the sequence, s.
 
     Raises:
-        InputError: a duration, rate or ramp that is not positive, an axis of no length, an unknown profile, a turn
-            too short for its rate; the message names the step.
+        InputError: a duration, rate or ramp is not positive, an axis is zero, a profile is unknown, or a turn is too
+            short for its rate; the message names the step.
     """
 
     def __init__(self, steps: Sequence[Dwell | Turn]) -> None:
@@ -112,7 +112,9 @@ class RotationTable:
         for number, step in enumerate(steps, start=1):
             if isinstance(step, Dwell):
                 if not (np.isfinite(step.duration) and step.duration > 0.0):
-                    raise InputError(f"step {number} of the rotation table dwells {step.duration!r} s: not positive.")
+                    raise InputError(
+                        f"step {number} of the rotation table: its dwell of {step.duration!r} s must be positive."
+                    )
                 time += step.duration
                 continue
             turn = _checked_turn(number, step, time, attitude)
@@ -155,7 +157,7 @@ class RotationTable:
         return total
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return zero, (N, 3) m/s: the block stands in the middle of the table; see `AnalyticMotion.push`."""
+        """Return zero, (N, 3) m/s: the block is in the middle of the table; see `AnalyticMotion.push`."""
         return np.zeros((len(left), 3))
 
 
@@ -173,7 +175,7 @@ def _checked_turn(number: int, step: Turn, start: float, attitude: Array) -> _St
     if not cruise >= 0.0:
         raise InputError(
             f"{where}: a turn by {np.degrees(step.angle):g}° never reaches {np.degrees(step.rate):g}°/s with ramps of "
-            f"{step.ramp:g} s; a ramp of at most {abs(step.angle) / step.rate:g} s or a lower rate is needed."
+            f"{step.ramp:g} s; use a ramp of at most {abs(step.angle) / step.rate:g} s or a lower rate."
         )
     rate = float(np.copysign(step.rate, step.angle))
     return _Step(start, np.array(step.axis) / length, rate, step.ramp, cruise, step.profile == "smooth", attitude)

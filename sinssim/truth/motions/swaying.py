@@ -1,7 +1,7 @@
-"""Truth of a parked vehicle that sways: engine running, people boarding, wind. Sums of sinusoids, exact rates.
+"""True motion of a parked vehicle that sways (engine, boarding, wind): sums of sinusoids with exact rates.
 
-Roll, pitch and heading are their means plus sinusoids, the position its mean plus sinusoids along north, east and
-down of the mean position. The increments are Gauss-Legendre integrals of the exact rates.
+Roll, pitch and heading are the sums of their means and sinusoids; the position is the sum of its mean and sinusoids
+along north, east and down of the mean position. The increments are Gauss-Legendre integrals of the exact rates.
 """
 
 from __future__ import annotations
@@ -34,15 +34,16 @@ class Swaying(ClosedForm):
 
     Args:
         latitude, longitude: geodetic coordinates of the mean place, rad.
-        height: of the mean place above the ellipsoid, m.
+        height: height of the mean place above the ellipsoid, m.
         roll, pitch, heading: mean attitude in the mean place's north-east-down axes, rad.
         duration: s, from time 0.
-        sways: the sinusoids; several of one coordinate add up.
+        sways: the sinusoids; those of one coordinate are added.
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: reference ellipsoid.
 
     Raises:
-        InputError: a place beyond a pole, a duration that is not positive, an unknown coordinate or gravity model.
+        InputError: the place is beyond a pole, the duration is not positive, or a coordinate or the gravity model is
+            unknown.
     """
 
     def __init__(
@@ -66,12 +67,12 @@ class Swaying(ClosedForm):
         )
         super().__init__(duration, gravity, ellipsoid)
         if not isinstance(sways, Sequence) or not all(isinstance(sway, Sway) for sway in sways):
-            raise InputError(f"sways = {shortened(repr(sways))} must be Sway(coordinate, …) in a list.")
+            raise InputError(f"sways = {shortened(repr(sways))} must be a list of Sway(coordinate, …).")
         for sway in sways:
             for name in ("amplitude", "frequency_hz", "phase"):
                 number(f"a sway's {name}", getattr(sway, name))
             if sway.coordinate not in _COORDINATES:
-                raise InputError(f"a sway of {sway.coordinate!r}: there are {', '.join(_COORDINATES)}.")
+                raise InputError(f"unknown coordinate {sway.coordinate!r} of a sway; known: {', '.join(_COORDINATES)}.")
         self._mean = np.array([roll, pitch, heading, 0.0, 0.0, 0.0])
         self._sways = tuple(sways)
         self._q_em = earth.q_en(latitude, longitude)

@@ -1,21 +1,21 @@
 """Vibration, lever arm and mounting of a sensor block, added to any other motion.
 
-The block's attitude is that of the vehicle turned by the rotation vector φ(t), q_nb' = q_nb ∘ q(φ) ∘ q_bs, and its
-place is moved by p(t) in the vehicle's axes, r' = r + C_eb p. Both are sums of sinusoids (and p has a constant part,
-the lever arm); band-limited noise is a sum of many of them with random frequencies and phases (Shinozuka and
-Deodatis, Applied Mechanics Reviews 44, 1991). So every derivative is exact. With ω the vehicle's inertial rate, w that
-of the block relative to the vehicle, D = C_b'b, and γ gravitation:
+The block's attitude is that of the vehicle rotated by the rotation vector φ(t), q_nb' = q_nb ∘ q(φ) ∘ q_bs, and its
+place is displaced by p(t) in the vehicle's axes, r' = r + C_eb p. Both are sums of sinusoids (p also has a constant
+part, the lever arm). Band-limited noise is a sum of many sinusoids with random frequencies and phases (Shinozuka and
+Deodatis, Applied Mechanics Reviews 44, 1991). All derivatives are therefore exact. With ω the vehicle's inertial rate,
+w that of the block relative to the vehicle, D = C_b'b, and γ gravitation:
 
     ω' = Dω + w,    w = φ̇ − (1 − cos φ)/φ² φ × φ̇ + (φ − sin φ)/φ³ φ × (φ × φ̇)
     f' = D [f + p̈ + 2ω × ṗ + ω̇ × p + ω × (ω × p) − C_be (γ(r') − γ(r))]
 
 (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, sec. 3.6; Groves 2013, eq. 2.165). The
-increments need no ω̇, which no trajectory offers: by parts, with Ḋ = −w × D,
+increments do not need ω̇, which trajectories do not provide: integration by parts with Ḋ = −w × D gives
 
     ∫D(ω̇ × p) dt = [D(ω × p)] + ∫ w × D(ω × p) dt − ∫D(ω × ṗ) dt
 
-They are the vehicle's own increments plus Gauss-Legendre quadrature, to rounding, of what the vibration changes. Only
-`rates`, at single instants, takes ω̇ from a difference of ω over a millisecond.
+They are the vehicle's own increments plus the changes by vibration, computed to rounding by Gauss-Legendre quadrature.
+Only `rates`, at single instants, computes ω̇ from differences of ω over a millisecond.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from sinssim.truth.sample_times import check_instants, sample_edges
 from sinssim.truth.trajectory import Trajectory
 
 COORDINATES = {
-    "roll": "turn about the vehicle's forward axis, rad",
-    "pitch": "turn about its right axis, rad",
-    "yaw": "turn about its down axis, rad",
+    "roll": "rotation about the vehicle's forward axis, rad",
+    "pitch": "rotation about its right axis, rad",
+    "yaw": "rotation about its down axis, rad",
     "forward": "displacement, m",
     "right": "displacement, m",
     "down": "displacement, m",
 }
 TURNS = ("roll", "pitch", "yaw")
-"""The coordinates that are turns; the others are displacements."""
+"""The coordinates that are rotations; the others are displacements."""
 _NUMBER = {name: number for number, name in enumerate(COORDINATES)}
 
 _STEP = 2.5e-4  # s, of the five-point difference for ω̇
@@ -57,7 +57,7 @@ class Tone:
     """One sinusoid of one coordinate: amplitude · sin(2π frequency t + phase).
 
     Attributes:
-        coordinate: one of `COORDINATES`; the three turns are components of one rotation vector.
+        coordinate: one of `COORDINATES`; the three rotations are components of one rotation vector.
         amplitude: rad or m.
         frequency_hz: Hz.
         phase: rad.
@@ -81,23 +81,23 @@ def band_noise(
 ) -> tuple[Tone, ...]:
     """Return noise with a flat spectrum between two frequencies, as tones.
 
-    The band is cut into equal pieces with one tone in each, at a random frequency and phase: the sum is nearly
-    Gaussian, never repeats, and has exactly the power that was asked for.
+    The band is divided into equal pieces with one tone in each, at a random frequency and phase. The sum is nearly
+    Gaussian, never repeats, and has exactly the requested power.
 
     Args:
         coordinate: one of `COORDINATES`.
         rms: root mean square, rad or m.
         low_hz, high_hz: edges of the band, Hz.
-        seed: same seed, same tones; each coordinate has a generator of its own.
+        seed: seed of the random numbers; each coordinate has its own generator.
         count: number of tones.
-        of_acceleration: whether the spectrum that is flat, and the root mean square, are those of the second
-            derivative, rad/s² or m/s².
+        of_acceleration: whether the flat spectrum and the root mean square are those of the second derivative, rad/s²
+            or m/s².
 
     Returns:
         The tones.
 
     Raises:
-        InputError: an unknown coordinate, a band that is empty or begins below zero, a negative rms.
+        InputError: the coordinate is unknown, the band is empty or begins below zero, or the rms is negative.
     """
     if coordinate not in _NUMBER:
         raise unknown_name("coordinate of the vibration", coordinate, COORDINATES)
@@ -122,8 +122,8 @@ def _sum_tones(
 ) -> None:  # fmt: skip
     """Sum the tones and their derivatives; those of coordinate j are first_tone[j]...first_tone[j+1]-1.
 
-    Sine and cosine of a tone are taken afresh where its phase has gone on by a radian since the last time; in
-    between the sum formula with the series of the rest, exact to rounding, is several times as fast.
+    Sine and cosine of a tone are computed anew after each radian of its phase. In between, the addition theorems with
+    series for the remainder are exact to rounding and several times as fast.
     """
     fastest = 0.0
     for k in range(len(omega)):
@@ -154,16 +154,16 @@ def _sum_tones(
 
 
 class Vibrating:
-    """A motion with vibration, a lever arm and a mounting on top; see the module's text.
+    """A motion with added vibration, lever arm and mounting; see the module's text.
 
     Args:
         base: the motion of the vehicle; its angular rate must be continuous.
-        tones: sinusoids of attitude and place in the vehicle's axes; those of one coordinate add up.
+        tones: sinusoids of attitude and place in the vehicle's axes; those of one coordinate are added.
         lever_arm: from the vehicle's point to the block's mean place, in the vehicle's axes, (3,) m.
         q_bs: mounting of the block, v_b' = C_bs v_s, (4,).
 
     Raises:
-        InputError: an unknown coordinate, a tone that is not finite or whose frequency is negative.
+        InputError: a coordinate is unknown, or a tone is not finite or has a negative frequency.
     """
 
     def __init__(
@@ -194,7 +194,7 @@ class Vibrating:
         self._q_bs = rotation.normalize(q_bs)
         self._spin = np.array([0.0, 0.0, base.ellipsoid.omega])
         self.breaks = np.asarray(getattr(base, "breaks", ()), dtype=np.float64)
-        # Products of two quantities that vibrate turn at twice the frequency.
+        # Products of two vibrating quantities have twice the frequency.
         self.fastest = 2.0 * float(self._omega.max(initial=0.0)) + float(getattr(base, "fastest", 0.0))
 
     def _vibration(self, t: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -206,7 +206,7 @@ class Vibrating:
         )  # fmt: skip
         phi, rate = value[:, :3], first[:, :3]
         x = np.linalg.norm(phi, axis=1)[:, None]
-        # (1 − cos x)/x² = ½ sinc²(x/2); (x − sin x)/x³, as a series while the difference would cancel
+        # (1 − cos x)/x² = ½ sinc²(x/2); (x − sin x)/x³ is summed as a series where the difference would cancel
         b = 0.5 * np.sinc(x / (2.0 * np.pi)) ** 2
         y = x * x
         series = 1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y / 39916800)))
@@ -247,7 +247,7 @@ class Vibrating:
         return rotation.rotate(rotation.conjugate(q_eb), change)
 
     def _angular_acceleration(self, t: Array) -> Array:
-        """Return ω̇ of the vehicle, by the polynomial through five neighbouring instants, (N, 3) rad/s²."""
+        """Return ω̇ of the vehicle from the polynomial through five neighbouring instants, (N, 3) rad/s²."""
         centre = np.clip(t, self.start + 2.0 * _STEP, self.end - 2.0 * _STEP)
         x = (t - centre) / _STEP
         slope = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2, 4.0 * x**3], axis=1)
@@ -276,7 +276,7 @@ class Vibrating:
         arm = np.cross(omega, p)
         extra = p2 + np.cross(omega, p1 + arm) - self._gravitation_change(t, p)
         extra = rotation.rotate(q_vb, extra) + np.cross(w, rotation.rotate(q_vb, arm))
-        # (D − I) v without the loss of digits that Dv − v would bring: −2 s₀ u × v + 2 u × (u × v) for D = conj(s₀, u)
+        # (D − I) v without the cancellation in Dv − v: −2 s₀ u × v + 2 u × (u × v) for D = conj(s₀, u)
         u, s0 = -q_vb[:, 1:], q_vb[:, :1]
         turned = [2.0 * np.cross(u, np.cross(u, v) - s0 * v) for v in (omega, force)]
         return np.concatenate([turned[0] + w, turned[1] + extra], axis=1)

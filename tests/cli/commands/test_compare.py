@@ -89,11 +89,14 @@ def test_a_study_in_the_folder_has_a_name(folder: Path, capsys: pytest.CaptureFi
         ),
         (
             ["mine.toml", "--set", 'parts.1.algorithms=["functional-iteration"]', "--set", "parts.1.rates_hz=[1.0]"],
-            "functional-iteration at 1 Hz needs 8 s at least, 8 samples",
+            "functional-iteration at 1 Hz needs at least 8 s, 8 samples",
         ),
         (["mine.toml", "--set", "parts.1.motions.1.duration_s=60.0"], "lasts 5.0 s, less than its duration_s = 60 s"),
         (["mine.toml", "--set", "parts.1.motions.1.parked.duration_s=9e7"], "--limit-minutes"),
-        (["mine.toml", "--set", "parts.1.rates_hz=[1e-6, 100.0]"], "lasts 5 s; quaternion at 1e-06 Hz needs 1e+06 s"),
+        (
+            ["mine.toml", "--set", "parts.1.rates_hz=[1e-6, 100.0]"],
+            "lasts 5 s; quaternion at 1e-06 Hz needs at least 1e+06 s",
+        ),
         (["conning"], "Did you mean 'coning'"),
         (["elsewhere/coning.toml"], "no study file"),
     ],
@@ -131,7 +134,7 @@ def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
         pass
     assert process.wait(60) == 130, seen.decode(errors="replace")[-2000:]
     text = seen.decode(errors="replace")
-    assert "Interrupted. 2 navigations were done" in " ".join(text.split())
+    assert "Interrupted. 2 navigations were finished" in " ".join(text.split())
     results = json.loads((folder / "runs" / "mine" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "interrupted"
     assert {case["motion"] for case in results["cases"]} == {"parked"}

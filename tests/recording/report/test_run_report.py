@@ -229,7 +229,7 @@ def test_what_a_calibration_took_away_is_told_and_drawn(tmp_path):
     pure = ["#{:02x}{:02x}{:02x}".format(*c) for c in style.colors(["x", "y", "z"])]
     assert painted[3:] == pure
     assert painted[:3] == ["#{:02x}{:02x}{:02x}".format(*style.tint(c)) for c in style.colors(["x", "y", "z"])]
-    assert any(t.startswith("Accelerometers: error left by the compensation") for t in titles)
+    assert any(t.startswith("Accelerometers: error after compensation") for t in titles)
 
 
 def test_errors_that_no_grade_has_are_told_too(tmp_path):

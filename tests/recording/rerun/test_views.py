@@ -172,7 +172,7 @@ def test_a_view_that_does_not_work_says_which_and_why(recording, tmp_path):
         all_views(read_run_info(recording), str(broken))
     with pytest.raises(InputError, match="unknown view 'sensor'"):
         all_views(read_run_info(recording), "sensor")
-    with pytest.raises(InputError, match="the view 'filter' is of a run with a filter, and fake had none"):
+    with pytest.raises(InputError, match="the view 'filter' needs a run with a filter; fake has none"):
         all_views(read_run_info(recording), "filter")
 
 
@@ -222,7 +222,7 @@ def test_paths_that_are_no_recording_are_refused(tmp_path):
         find_recording(tmp_path)
     (tmp_path / "recording.rrd").write_bytes(b"RRF2 not really")
     assert find_recording(tmp_path) == tmp_path / "recording.rrd"
-    with pytest.raises(InputError, match="was not written by sinssim"):
+    with pytest.raises(InputError, match="is not a recording by sinssim"):
         read_run_info(tmp_path / "recording.rrd")
 
 

@@ -311,7 +311,7 @@ def test_files_of_ones_own_beside_a_run_survive(tmp_path, short):
         ({".sinssim.json": "no json", "thesis.tex": "years"}, "holds no run"),
         ({".sinssim.json": '{"files": ["../thesis.tex"]}'}, "holds no run"),
         ({".sinssim.json": '{"files": ["/etc/hosts"]}'}, "holds no run"),
-        ({".sinssim.json": '{"files": ["summary.json"]}', "summary.json/thesis.tex": "x"}, "is a folder where sinssim"),
+        ({".sinssim.json": '{"files": ["summary.json"]}', "summary.json/thesis.tex": "x"}, "is a folder, but sinssim"),
     ],
 )
 @pytest.mark.parametrize(

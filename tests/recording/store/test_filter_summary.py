@@ -282,7 +282,7 @@ def test_filter_that_contradicts_its_sensors_says_so_and_leaves_a_whole_recordin
     end = result.summary["filter"]["divergence"]
     assert end["time_s"] == 20.0
     assert end["measurement"].startswith("gnss-position 19")
-    assert "rejected by the gate" in end["reason"]
+    assert "the gate rejected" in end["reason"]
     assert result.summary["status"] == "finished"
     assert set(result.summary["algorithms"]) == {"quaternion"}
     assert verify(result.directory / "recording.rrd").returncode == 0

@@ -124,7 +124,7 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         ("bias_sigma_m = 5.0", "[aiding.star_tracker]\nsigma_arcsec = [5.0, 5.0, 0.0]", 1, "must be at least 1e-12"),
         ('["gyro bias", "accelerometer bias", "gyro scale"]', '"gyro bias"', 0, 'must be an array, like ["gyro bias"]'),
         ('"gyro scale"', '"position"', 0, "every filter has the state 'position'"),
-        ("smooth = true", 'alignment = "in-motion"', -2, 'alignment = "in-motion" needs alignment_s, a minute or two'),
+        ("smooth = true", 'alignment = "in-motion"', -2, 'alignment = "in-motion" needs alignment_s: a minute or two'),
         (
             "smooth = true", 'alignment = "in-motion"\nalignment_s = 30.0', -2,
             "alignment_s = 30 must be at least 45 for an alignment in motion",

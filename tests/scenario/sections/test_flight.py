@@ -63,7 +63,7 @@ def test_sections_cannot_be_changed() -> None:
         ([{"type": "hold"}], "exactly one of them"),
         ([{"type": "hold", "duration_s": 1.0, "until_s": 2.0}], "duration_s or at until_s"),
         ([{"type": "hold", "duration_s": -1.0}], "greater than 0"),
-        ([{"type": "turn"}], "to heading_deg or by angle_deg"),
+        ([{"type": "turn"}], "a turn needs heading_deg or angle_deg"),
         ([{"type": "turn", "angle_deg": 90.0}], 'needs direction = "left" or "right"'),
         ([{"type": "turn", "heading_deg": 90.0, "bank_deg": 95.0}], "less than or equal to 80"),
         ([{"type": "waypoint", "latitude_deg": 91.0, "longitude_deg": 0.0}], "less than or equal to 90"),

@@ -146,7 +146,7 @@ REFUSED = [
         "gyro_asymmetry_ppm = 5.0",
         "a list with one number per axis; the 1σ of a random error is gyro_asymmetry_sigma_ppm",
     ),
-    ("accel_delay_ms = 11.0", r"accel_delay_ms = 11 is more .* at rate_hz = 100 at most 10 either way"),
+    ("accel_delay_ms = 11.0", r"accel_delay_ms = 11 exceeds .* at rate_hz = 100 .* at most 10"),
     ('faults = [{type = "jitter", from_s = 0.0, sigma_ms = 2.0}]', r"faults\.1\.sigma_ms = 2 .* at most 1, a tenth"),
     ('faults = [{type = "dropout", from_s = 3.0, to_s = 2.0}]', "to_s = 2 must be later than from_s = 3"),
     ('faults = [{type = "freeze", from_s = 3.0, channels = ["gyro_w"]}]', r"'gyro_w' is not known.* Known: gyro_x,"),
@@ -154,7 +154,7 @@ REFUSED = [
     ('faults = [{type = "spike", at_s = 3.0}]', "the spike has no size: give gyro_arcsec or accel_mm_s"),
     ('faults = [{type = "bias-step", from_s = 3.0}]', "the step has no size"),
     ('faults = [{type = "saturation", from_s = 3.0}]', "the saturation has no range"),
-    ('sensor_set = {type = "accelerometers", arm_m = 0.1}\naccel_delay_ms = 1.0', "accel_delay_ms is of a block of"),
+    ('sensor_set = {type = "accelerometers", arm_m = 0.1}\naccel_delay_ms = 1.0', "accel_delay_ms needs a block with"),
 ]
 
 

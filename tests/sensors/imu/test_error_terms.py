@@ -617,5 +617,5 @@ def test_errors_that_no_sensor_has(triad: TriadErrors, message: str) -> None:
 
 @pytest.mark.parametrize(("field", "value"), [("random_walk", "much"), ("bias", "0.1")])
 def test_text_is_no_error_of_a_sensor(field: str, value: str) -> None:
-    with pytest.raises(InputError, match=f"TriadErrors: {field} = '{value}' is no array of numbers: it holds text"):
+    with pytest.raises(InputError, match=f"TriadErrors: {field} = '{value}' is not an array of numbers: it holds text"):
         TriadErrors(**{field: value})

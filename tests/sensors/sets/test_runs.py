@@ -151,7 +151,7 @@ def test_streams(tmp_path: Path, kind: dict[str, Any], navigation: dict[str, Any
         ({"imu": {"sensor_set": {**SIX, "arm_m": 0.0}}}, "arm_m = 0.0 must be greater than 0"),
         ({"imu": {"sensor_set": {**SIX, "noise_arcsec": 1.0}}}, "unknown key 'imu.sensor_set.noise_arcsec'"),
         ({"imu": {"sensor_set": {"type": "accelerometer"}}}, "Did you mean 'accelerometers'?"),
-        ({"imu": {"sensor_set": SIX, "gyro_bias_sigma_deg_h": 1.0}}, 'gyro_bias_sigma_deg_h is given, and sensor_set'),
+        ({"imu": {"sensor_set": SIX, "gyro_bias_sigma_deg_h": 1.0}}, 'gyro_bias_sigma_deg_h is given, but sensor_set'),
         ({"imu": {"sensor_set": SIX, "accel_bias_ug": [1.0, 0.0, 0.0]}}, "six accelerometers with random errors"),
         ({"imu": {"sensor_set": ATTITUDE}}, 'navigation.algorithms = ["measured-attitude"]'),
         ({"navigation": BY_ATTITUDE}, 'here imu.sensor_set.type = "gyros"'),

@@ -97,7 +97,7 @@ def test_simplified_curvature_is_the_same_everywhere(s_turn, frame):
             {"frame": "wander", "route": (0.0, 0.0, 0.0, 1.0)},
             r'route .* for frame = "transverse"; here frame = "wander"',
         ),
-        ({"height": np.zeros(60001)}, r'height .* vertical = "free" goes by no height'),
+        ({"height": np.zeros(60001)}, r'height .* vertical = "free" uses no height'),
         ({"baro_time_constant": 30.0}, r'baro_time_constant = 30 .* vertical = "baro-loop"; here vertical = "free"'),
         ({"slow_quantities": "extrapolate"}, r'slow_quantities = "extrapolate" .* rates_hz is not given'),
     ],

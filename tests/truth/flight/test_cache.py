@@ -93,7 +93,7 @@ def test_folder_that_cannot_be_written_costs_a_warning(folder: Path, caplog: pyt
     with caplog.at_level(logging.WARNING):
         log = cached_flight(flight())
     assert log.time[-1] == 3.0
-    assert "cannot be kept" in caplog.text
+    assert "cannot be stored" in caplog.text
 
 
 def test_failed_write_leaves_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -462,7 +462,7 @@ def test_progress_rises_to_one() -> None:
         (
             "f16",
             [{"type": "hold", "duration_s": 10.0}, {"type": "hold", "until_s": 5.0}],
-            ["leg 2 (hold)", "to end at 5 s", "later until_s"],
+            ["leg 2 (hold)", "must end at 5 s", "later until_s"],
         ),
     ],
 )

@@ -220,7 +220,7 @@ def test_bad_input() -> None:
         GreatCircle(0.0, 0.0, 0.0, 0.0, 100.0, np.nan)
     with pytest.raises(InputError, match="coincide or are antipodal"):
         GreatCircle.between((0.3, 0.1), (-0.3, 0.1 + np.pi), H, V)
-    with pytest.raises(InputError, match="positive and finite to arrive"):
+    with pytest.raises(InputError, match="must be positive and finite"):
         GreatCircle.between((0.3, 0.1), (0.3, 0.2), H, 0.0)
     with pytest.raises(InputError, match="gravity model"):
         GreatCircle(0.0, 0.0, 0.0, 0.0, 100.0, 10.0, gravity="flat")

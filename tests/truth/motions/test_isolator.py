@@ -81,7 +81,7 @@ def test_noise_of_acceleration_has_a_flat_spectrum_of_it() -> None:
             "yaw must be given by rms_arcsec; here it is given by rms_g",
         ),
         ({"coordinate": "down", "rms_g": 0.1, "rms_mm": 1.0, "low_hz": 5.0}, "rms_mm or rms_g; .* rms_mm and rms_g"),
-        ({"coordinate": "down", "low_hz": 5.0}, "given in none"),
+        ({"coordinate": "down", "low_hz": 5.0}, "given by no key"),
     ],
 )
 def test_sizes_that_do_not_fit(data: dict[str, object], text: str) -> None:

@@ -1,4 +1,4 @@
-"""The legs of a flight plan: a new one is a file in this folder and its line here. See `docs/extending/leg.md`."""
+"""The legs of a flight plan: a new leg is a file in this folder and a line here. See `docs/extending/leg.md`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FILES = (
 
 
 def _leg_class(file: str) -> type[LegBase]:
-    """Return the leg that a file of this folder holds."""
+    """Return the leg in a file of this folder."""
     module = import_module(f"{__name__}.{file}")
     legs = [
         value
@@ -32,7 +32,9 @@ def _leg_class(file: str) -> type[LegBase]:
         if isinstance(value, type) and issubclass(value, LegBase) and value.__module__ == module.__name__
     ]
     if len(legs) != 1:
-        raise TypeError(f"{module.__file__} holds {len(legs)} subclasses of LegBase; a leg's file holds exactly one.")
+        raise TypeError(
+            f"{module.__file__} has {len(legs)} subclasses of LegBase; the file of a leg must have exactly one."
+        )
     return legs[0]
 
 

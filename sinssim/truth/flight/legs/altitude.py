@@ -1,4 +1,4 @@
-"""The legs "climb" and "descend": to another height."""
+"""The legs "climb" and "descend", to another height."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from sinssim.truth.flight.leg import Altitude, LegBase
 
 
 class AltitudeLeg(LegBase):
-    """Climb or descend to a height, the airspeed held.
+    """Climb or descend to a height at constant airspeed.
 
     Attributes:
         altitude_m: height above the ellipsoid to reach, m.
-        vertical_speed_mps: rate of climb or descent, without sign, m/s; None: the aircraft's usual one.
+        vertical_speed_mps: rate of climb or descent, without sign, m/s; None: the aircraft's usual rate.
     """
 
     example: ClassVar[dict[str, Any]] = {"altitude_m": 3000.0}
@@ -26,7 +26,10 @@ class AltitudeLeg(LegBase):
     type: Literal["climb", "descend"]
     altitude_m: Altitude = Field(description="height above the ellipsoid to reach")
     vertical_speed_mps: float | None = Field(
-        default=None, gt=0.0, le=150.0, description="rate of climb or descent, positive; default: the aircraft's"
+        default=None,
+        gt=0.0,
+        le=150.0,
+        description="rate of climb or descent, positive; default: the aircraft's usual rate",
     )
 
     def end_height(self, height: float) -> float:

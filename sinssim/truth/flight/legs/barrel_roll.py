@@ -17,17 +17,17 @@ from sinssim.truth.flight.leg import Direction, LegBase, wait
 
 
 class BarrelRollLeg(LegBase):
-    """A full roll around a helix, the load factor positive all the way, ended in level flight.
+    """A full roll around a helix with positive load factor, ended in level flight.
 
     Attributes:
-        direction: which way it rolls.
+        direction: direction of the roll.
         duration_s: duration of the roll itself, s.
         load_factor_g: load factor held through the roll, g.
         recovery_s: level flight afterwards, s.
     """
 
     type: Literal["barrel_roll"]
-    direction: Direction = Field(default="right", description="which way it rolls")
+    direction: Direction = Field(default="right", description="direction of the roll")
     duration_s: float = Field(default=8.0, ge=3.0, le=20.0, description="duration of the roll")
     load_factor_g: float = Field(default=1.5, ge=0.5, le=4.0, description="load factor held through the roll")
     recovery_s: Moment = Field(default=10.0, description="level flight afterwards")
@@ -43,7 +43,8 @@ class BarrelRollLeg(LegBase):
         heading = pilot.heading
         side = 1.0 if self.direction == "right" else -1.0
         rate = 2.0 * pi / self.duration_s
-        # The lift turns once round and adds up to nothing, so gravity bends the path by gT/V: half of it up before.
+        # The lift turns through a full circle and cancels, so gravity bends the path by gT/V; half of it is added
+        # upwards before.
         path = 0.5 * G * self.duration_s / state.tas
         pilot.vertical = LOAD_FACTOR
         while asin(max(-1.0, min(1.0, state.climb / max(state.tas, 20.0)))) < path:

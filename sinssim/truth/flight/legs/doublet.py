@@ -15,28 +15,33 @@ from sinssim.truth.flight.leg import LegBase, wait
 
 
 class DoubletLeg(LegBase):
-    """A doublet (one way, then the other) or a step on one control, the autopilot off that axis meanwhile.
+    """A doublet (one way, then the other) or a step on one control, with the autopilot off in that axis meanwhile.
 
     Attributes:
-        control: which control.
-        amplitude: size, in parts of the control's full travel; positive is stick back, stick right, right pedal.
+        control: the control.
+        amplitude: size, as a fraction of the control's full travel; positive is stick back, stick right, right pedal.
         duration_s: duration of the step, or of each half of the doublet, s.
         shape: doublet or step.
-        recovery_s: straight and level afterwards, s.
+        recovery_s: straight and level flight afterwards, s.
     """
 
     example: ClassVar[dict[str, Any]] = {"control": "elevator", "amplitude": 0.2}
 
     type: Literal["doublet"]
     control: Literal["elevator", "aileron", "rudder"] = Field(description="elevator, aileron or rudder")
-    amplitude: float = Field(ge=-1.0, le=1.0, description="in parts of full travel; stick back or right, right pedal")
-    duration_s: float = Field(default=1.0, gt=0.0, le=30.0, description="of the step or of each half of the doublet")
+    amplitude: float = Field(
+        ge=-1.0, le=1.0, description="fraction of full travel; positive: stick back or right, right pedal"
+    )
+    duration_s: float = Field(
+        default=1.0, gt=0.0, le=30.0, description="duration of the step or of each half of the doublet"
+    )
     shape: Literal["doublet", "step"] = Field(default="doublet", description="doublet or step")
-    recovery_s: Moment = Field(default=10.0, description="straight and level afterwards")
+    recovery_s: Moment = Field(default=10.0, description="straight and level flight afterwards")
     timeout_s: Timeout = Field(default=600.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration, s; see `LegBase.reckon`. The rate is taken in parts of the greatest roll rate."""
+        """Return the duration, s; see `LegBase.reckon`. The rate is assumed to be a fraction of the largest roll
+        rate."""
         moved = self.duration_s * (2.0 if self.shape == "doublet" else 1.0)
         plan.turning += (self.amplitude * plan.roll_rate) ** 2 * moved
         return plan.straight(moved + self.recovery_s)

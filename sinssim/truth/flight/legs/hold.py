@@ -15,10 +15,10 @@ from sinssim.truth.flight.leg import HALF_STEP, LegBase, LegError, wait
 
 
 class HoldLeg(LegBase):
-    """Straight and level: heading, height and airspeed held; for a duration or until an instant of the flight.
+    """Straight and level flight with constant heading, height and airspeed, for a duration or until an instant.
 
     Attributes:
-        duration_s: how long, s.
+        duration_s: duration, s.
         until_s: time since the start of the flight at which the leg ends, s.
     """
 
@@ -26,7 +26,7 @@ class HoldLeg(LegBase):
 
     type: Literal["hold"]
     duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="how long")
-    until_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="flight time at which it ends")
+    until_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="flight time at the end of the leg")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 
     @model_validator(mode="after")
@@ -40,11 +40,11 @@ class HoldLeg(LegBase):
         return plan.straight(self.duration_s or max(0.0, (self.until_s or 0.0) - plan.elapsed))
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Hold what is being flown; see `LegBase.fly`."""
+        """Hold the current heading, height and airspeed; see `LegBase.fly`."""
         if self.until_s is not None:
             if state.time > self.until_s + HALF_STEP:
                 raise LegError(
-                    f"it is to end at {self.until_s:g} s of the flight, which was over before it began",
+                    f"it must end at {self.until_s:g} s of the flight, but begins later",
                     "a later until_s, or shorter legs before it,",
                 )
             yield from wait(state, self.until_s)

@@ -18,7 +18,7 @@ from sinssim.units import DEG
 
 
 class LoopLeg(LegBase):
-    """A full vertical loop, pulled from level flight and ended in level flight on the same heading.
+    """A full vertical loop from level flight to level flight on the same heading.
 
     Attributes:
         load_factor_g: load factor held through the loop, g.
@@ -37,22 +37,24 @@ class LoopLeg(LegBase):
         return plan.straight(circle, 0.0) + plan.straight(self.recovery_s)
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Hold the load factor, the wings level in the loop's plane; see `LegBase.fly`."""
+        """Hold the load factor with the wings level in the loop's plane; see `LegBase.fly`."""
         heading = pilot.heading
         pilot.lateral, pilot.vertical, pilot.fixed_throttle = ROLL_RATE, LOAD_FACTOR, 1.0
         angle, last = 0.0, state.theta
-        # The loop's plane is vertical and holds the nose at the entry; its normal points right: n0 = (-sinψ, cosψ, 0).
+        # The plane of the loop is vertical and contains the nose at the entry; its normal points right: n0 = (-sinψ,
+        # cosψ, 0).
         normal_n, normal_e = -sin(state.psi), cos(state.psi)
         ahead_n, ahead_e = cos(state.psi), sin(state.psi)
         while angle < 2.0 * pi - 6.0 * DEG:
             cf, sf, st = cos(state.phi), sin(state.phi), sin(state.theta)
             cp, sp = cos(state.psi), sin(state.psi)
-            # The normal's components on the body's right and down axes say by how much to roll; no angle is singular.
+            # The components of the normal along the body's right and down axes give the roll command without singular
+            # angles.
             right = (sf * st * cp - cf * sp) * normal_n + (sf * st * sp + cf * cp) * normal_e
             down = (cf * st * cp + sf * sp) * normal_n + (cf * st * sp - sf * cp) * normal_e
             pilot.roll_rate = 1.5 * atan2(down, right)
             pilot.load_factor = self.load_factor_g
-            if angle > pi:  # over the top full power would only make the loop's second half wider
+            if angle > pi:  # beyond the top, full power would only widen the second half of the loop
                 pilot.fixed_throttle = None
             yield
             nose = atan2(sin(state.theta), cos(state.theta) * (cos(state.psi) * ahead_n + sin(state.psi) * ahead_e))

@@ -18,7 +18,7 @@ class ParkedLeg(LegBase):
     """At rest on the runway, brakes set.
 
     Attributes:
-        duration_s: how long, s.
+        duration_s: duration, s.
     """
 
     example: ClassVar[dict[str, Any]] = {"duration_s": 600.0}
@@ -27,7 +27,7 @@ class ParkedLeg(LegBase):
     stands_still: ClassVar[bool] = True
 
     type: Literal["parked"]
-    duration_s: float = Field(gt=0.0, le=86_400.0, description="how long it stands")
+    duration_s: float = Field(gt=0.0, le=86_400.0, description="duration of the stop")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:

@@ -24,9 +24,9 @@ class RacetrackLeg(LegBase):
     Attributes:
         leg_duration_s: duration of a straight leg, s.
         leg_length_m: length of a straight leg over the ground, m.
-        direction: which way the turns go.
-        bank_deg: angle of bank, degrees; None: the aircraft's usual one.
-        laps: how many times round.
+        direction: direction of the turns.
+        bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
+        laps: number of laps.
     """
 
     example: ClassVar[dict[str, Any]] = {"leg_duration_s": 120.0}
@@ -34,15 +34,15 @@ class RacetrackLeg(LegBase):
     type: Literal["racetrack"]
     leg_duration_s: float | None = Field(default=None, gt=0.0, le=7200.0, description="duration of a straight leg")
     leg_length_m: float | None = Field(default=None, gt=0.0, le=500_000.0, description="length of a straight leg")
-    direction: Direction = Field(default="right", description="which way the turns go")
-    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's")
-    laps: int = Field(default=1, ge=1, le=100, description="how many times round")
+    direction: Direction = Field(default="right", description="direction of the turns")
+    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
+    laps: int = Field(default=1, ge=1, le=100, description="number of laps")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 
     @model_validator(mode="after")
     def _one_length(self) -> Self:
         if (self.leg_duration_s is None) == (self.leg_length_m is None):
-            raise ValueError("a racetrack's straight legs have leg_duration_s or leg_length_m: give exactly one")
+            raise ValueError("a racetrack needs leg_duration_s or leg_length_m: give exactly one of them")
         return self
 
     def reckon(self, plan: DeadReckoning) -> float:

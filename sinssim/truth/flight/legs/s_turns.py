@@ -18,13 +18,13 @@ from sinssim.units import DEG
 
 
 class STurnsLeg(LegBase):
-    """S-turns about the present heading: to one side, to the other, and back; good for alignment in motion.
+    """S-turns about the current heading: to one side, to the other, and back; useful for alignment in motion.
 
     Attributes:
         swing_deg: heading swing to each side, degrees.
-        bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+        bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
         turns: number of swings.
-        duration_s: swings until this time is over, s.
+        duration_s: duration of the swings, s.
         first: side of the first swing.
     """
 
@@ -32,9 +32,9 @@ class STurnsLeg(LegBase):
 
     type: Literal["s_turns"]
     swing_deg: float = Field(default=30.0, gt=0.0, le=120.0, description="heading swing to each side")
-    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's")
+    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
     turns: int | None = Field(default=None, ge=1, le=1000, description="number of swings")
-    duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="swings until this time is over")
+    duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="duration of the swings")
     first: Direction = Field(default="right", description="side of the first swing")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 
@@ -47,7 +47,7 @@ class STurnsLeg(LegBase):
     def reckon(self, plan: DeadReckoning) -> float:
         """Return the duration, s; see `LegBase.reckon`.
 
-        Each swing goes out and comes back; on the mean it leads ahead by sin(swing)/swing of its length.
+        Each swing goes out and back; on average it advances by sin(swing)/swing of its length.
         """
         swing = math.radians(self.swing_deg)
         one_swing = 2.0 * swing / plan.turn_rate(self.bank_deg)
@@ -65,7 +65,7 @@ class STurnsLeg(LegBase):
         pilot.lateral = BANK
         while turns != self.turns and (end is None or state.time < end - HALF_STEP):
             pilot.bank = side * bank
-            # The roll the other way begins early enough for the swing to end near its heading.
+            # The opposite roll begins early enough for the swing to end near its heading.
             while side * remainder(state.psi - middle, 2.0 * pi) < self.swing_deg * DEG - _lead(state, bank):
                 if end is not None and state.time >= end - HALF_STEP:
                     break
@@ -79,5 +79,5 @@ class STurnsLeg(LegBase):
 
 
 def _lead(state: AircraftState, bank: float) -> float:
-    """Return the heading change while a bank is rolled off, roughly: turn rate times two seconds [rad]."""
+    """Return the approximate heading change while rolling out: turn rate times two seconds [rad]."""
     return 2.0 * G * bank / max(state.tas, 20.0)

@@ -1,4 +1,4 @@
-"""The leg "speed": to another airspeed."""
+"""The leg "speed": a change of airspeed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sinssim.units import KNOT
 
 
 class SpeedLeg(LegBase):
-    """Accelerate or decelerate to an airspeed, straight and level.
+    """Accelerate or decelerate to an airspeed in straight and level flight.
 
     Attributes:
         airspeed_kt: calibrated airspeed to reach, kt.

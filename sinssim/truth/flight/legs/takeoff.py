@@ -14,7 +14,7 @@ from sinssim.truth.flight.dead_reckoning import GRAVITY, DeadReckoning
 from sinssim.truth.flight.leg import LegBase
 from sinssim.units import DEG, KNOT
 
-_ROLL = 0.25 * GRAVITY  # acceleration of a take-off run, as dead reckoning takes it [m/s²]
+_ROLL = 0.25 * GRAVITY  # acceleration of the take-off run in dead reckoning [m/s²]
 
 
 class TakeoffLeg(LegBase):
@@ -31,7 +31,7 @@ class TakeoffLeg(LegBase):
     timeout_s: Timeout = Field(default=300.0, description="the leg fails if it takes longer")
 
     def end_height(self, height: float) -> float:
-        """Return the runway's height and `height_m` more, m; see `LegBase.end_height`."""
+        """Return the runway's height plus `height_m`, m; see `LegBase.end_height`."""
         return height + self.height_m
 
     def reckon(self, plan: DeadReckoning) -> float:
@@ -42,7 +42,7 @@ class TakeoffLeg(LegBase):
         return run + plan.climb(plan.altitude + self.height_m, plan.performance.climb_mps)
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Run, rotate, raise the gear, climb; see `LegBase.fly`."""
+        """Accelerate, rotate, retract the gear, climb; see `LegBase.fly`."""
         runway = state.height
         pilot.brakes, pilot.steering, pilot.flaps = 0.0, True, performance.takeoff_flaps
         pilot.lateral, pilot.bank = BANK, 0.0

@@ -23,8 +23,8 @@ class TurnLeg(LegBase):
     Attributes:
         heading_deg: heading to turn to, degrees.
         angle_deg: angle to turn by, degrees; more than 360 is more than a circle.
-        direction: which way; None: the shorter one (only with heading_deg).
-        bank_deg: angle of bank, degrees; None: the aircraft's usual one.
+        direction: direction of the turn; None: the shorter way (only with heading_deg).
+        bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
     """
 
     example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
@@ -33,12 +33,12 @@ class TurnLeg(LegBase):
     heading_deg: Heading | None = Field(default=None, description="heading to turn to")
     angle_deg: float | None = Field(default=None, gt=0.0, le=36_000.0, description="angle to turn by")
     direction: Direction | None = Field(default=None, description="left or right; default: the shorter way")
-    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's")
+    bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
 
     @model_validator(mode="after")
     def _one_aim(self) -> Self:
         if (self.heading_deg is None) == (self.angle_deg is None):
-            raise ValueError("a turn is to heading_deg or by angle_deg: give exactly one of them")
+            raise ValueError("a turn needs heading_deg or angle_deg: give exactly one of them")
         if self.angle_deg is not None and self.direction is None:
             raise ValueError('a turn by angle_deg needs direction = "left" or "right"')
         return self
@@ -59,7 +59,7 @@ class TurnLeg(LegBase):
         if self.angle_deg is not None:
             angle = self.angle_deg * DEG if self.direction == "right" else -self.angle_deg * DEG
         else:
-            assert self.heading_deg is not None  # the model makes sure of one of them
+            assert self.heading_deg is not None  # the schema ensures that one of them is given
             angle = remainder(self.heading_deg * DEG - pilot.heading, 2.0 * pi)
             if self.direction == "right":
                 angle %= 2.0 * pi
@@ -69,7 +69,7 @@ class TurnLeg(LegBase):
 
 
 def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -> Iterator[None]:
-    """Turn by an angle; the heading then held is exactly that angle from the one before.
+    """Turn by an angle; the heading held afterwards differs by exactly that angle from the previous one.
 
     Args:
         angle: right positive, rad.
@@ -78,14 +78,14 @@ def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -
         state: the aircraft's state.
 
     Yields:
-        Nothing, once for every step.
+        None, once per step.
     """
     side = 1.0 if angle > 0.0 else -1.0
     target = pilot.heading + angle
     remaining = angle + remainder(pilot.heading - state.psi, 2.0 * pi)
     last = state.psi
     pilot.bank_limit = bank
-    # While more than a right angle is left the bank is held; the last part is the heading loop's, which rolls out.
+    # The bank is held while more than a right angle remains; then the heading loop finishes the turn and rolls out.
     while abs(remaining) > 0.5 * pi:
         pilot.lateral, pilot.bank = BANK, side * bank
         yield

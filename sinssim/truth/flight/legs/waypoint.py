@@ -1,4 +1,4 @@
-"""The leg "waypoint": over a place on the ground."""
+"""The leg "waypoint": to a place on the ground."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
 from sinssim.truth.flight.leg import Bank, LegBase
 from sinssim.units import DEG
 
-_MEAN_RADIUS = 6_371_009.0  # for bearings and distances to a waypoint only [m]
-_ROUNDS = 20  # of the turn towards a waypoint, whose angle and end depend on each other: enough for 0.1 s
+_MEAN_RADIUS = 6_371_009.0  # radius for bearings and distances to a waypoint [m]
+_ROUNDS = 20  # iterations for the turn towards a waypoint, whose angle and end depend on each other: enough for 0.1 s
 
 
 class WaypointLeg(LegBase):
-    """Fly over a place on the ground, straight to it, height and airspeed held.
+    """Fly straight to a place on the ground at constant height and airspeed.
 
     Attributes:
         latitude_deg: latitude, degrees.
         longitude_deg: longitude, degrees.
-        capture_radius_m: the leg ends when the place is nearer than this, m.
-        bank_deg: greatest angle of bank, degrees; None: the aircraft's usual one.
+        capture_radius_m: distance from the place at which the leg ends, m.
+        bank_deg: largest angle of bank, degrees; None: the aircraft's usual angle.
     """
 
     example: ClassVar[dict[str, Any]] = {"latitude_deg": 51.47, "longitude_deg": -0.45}
@@ -35,8 +35,12 @@ class WaypointLeg(LegBase):
     type: Literal["waypoint"]
     latitude_deg: Latitude = Field(description="latitude of the waypoint")
     longitude_deg: Longitude = Field(description="longitude of the waypoint")
-    capture_radius_m: float = Field(default=500.0, ge=20.0, le=20_000.0, description="it is reached when this near")
-    bank_deg: Bank | None = Field(default=None, description="greatest angle of bank; default: the aircraft's")
+    capture_radius_m: float = Field(
+        default=500.0, ge=20.0, le=20_000.0, description="distance from the waypoint at which it counts as reached"
+    )
+    bank_deg: Bank | None = Field(
+        default=None, description="largest angle of bank; default: the aircraft's usual angle"
+    )
     timeout_s: Timeout = Field(default=7200.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:
@@ -46,7 +50,7 @@ class WaypointLeg(LegBase):
             return 0.0
         begin = plan.latitude, plan.longitude, plan.heading, plan.turning
         seconds = 0.0
-        for _ in range(_ROUNDS):  # a turn onto the bearing that the place has where the turn ends
+        for _ in range(_ROUNDS):  # a turn onto the bearing of the place from the end of the turn
             towards = plan.heading_along(bearing(plan.latitude, plan.longitude, *target))
             if towards is None:
                 return math.inf
@@ -76,7 +80,7 @@ class WaypointLeg(LegBase):
             )
             if _MEAN_RADIUS * atan2(hypot(north, east), along) < self.capture_radius_m:
                 break
-            # The heading that takes the track there is the bearing less the drift.
+            # The heading for this track is the bearing minus the drift angle.
             pilot.heading = atan2(east, north) - remainder(state.track - state.psi, 2.0 * pi)
             yield
         pilot.heading %= 2.0 * pi
