@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NoReturn, TypeVar
 
 import typer
@@ -74,6 +75,7 @@ def _behind(end: BaseException, kind: type[E]) -> E | None:
 
 
 def _fail(message: str, code: int) -> NoReturn:
-    typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
-    print(message, file=sys.stderr)
+    with suppress(OSError):  # standard error on a full disk does not change the exit code
+        typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+        print(message, file=sys.stderr)
     sys.exit(code)

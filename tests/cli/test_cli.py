@@ -412,6 +412,13 @@ def test_interrupt_before_anything_is_loaded(folder: Path, number: signal.Signal
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_errors_onto_a_full_disk_keep_their_code(folder: Path) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([sys.executable, "-m", "sinssim", "run", "nowhere.toml"], stderr=full, check=False)
+    assert done.returncode == 2
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_output_onto_a_full_disk(folder: Path) -> None:
     with open("/dev/full", "w") as full:
         done = subprocess.run(

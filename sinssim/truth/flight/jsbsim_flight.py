@@ -260,11 +260,39 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
             said = " ".join(" ".join(messages[1:]).split())
             said = "" if said in " ".join(str(error).split()) else said
             raise InputError(
-                f"JSBSim cannot bring the {flight.aircraft} to the flight's start"
-                f" ({flight.start.model_dump(exclude={'on'})}): {' '.join(str(error).split())}"
-                f"{'; it said: ' + said if said else ''}. An airspeed and a height at which it flies would be right."
+                f"JSBSim cannot trim the {flight.aircraft} at the start of the flight ({_start_words(flight)}): "
+                f"{' '.join(str(error).split())}{'; its output: ' + said if said else ''}. {_start_remedy(flight)}"
             ) from error
         return _fly(executive, flight, aircraft, progress)
+
+
+def _start_words(flight: FlightSection) -> str:
+    """Describe the start of a flight for a message."""
+    start = flight.start
+    values = ", ".join(
+        f"{key} = {value:g}" for key, value in start.model_dump(exclude={"on"}, exclude_none=True).items()
+    )
+    return f"{'on the runway' if start.on == 'runway' else 'in the air'}, {values}"
+
+
+def _start_remedy(flight: FlightSection) -> str:
+    """Return what to change in a flight whose start cannot be trimmed; in the air, the trim is in calm air."""
+    if isinstance(flight.start, AirStart):
+        return "Give an airspeed and a height at which it can fly."
+    if wind := _wind_words(flight):
+        return f"{wind} Give less wind, or start in the air."
+    return "Choose another aircraft, or start in the air."
+
+
+def _wind_words(flight: FlightSection) -> str:
+    """Name the steady wind as the likely cause of a failure on the ground; "" without wind."""
+    wind = flight.wind
+    if not (wind.north_mps or wind.east_mps or wind.down_mps):
+        return ""
+    return (
+        f"The wind, {wind.north_mps:g} m/s towards north and {wind.east_mps:g} m/s towards east, is the likely cause: "
+        f"it may be too strong for the {flight.aircraft} on its wheels."
+    )
 
 
 # Long: the loop that steps JSBSim, with its state in local names.
@@ -319,7 +347,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                     run()
                     sense()
                     if not -1e4 < motion.height < 1e5:  # NaN fails this test, too
-                        raise LegError("the model diverged", "gentler legs, or a better model,")
+                        raise LegError("the model diverged", "gentler legs, or a better model")
                 if knot % 3:
                     continue
                 link.sense_slowly()
@@ -327,7 +355,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                 if motion.time > deadline:
                     raise LegError(
                         f"not flown within its timeout_s of {leg.timeout_s:g} s",
-                        "an aim within the aircraft's reach, or a longer timeout_s,",
+                        "an aim within the aircraft's reach, or a longer timeout_s",
                     )
                 if in_air:
                     if motion.on_wheels or motion.height_above_ground < 0.0:
@@ -341,13 +369,14 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
             reason, remedy = (
                 (error.reason, error.remedy)
                 if isinstance(error, LegError)
-                else (f"the model diverged ({error})", "gentler legs, or a better model,")
+                else (f"the model diverged ({error})", "gentler legs, or a better model")
             )
             raise InputError(
                 f"{name} failed at {motion.time:.1f} s of the flight: {reason}. The {flight.aircraft} was at a height"
                 f" of {motion.height:.0f} m ({motion.height_above_ground:.0f} m above ground), {motion.cas / KNOT:.0f}"
                 f" kt calibrated, angle of attack {motion.alpha / DEG:.1f}°, roll {motion.phi / DEG:.1f}°, pitch"
-                f" {motion.theta / DEG:.1f}°, heading {motion.psi / DEG:.1f}°. There {remedy} would be right."
+                f" {motion.theta / DEG:.1f}°, heading {motion.psi / DEG:.1f}°. Use {remedy}."
+                f"{'' if in_air or not (wind := _wind_words(flight)) else ' ' + wind}"
             ) from error
         if leaves_ground:
             in_air = True
@@ -356,7 +385,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
     if motion.time < _LEAST_DURATION:
         raise InputError(
             f"the flight is over after {motion.time:.2f} s, at the end of {name}: a true motion needs at least "
-            f"{_LEAST_DURATION:g} s. Longer legs, or more of them, would be right."
+            f"{_LEAST_DURATION:g} s. Use longer legs, or more of them."
         )
     if progress is not None:
         progress(1.0)

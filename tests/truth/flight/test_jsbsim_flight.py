@@ -497,8 +497,19 @@ def test_missing_model_is_named(tmp_path: Path) -> None:
 def test_start_that_cannot_be_trimmed_is_refused() -> None:
     flight = plan("737", {"type": "hold", "duration_s": 1.0})
     slow = flight.model_copy(update={"start": flight.start.model_copy(update={"airspeed_kt": 60.0})})
-    with pytest.raises(InputError, match=r"cannot bring the 737 to the flight's start .*'airspeed_kt': 60.0"):
+    with pytest.raises(InputError, match=r"cannot trim the 737 at the start .*in the air, .*airspeed_kt = 60\)"):
         fly_plan(slow)
+
+
+def test_wind_that_is_too_strong_on_the_runway_is_named() -> None:
+    legs = [{"type": "parked", "duration_s": 5.0}, {"type": "takeoff"}]
+    start = {"on": "runway", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 120.0, "heading_deg": 90.0}
+    flight = FlightSection.model_validate(
+        {"aircraft": "c172x", "start": start, "legs": legs, "wind": {"north_mps": 11.0}}
+    )
+    said = r"on the runway, .* 11 m/s towards north and 0 m/s towards east, is the likely cause.*Give less wind"
+    with pytest.raises(InputError, match=said):
+        fly_plan(flight)
 
 
 def test_model_that_is_not_xml_is_named(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ class HoldLeg(LegBase):
             if state.time > self.until_s + HALF_STEP:
                 raise LegError(
                     f"it must end at {self.until_s:g} s of the flight, but begins later",
-                    "a later until_s, or shorter legs before it,",
+                    "a later until_s, or shorter legs before it",
                 )
             yield from wait(state, self.until_s)
         elif self.duration_s is not None:
