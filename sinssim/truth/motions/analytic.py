@@ -99,7 +99,7 @@ def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float)
 def _check_motion(motion: AnalyticMotion) -> None:
     if not all(hasattr(motion, name) for name in ("attitude", "rate", "place", "turn", "push", "breaks", "fastest")):
         raise InputError(
-            f"{shortened(repr(motion))} is not an AnalyticMotion; give for example a SpinCone, Rocking or RotationTable."
+            f"{shortened(repr(motion))} is not an AnalyticMotion, such as SpinCone, Rocking or RotationTable."
         )
 
 
