@@ -192,6 +192,6 @@ def check_used(
         raise InputError(f'route would have no effect: it is for frame = "{able}"; here frame = "{frame}".')
     if slow_quantities != "hold" and rates_hz is None:
         raise InputError(
-            f'slow_quantities = "{slow_quantities}" would have no effect: it belongs to a schedule, but rates_hz gives '
-            "none."
+            f'slow_quantities = "{slow_quantities}" would have no effect: it belongs to a schedule, and rates_hz is '
+            "not given."
         )

@@ -254,8 +254,8 @@ def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     numbers = {"greatest defect": worst.max_defect, "least defect": best.max_defect}
     text = (
         "A matrix made of quaternions has orthogonal axes by construction, but their length is the squared "
-        f"norm, which each step multiplies by 1 + e⁴/64: the norm is off by {worst.max_defect:.2g} on {worst.motion} "
-        f"at {worst.pace} Hz"
+        f"norm, which each step multiplies by 1 + e⁴/64: the norm is in error by {worst.max_defect:.2g} on "
+        f"{worst.motion} at {worst.pace} Hz"
     )
     matrices = [
         r for r in rows if r.algorithm == "poisson-2" and r.motion == worst.motion and r.rate_hz == worst.rate_hz

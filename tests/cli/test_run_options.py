@@ -117,12 +117,12 @@ def test_route_of_the_transverse_frame() -> None:
         (
             100.0,
             {"rates_hz": [100.0, 50.0, 10.0], "algorithms": ["quaternion", "rotation-vector-2"]},
-            "sample by sample, rotation-vector-2 by several",
+            "sample by sample, but rotation-vector-2 by several",
         ),
         (
             100.0,
             {"rates_hz": [100.0, 50.0, 10.0], "algorithms": ["functional-iteration"]},
-            "sample by sample, functional-iteration by several",
+            "sample by sample, but functional-iteration by several",
         ),
         (100.0, {"slow_quantities": "holds"}, "Did you mean 'hold'?"),
         (100.0, {"slow_quantities": "extrapolate"}, 'slow_quantities = "extrapolate" would have no effect'),

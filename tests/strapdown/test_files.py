@@ -65,9 +65,7 @@ def test_a_variant_of_a_constant_that_is_not_there(monkeypatch: pytest.MonkeyPat
 def test_a_name_that_stands_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = by_name(Algorithm("new", "one", "attitude.euler"), Algorithm("new", "another", "attitude.poisson"))
     monkeypatch.setitem(REGISTRY, "new", pair["new"])
-    with pytest.raises(
-        InputError, match=r"algorithms\.py has the name twice, for the file attitude\.euler and for att"
-    ):
+    with pytest.raises(InputError, match=r"algorithms\.py has the name twice, for the files attitude\.euler and att"):
         algorithm_file("new")
 
 

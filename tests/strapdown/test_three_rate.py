@@ -172,8 +172,8 @@ def test_rates_that_do_not_divide(rates, message):
     ("options", "message"),
     [
         ({"frame": "wander"}, "frame level, not in wander"),
-        ({"algorithm": "rotation-vector-2"}, "sample by sample, rotation-vector-2"),
-        ({"algorithm": "functional-iteration"}, "sample by sample, functional-iteration"),
+        ({"algorithm": "rotation-vector-2"}, "sample by sample, but rotation-vector-2"),
+        ({"algorithm": "functional-iteration"}, "sample by sample, but functional-iteration"),
         ({"slow_quantities": "held"}, "unknown treatment of slow quantities 'held'.*hold"),
     ],
 )

@@ -54,7 +54,7 @@ def test_the_cheapest_that_is_accurate_enough_everywhere() -> None:
     assert "Cheaper, but in error by 18.1″ on b: poisson-1." in pick.reason
     assert "quaternion has the smallest errors: 1.00e-06 m" in pick.reason
     (pick,) = picked(rows + both("poisson-1", (MILE + 1.0, 1.0), (1.0, 1.0)))
-    assert (pick.choice, "Cheaper, but 186 m off on a: poisson-1." in pick.reason) == ("euler", True)
+    assert (pick.choice, "Cheaper, but in error by 186 m on a: poisson-1." in pick.reason) == ("euler", True)
     (pick,) = picked(rows + both("poisson-1", (1.0, 1.0), (1.0, 1.0)))
     assert pick.choice == "poisson-1"
 
