@@ -1,4 +1,4 @@
-"""How many determinations by eq. (1) one core makes in a second, checks of the readings included."""
+"""Determinations by eq. (1) per second and core, checks of the readings included."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How nearly navigation on ideal sensors closes with the truth: the hour of `closure`, by rate.
+"""Closed-loop errors of navigation with ideal sensors: the hour of `closure`, by rate.
 
     python -m benchmarks.bench_closure [--rates 100 50 25 12.5]
 

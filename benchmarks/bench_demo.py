@@ -1,4 +1,4 @@
-"""The demonstration run against JSBSim alone, with the flight to fly and with the flight cached; and `--help`.
+"""The demonstration run against JSBSim alone, with a new and with a cached flight; and `--help`.
 
     python -m benchmarks.bench_demo [--repeat 3]
 
@@ -32,7 +32,7 @@ from sinssim.units import FOOT
 
 
 def timed(command: list[str], cache: Path) -> tuple[float, float, str]:
-    """Run a process and return its wall-clock time, its processor time (s) and what it printed."""
+    """Run a process and return its wall-clock time, its processor time (s) and its output."""
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     ended = subprocess.run(
         command, env={**os.environ, "SINSSIM_CACHE": str(cache)}, capture_output=True, text=True, check=True
@@ -42,7 +42,7 @@ def timed(command: list[str], cache: Path) -> tuple[float, float, str]:
 
 
 def bare(flight: FlightSection, seconds: float, loaded: Path | None) -> list[str]:
-    """Return the command that lets JSBSim alone fly as long, with the model in a folder or as it is shipped."""
+    """Return the command that lets JSBSim alone fly as long, with the model in a folder or as shipped."""
     aircraft = load_aircraft(flight.aircraft)
     script = Path(__file__).with_name("bare_jsbsim.py")
     numbers = (seconds, jsbsim_flight.STEP, flight.start.altitude_m / FOOT, aircraft.performance.cruise_kt)
@@ -61,7 +61,7 @@ def demo(folder: Path, fresh: bool) -> tuple[float, float, dict[str, Any]]:
 
 
 def show(what: str, runs: list[tuple[float, float, Any]], against: dict[str, list[tuple[float, float, Any]]]) -> None:
-    """Print one line, with the medians of the ratios to each denominator, and the stages of the quickest run."""
+    """Print one line, with the medians of the ratios to each denominator, and the stages of the fastest run."""
     wall, processor, summary = min(runs, key=lambda r: r[0])
     print(f"{what:30s} {wall:7.2f} s wall, {processor:6.2f} s processor")
     for name, others in against.items():

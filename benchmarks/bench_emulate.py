@@ -39,7 +39,7 @@ CASES = {
     "all of them and flicker": ({**WANDER, **WALK, **FLICKER}, 5.0),
     "all of them, flicker, quantised": ({**WANDER, **WALK, **FLICKER, **PULSES}, None),
 }
-"""What differs from laser-standard, and the bar, M samples/s."""
+"""Differences from laser-standard, and the required speed, M samples/s."""
 
 
 def main() -> None:
@@ -69,7 +69,7 @@ def main() -> None:
 
 @strict_kernel
 def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts):
-    """Return what every run's sensors gave out in all, (R, 6)."""
+    """Return the sums of the measured increments of every run, (R, 6)."""
     runs = len(key_0)
     s, z, sums = np.empty((runs, 6, STATES)), np.empty((4, 6, runs)), np.zeros((runs, 6))
     u, y, flags = np.empty(6), np.empty(6), np.zeros(6, np.uint8)
@@ -86,7 +86,7 @@ def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts)
 
 
 def ensemble(ideal: ImuData) -> None:
-    """Print what an ensemble takes beside the ideal increments."""
+    """Print the memory of an ensemble in addition to the ideal increments."""
     section = ImuSection.model_validate({"grade": "laser-standard", **PULSES})
     packed = pack([draw(section, seed) for seed in range(RUNS)], 0.0)
     keys = np.array([key(seed) for seed in range(RUNS)], dtype=np.uint64).T.copy()

@@ -1,4 +1,4 @@
-"""What an hour of filtering costs: 15 states, covariance predicted at 10 Hz, a GNSS position every second."""
+"""Cost of an hour of filtering: 15 states, covariance predicted at 10 Hz, a GNSS position every second."""
 
 from __future__ import annotations
 

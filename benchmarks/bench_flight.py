@@ -1,4 +1,4 @@
-"""How long our autopilot's flight takes against JSBSim alone stepping the same model for the same time."""
+"""Time of a flight by sinssim's autopilot, compared with JSBSim alone stepping the same model for the same time."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def plan(aircraft: str, seconds: float) -> FlightSection:
 
 
 def alone(flight: FlightSection, seconds: float, shipped: bool) -> float:
-    """Return the time that JSBSim alone takes, s: the model as it is shipped, or without its sockets as we load it."""
+    """Return the time that JSBSim alone takes, s: the model as shipped, or without its sockets as sinssim loads it."""
     import jsbsim
 
     aircraft = load_aircraft(flight.aircraft)

@@ -1,4 +1,4 @@
-"""How many samples a second the navigation takes, kernel alone and through the API, for every algorithm.
+"""Speed of navigation in samples per second, kernel alone and through the API, for every algorithm.
 
     python -m benchmarks.bench_navigate [ALGORITHM ...] [--hours 1] [--rate 100] [--repeat 15] [--gravity normal]
                                         [--increments pyins]
@@ -29,7 +29,7 @@ from tests.oracles.s_turn import Flight, STurn
 
 
 def best(call: Callable[[], object], repeat: int) -> float:
-    """Return the least processor time of a call, s."""
+    """Return the smallest processor time of a call, s."""
     times = []
     for _ in range(repeat):
         start = time.process_time()
@@ -58,7 +58,7 @@ def measure(flight: Flight, algorithm: str, gravity: str, repeat: int) -> tuple[
     kernel_seconds: list[float] = []
 
     def timed(engine: Callable[..., Any]) -> Callable[..., Any]:
-        """Make the kernels that a function returns note their time."""
+        """Make the kernels that a function returns record their time."""
 
         def choose(*choice: str) -> Any:
             kernel = engine(*choice)

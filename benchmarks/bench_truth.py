@@ -1,4 +1,4 @@
-"""How long the truth takes: curve through an hour of knots, increments and states at its sample edges.
+"""Time to compute the truth: curve through an hour of knots, increments and states at its sample edges.
 
     python -m benchmarks.bench_truth [--hours 1] [--rate 100] [--repeat 5]
 

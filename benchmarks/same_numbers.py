@@ -28,7 +28,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 MEASURED = re.compile(r"timing|version|seconds|_ns\b|time_ns|python|platform|processor|cached|cost|recorded|operations")
-"""Names of numbers that are measured on the machine and differ from run to run."""
+"""Names of numbers that are measured on the machine and vary from run to run."""
 
 
 def jobs(checkout: Path) -> dict[str, list[str]]:
@@ -105,7 +105,7 @@ def json_differences(before: Path, after: Path) -> Iterator[str]:
 
 
 def column_difference(before: Any, after: Any) -> str | None:
-    """Return in words how two columns differ, None if they are equal bit for bit."""
+    """Return the difference of two columns in words, None if they are equal bit for bit."""
     if len(before) != len(after):
         return f"{len(before)} rows -> {len(after)} rows"
     one, two = before.to_numpy(zero_copy_only=False), after.to_numpy(zero_copy_only=False)

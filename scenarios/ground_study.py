@@ -1,12 +1,12 @@
-"""The ground study: what a parked laser-gyro SINS can find, checked by draws and by emulated sessions.
+"""The ground study: accuracy of alignment of a parked laser-gyro SINS, checked by random draws and emulated sessions.
 
 Run it from anywhere:  python scenarios/ground_study.py [-o DIR] [--draws N] [--runs N]
 
 It writes figures (SVG and PNG), summary.json, summary.md and recording.rrd:
   1. draws of all twelve instrument errors through eq. (1) against the first-order theory, eqs. (7)-(26);
-  2. where the theory holds, and where it does not: large errors, near the poles, near a vertical attitude;
+  2. the range of validity of the theory: large errors, near the poles, near a vertical attitude;
   3. end to end: parked truth, emulated sensors, session, determination, against the same theory;
-  4. the disturbed base: gravity's cone in inertial space, and eq. (1) on the same data beside it;
+  4. the disturbed base: gravity's cone in inertial space, compared with eq. (1) on the same data;
   5. session lengths and best orientations.
 """
 
@@ -114,7 +114,7 @@ Case = tuple[Attitude, ArrayLike, InstrumentErrors]
 
 
 def departures(attitude: Attitude, latitude: ArrayLike, sigmas: InstrumentErrors, white: list[Array]) -> Array:
-    """Return by how much σ of eq. (1)'s errors departs from σ of the first-order errors of the same draws, (4,)."""
+    """Return the relative difference between σ of eq. (1) and σ of the first order for the same draws, (4,)."""
     drawn = InstrumentErrors(
         *(np.asarray(sigma) * rows for sigma, rows in zip(vars(sigmas).values(), white, strict=True))
     )
@@ -126,7 +126,7 @@ def departures(attitude: Attitude, latitude: ArrayLike, sigmas: InstrumentErrors
 
 
 def validity(draws: int, rng: np.random.Generator, folder: Path) -> dict[str, Any]:
-    """Map where draws depart from the theory: over gyro bias and latitude, over accelerometer bias and pitch."""
+    """Map the deviation of draws from the theory over gyro bias and latitude, and over accelerometer bias and pitch."""
     white = [rng.standard_normal((draws, 3)) for _ in range(4)]
     away = np.geomspace(0.1, 90.0, 31)  # from the pole, or from the vertical attitude, degrees
     gyro_bias, accel_bias = np.geomspace(1e-3, 10.0, 33), np.geomspace(10.0, 1e5, 33)  # deg/h, µg
@@ -167,7 +167,7 @@ def validity(draws: int, rng: np.random.Generator, folder: Path) -> dict[str, An
 
 
 def determined(ideal: ImuData, section: ImuSection, runs: int) -> Determination:
-    """Return the determinations of many emulated sessions, each with sensors of its own."""
+    """Return the determinations of many emulated sessions, each with its own sensors."""
     readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
     return determine(np.array([gyro for gyro, _ in readings]), np.array([accel for _, accel in readings]))
 
@@ -214,7 +214,7 @@ def sways(rng: np.random.Generator) -> list[Sway]:
 
 
 def disturbed_base(runs: int, rng: np.random.Generator, folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Align on swaying bases, each with sways and sensors of its own; return results, and streams to record."""
+    """Align on swaying bases, each with its own sways and sensors; return results and streams to record."""
     section = ImuSection(grade="laser-standard")
     sigma = expected_errors(section).sigma
     cone, means, latitudes = np.empty(runs), np.empty(runs), np.empty(runs)
@@ -260,7 +260,7 @@ def disturbed_base(runs: int, rng: np.random.Generator, folder: Path) -> tuple[d
 
 
 def orientations() -> list[dict[str, Any]]:
-    """Tabulate best headings, and the two- and four-heading sets, for ten minutes in all."""
+    """Tabulate best headings, and the two- and four-heading sets, for a total of ten minutes."""
     rows = []
     for grade in GRADES:
         sigma = expected_errors(ImuSection(grade=grade)).sigma
@@ -288,7 +288,7 @@ def write(figure: Any, stem: Path) -> None:
 
 
 def general_figures(folder: Path) -> dict[str, Any]:
-    """Draw the heading map, the budget and the session curves; return what the recording takes of them."""
+    """Draw the heading map, the budget and the session curves; return the data for the recording."""
     sigmas = {grade: expected_errors(ImuSection(grade=grade)).sigma for grade in GRADES}
     instruments = expected_errors(ImuSection(grade="laser-standard")).instrument_sigmas
     heading, latitude = np.linspace(0.0, 2.0 * np.pi, 361), np.radians(np.linspace(-85.0, 85.0, 171))
@@ -331,8 +331,8 @@ def tables(summary: dict[str, Any]) -> str:
             f"| {row['grade']} | {row['case']} | {'yes' if row['linear'] else 'no'} | "
             f"{row['sigma_arcmin']['heading']:.3f} | {row['largest_score']:.1f} |"
         )
-    lines += ["", "A score is a departure of mean or σ in standard errors of the draws.", ""]
-    lines += ["## End to end", "", "| grade | angle | σ found, ′ | σ theory, ′ |", "|---|---|---|---|"]
+    lines += ["", "A score is the deviation of mean or σ in standard errors of the draws.", ""]
+    lines += ["## End to end", "", "| grade | angle | observed σ, ′ | theoretical σ, ′ |", "|---|---|---|---|"]
     for row in summary["end_to_end"]:
         for name in Angles._fields:
             lines.append(
@@ -343,13 +343,13 @@ def tables(summary: dict[str, Any]) -> str:
             f"| {row['grade']} | heading, without noise | {row['heading_from_bias_found_arcmin']:.3f} | "
             f"{row['heading_from_bias_theory_arcmin']:.3f} |"
         )
-    lines += ["", "## Disturbed base", "", "| what | |", "|---|---|"]
+    lines += ["", "## Disturbed base", "", "| quantity | |", "|---|---|"]
     lines += [f"| {key.replace('_', ' ')} | {value:.4g} |" for key, value in summary["disturbed_base"].items()]
-    lines += ["", "## Bias takes over at", "", "| grade | heading, s | latitude, s |", "|---|---|---|"]
+    lines += ["", "## Bias dominates from", "", "| grade | heading, s | latitude, s |", "|---|---|---|"]
     lines += [f"| {g} | {t['heading']:.0f} | {t['latitude']:.0f} |" for g, t in summary["bias_takes_over_s"].items()]
-    lines += ["", "## Best orientations, ten minutes in all", ""]
+    lines += ["", "## Best orientations, ten minutes in total", ""]
     lines += [
-        "| grade | positions | best for | first heading, ° | σ heading, ′ | σ latitude, ′ | at worst, ′ |",
+        "| grade | positions | best for | first heading, ° | σ heading, ′ | σ latitude, ′ | largest σ, ′ |",
         "|---|---|---|---|---|---|---|",
     ]
     for row in summary["orientations"]:

@@ -1,12 +1,12 @@
-"""The lock-in study: what a laser gyro's coupled beams do to slow rotations, and what a dither makes of it.
+"""The lock-in study: the response of a laser gyro with coupled beams to slow rotations, without and with dither.
 
 Run it from anywhere:  python scenarios/lock_in.py [-o DIR] [--quick]
 
 It integrates the lock-in equation of a triangular ring (sides of 14 cm, 1.6 arcsec a pulse, lock-in at 0.1 deg/s,
 dither of 100 deg/s at 400 Hz) and writes figures (SVG and PNG), summary.json, summary.md and recording.rrd:
   1. the dead zone without dither against sign(Ω)√(Ω² − Ω_L²), and the dithered gyro's straight line;
-  2. what is left of the dead zone if all turnarounds, every other one, or none is at random, against closed forms;
-  3. how the error of the angle grows in each case: coherently, or as a random walk;
+  2. the remaining dead zone if all turning points, every other one, or none is random, against closed forms;
+  3. the growth of the angle error in each case: proportional to time, or as a random walk;
   4. the random walk against N = Ω_L/√(K Ω_D) over a decade of dither rates, and at other frequencies.
 """
 
@@ -32,10 +32,10 @@ from sinssim.units import ARCSEC, DEG, DEG_SQRT_H
 Array = NDArray[np.float64]
 
 KINDS: tuple[Randomised, ...] = get_args(Randomised)
-LABELS = {"both": "every turnaround at random", "one": "every other one", "none": "none: a regular dither"}
+LABELS = {"both": "all turning points random", "one": "every other one random", "none": "none random (regular dither)"}
 LINES = ("both", "none", "one", "undithered")
 COLORS = dict(zip(LINES, map(style.css, style.colors(LINES)), strict=True))
-BLOCK = 4  # swings between the errors whose growth tells the random walk
+BLOCK = 4  # swings between the errors whose differences give the random walk
 
 
 def gyro(dither_deg_s: float = 100.0, frequency: float = 400.0) -> LaserGyro:
@@ -52,14 +52,14 @@ def gyro(dither_deg_s: float = 100.0, frequency: float = 400.0) -> LaserGyro:
 
 
 def given_rate(g: LaserGyro, rate: float, angles: Array) -> float:
-    """Return the mean rate that the pulses tell once the start is forgotten, rad/s."""
+    """Return the mean measured rate after the initial transient, rad/s."""
     error = angle_error(g, rate, angles)
     half = len(error) // 2
     return float(rate + (error[-1] - error[half]) / (len(error) - 1 - half) * 2.0 * g.dither_frequency)
 
 
 def transfer(points: int, swings: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Step through rates on both sides of the dead zone, without dither and with one."""
+    """Step through rates on both sides of the dead zone, without and with dither."""
     g = gyro()
     rate = np.linspace(-2.5, 2.5, points) * g.lock_in
     undithered = np.array([given_rate(g, r, np.zeros(4 * swings + 1)) for r in rate])
@@ -83,7 +83,7 @@ def widths(g: LaserGyro) -> dict[str, float]:
 
 
 def growth(seeds: int, swings: int) -> dict[str, Array]:
-    """Return root mean squares over seeds of the angle's error at a rate inside every dead zone that is left."""
+    """Return root mean squares over seeds of the angle error at a rate inside all remaining dead zones."""
     g = gyro()
     rate = 0.5 * g.half_random_dead_zone
     result = {"time": (np.arange(swings) + 0.5) * 0.5 / g.dither_frequency, "rate": np.array(rate)}
@@ -98,7 +98,7 @@ def growth(seeds: int, swings: int) -> dict[str, Array]:
 
 
 def random_walk(dithers: Array, frequency: float, swings: int, rng: np.random.Generator) -> list[dict[str, float]]:
-    """Measure the random walk of dithered gyros and put the formula beside it."""
+    """Measure the random walk of dithered gyros and compare it with the formula."""
     rows = []
     for dither in dithers:
         g = gyro(float(dither), frequency)
@@ -120,7 +120,7 @@ def random_walk(dithers: Array, frequency: float, swings: int, rng: np.random.Ge
 
 @styled
 def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Figure:
-    """Draw both responses: over the dead zone, and over what the dithers leave of it."""
+    """Draw both responses: over the dead zone without dither, and over the dead zones that remain with dithers."""
     g = gyro()
     figure = new_figure(10.5, 4.6)
     whole, near = figure.subplots(1, 2)
@@ -136,23 +136,23 @@ def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Figure:
     whole.plot(
         swept["rate"] / DEG, swept["dithered"] / DEG, "+", color=COLORS["both"], label="random dither, integrated"
     )
-    whole.set_title("The dead zone, and a dithered gyro without one")
+    whole.set_title("Dead zone without and with random dither")
     fine = np.linspace(-0.1, 0.1, 2001) * g.lock_in
     for kind, zone in widths(g).items():
         theory = np.sign(fine) * np.sqrt(np.maximum(fine**2 - zone**2, 0.0))
         near.plot(fine / ARCSEC, theory / ARCSEC, color=COLORS[kind], lw=style.THIN)
         near.plot(left["rate"] / ARCSEC, left[kind] / ARCSEC, ".", color=COLORS[kind], label=LABELS[kind])
-    near.set_title("What dithers leave of it (lines: closed forms)")
+    near.set_title("Remaining dead zone (lines: closed forms)")
     for axes, unit in ((whole, "deg/s"), (near, "arcsec/s")):
         axes.set_xlabel(f"true rate [{unit}]")
-        axes.set_ylabel(f"rate given [{unit}]")
+        axes.set_ylabel(f"measured rate [{unit}]")
         axes.legend()
     return figure
 
 
 @styled
 def draw_growth(grown: dict[str, Array]) -> Figure:
-    """Draw the error's growth in each case."""
+    """Draw the growth of the error in each case."""
     g = gyro()
     figure = new_figure(7.0, 4.6)
     axes = figure.subplots()
@@ -161,10 +161,10 @@ def draw_growth(grown: dict[str, Array]) -> Figure:
         axes.loglog(time, grown[kind] / ARCSEC, color=COLORS[kind], label=LABELS[kind])
     axes.loglog(time, g.random_walk * np.sqrt(time) / ARCSEC, "--", color=style.SOFT, lw=style.THIN, label="N√t")
     turned = grown["rate"] * time / ARCSEC
-    axes.loglog(time, turned, ":", color=style.SOFT, lw=style.THIN, label="Ωt: no rotation is seen")
+    axes.loglog(time, turned, ":", color=style.SOFT, lw=style.THIN, label="Ωt: no response to the rotation")
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("error of the angle, rms over seeds [arcsec]")
-    axes.set_title(f"A rotation of {float(grown['rate']) / ARCSEC:.2f} arcsec/s under three dithers")
+    axes.set_ylabel("angle error, rms over seeds [arcsec]")
+    axes.set_title(f"A rotation of {float(grown['rate']) / ARCSEC:.2f} arcsec/s with three dithers")
     axes.legend()
     return figure
 
@@ -193,8 +193,8 @@ def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, floa
         lower.errorbar(x, off, band, fmt=marker, color=color, ms=4, capsize=3, lw=style.THIN)
     lower.axhline(0.0, color=style.SOFT, lw=style.THIN)
     lower.set_ylim(-12.0, 12.0)
-    lower.set_xlabel("largest rate of the dither Ω_D [deg/s]")
-    lower.set_ylabel("over the formula [%]\n(bars: 2σ)")
+    lower.set_xlabel("largest dither rate Ω_D [deg/s]")
+    lower.set_ylabel("excess over formula [%]\n(bars: 2σ)")
     upper.set_ylabel("angle random walk [deg/√h]")
     upper.set_title("Random walk of a dithered gyro with a lock-in of 0.1 deg/s")
     ticks = [20, 30, 50, 70, 100, 140, 200]
@@ -212,25 +212,25 @@ def tables(summary: dict[str, Any]) -> str:
     ring, response = summary["gyro"], summary["transfer"]
     lines = ["# Lock-in study", "", "| ring | |", "|---|---|"]
     lines += [f"| {key.replace('_', ' ')} | {value:.6g} |" for key, value in ring.items()]
-    lines += ["", "## Response", "", "| what | |", "|---|---|"]
+    lines += ["", "## Response", "", "| quantity | |", "|---|---|"]
     lines += [
-        f"| largest departure without dither from the closed form, in Ω_L | {response['undithered_departure']:.1e} |",
-        f"| largest departure of the dithered gyro from the true rate, in Ω_L | {response['dithered_departure']:.1e} |",
-        f"| the same in its random walk's standard deviations | {response['dithered_score']:.1f} |",
-        f"| slope of the dithered response less one | {response['dithered_slope_error']:.1e} |",
+        f"| largest deviation from the closed form without dither, in Ω_L | {response['undithered_departure']:.1e} |",
+        f"| largest deviation of the dithered gyro from the true rate, in Ω_L | {response['dithered_departure']:.1e} |",
+        f"| the same in standard deviations of its random walk | {response['dithered_score']:.1f} |",
+        f"| slope of the dithered response minus one | {response['dithered_slope_error']:.1e} |",
     ]
-    lines += ["", "## What is left of the dead zone", ""]
+    lines += ["", "## Remaining dead zone", ""]
     lines += [
-        "| turnarounds at random | half-width, arcsec/s | largest departure from theory, arcsec/s |",
+        "| random turning points | half-width, arcsec/s | largest deviation from theory, arcsec/s |",
         "|---|---|---|",
     ]
     for kind in KINDS:
         row = summary["dead_zones"][kind]
         lines.append(f"| {LABELS[kind]} | {row['half_width_arcsec_s']:.3f} | {row['departure_arcsec_s']:.3f} |")
-    lines += ["", "## Growth of the angle's error", ""]
+    lines += ["", "## Growth of the angle error", ""]
     lines += [f"At {summary['growth']['rate_arcsec_s']:.2f} arcsec/s, root mean square after "
               f"{summary['growth']['time_s']:.2f} s:", ""]  # fmt: skip
-    lines += ["| turnarounds at random | arcsec |", "|---|---|"]
+    lines += ["| random turning points | arcsec |", "|---|---|"]
     lines += [f"| {LABELS[kind]} | {summary['growth'][kind + '_arcsec']:.3f} |" for kind in KINDS]
     lines += [f"| N√t | {summary['growth']['random_walk_arcsec']:.3f} |"]
     lines += [f"| Ωt | {summary['growth']['locked_arcsec']:.3f} |"]

@@ -1,9 +1,9 @@
-"""Figure 8.4 of the chapter: what an accelerometer's and a gyro's error do in the one-component system.
+"""Figure 8.4 of the chapter: the effect of an accelerometer error and of a gyro error in the one-component system.
 
 Run it from anywhere:  python scenarios/one_component.py [-o DIR]
 
-It draws the simulation over the closed forms (8.13) and (8.15) as figure_8_4.svg and .png, and says how far apart they
-are.
+It draws the simulation over the closed forms (8.13) and (8.15) as figure_8_4.svg and .png, and prints their
+difference.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def main() -> None:
         ("gyro error, 0.01 deg/h, (8.15)", by_gyro, gyro_error(time, GYRO_DRIFT)),
     ):
         apart = float(np.abs(simulated - closed).max() / np.abs(closed).max())
-        print(f"{name}: simulation and closed form differ by {apart:.1e} of the greatest error")
+        print(f"{name}: simulation and closed form differ by {apart:.1e} of the largest error")
     figure, files = figure_8_4(), [folder / f"figure_8_4.{suffix}" for suffix in ("svg", "png")]
     for file in files:
         save(figure, file)

@@ -1,4 +1,4 @@
-"""Which algorithm is the right one? A study's accuracy against rate and cost, growth of the errors, verdicts."""
+"""A study of algorithms: accuracy against rate and cost, growth of the errors, verdicts."""
 
 from __future__ import annotations
 

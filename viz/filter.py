@@ -1,4 +1,4 @@
-"""Is the filter right about itself? Errors inside ±3σ, innovations, decisions of the gate, what was observed."""
+"""Consistency of the filter: errors inside ±3σ, innovations, decisions of the gate, observed states."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         legend: float = 0.0,
         axis: tuple[float, float] | None = None,
     ) -> rrb.TimeSeriesView:
-        """A plot; `legend` is the room for it beside the lines, in parts of them."""
+        """A plot; `legend` is the width of the legend relative to that of the lines."""
         entities = [entity for entity in run.ranges if entity.startswith(f"filter/{key}/")]
         return rrb.TimeSeriesView(
             origin=f"/filter/{key}",
@@ -60,14 +60,14 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 band("Tilt about north, φN", "tilt_north", 0.5),
                 band("Tilt about east, φE", "tilt_east"),
                 band("Azimuth misalignment, φD", "azimuth"),
-                plot("Readings taken, refused", "decisions", legend=0.5),
+                plot("Readings accepted, rejected", "decisions", legend=0.5),
                 grid_columns=4,
             ),
             rrb.Horizontal(
                 plot("Gyros: errors [σ]", "gyro"),
                 plot("Accelerometers: errors [σ]", "accelerometer"),
-                plot("Largest σ of each block against its start [decades]", "shrinking", legend=0.75),
-                rrb.TextDocumentView(origin="/about/filter", name="Is it consistent?"),
+                plot("Largest σ of each block, relative to its start [decades]", "shrinking", legend=0.75),
+                rrb.TextDocumentView(origin="/about/filter", name="Consistency"),
                 column_shares=[2, 2, 3.5, 3],
             ),
             row_shares=[3, 1],

@@ -1,4 +1,4 @@
-"""Where did it go? The flight in 3D and on the map, its attitude, heights and speeds, and what happened on the way."""
+"""The flight: its path in 3D and on the map, attitude, heights, speeds and events."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which algorithm drifts, and how? Position, velocity and attitude errors of all algorithms on shared axes."""
+"""Navigation errors: position, velocity and attitude errors of all algorithms on shared axes."""
 
 from __future__ import annotations
 

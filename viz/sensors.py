@@ -1,4 +1,4 @@
-"""What did the sensors say, against the truth? Readings, errors of the readings, and what those errors sum up to."""
+"""Sensors: measured and ideal readings, their errors, and accumulated errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the ground study: maps of the heading's error, budgets, session lengths, the disturbed base."""
+"""Figures of the ground study: maps of the heading error, budgets, session lengths, the disturbed base."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def heading_map(heading: ArrayLike, latitude: ArrayLike, sigma: ArrayLike, title
         heading: (n,) rad.
         latitude: (m,) rad.
         sigma: (m, n) rad.
-        title: what it is of.
+        title: title of the figure.
 
     Returns:
         The figure.
@@ -74,7 +74,7 @@ def budget_bars(budget: dict[str, Angles], title: str) -> Figure:
 
     Args:
         budget: by source, standard deviations of one vehicle, rad.
-        title: what it is of.
+        title: title of the figure.
 
     Returns:
         The figure.
@@ -95,13 +95,13 @@ def session_curves(
     shown: tuple[str, ...] = ("heading", "latitude"),
     method: Method = "quiet",
 ) -> Figure:
-    """Draw standard deviations against session length: all together, and the part that no session averages.
+    """Draw standard deviations against session length: the total, and the part that does not average out.
 
     Args:
         attitude: of one vehicle, rad.
         latitude: rad.
         sigmas: by name, standard deviations of sensor blocks.
-        title: what it is of.
+        title: title of the figure.
         shown: angles, a panel each.
         method: "quiet" or "disturbed".
 
@@ -126,14 +126,14 @@ def validity_map(
     xlabel: str,
     ylabel: str,
 ) -> Figure:
-    """Draw where draws through eq. (1) depart from the first-order theory, on logarithmic axes.
+    """Draw the deviation of draws through eq. (1) from the first-order theory, on logarithmic axes.
 
     Args:
         x: (n,) in the units of `xlabel`.
         y: (m,) in the units of `ylabel`.
-        departures: by panel, relative departure of σ from the theory, (m, n).
+        departures: by panel, relative deviation of σ from the theory, (m, n).
         linear: where a million draws cannot tell the two apart, (m, n).
-        threshold: departure that is drawn as a line.
+        threshold: deviation that is drawn as a line.
         xlabel, ylabel: axis labels with units.
 
     Returns:
@@ -153,13 +153,13 @@ def validity_map(
         panel.set(xlabel=xlabel, title=f"σ of the {name}", xscale="log", yscale="log")
         panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     panels[0].set_ylabel(ylabel)
-    panels[0].plot([], [], color=_COLORS["heading"], label=f"departs by {100 * threshold:g} %")
-    panels[0].plot([], [], color=_COLORS["latitude"], ls="--", label="linear to a million draws (left of it)")
+    panels[0].plot([], [], color=_COLORS["heading"], label=f"deviation of {100 * threshold:g} %")
+    panels[0].plot([], [], color=_COLORS["latitude"], ls="--", label="linear up to a million draws (left of line)")
     panels[0].legend(loc="lower right", framealpha=0.95)
     label = "|σ of the draws / σ of the theory − 1|"
     bar = figure.colorbar(ScalarMappable(norm, "magma_r"), ax=list(panels), label=label, extend="both")
     bar.ax.axhline(threshold, color=_COLORS["heading"])
-    figure.suptitle("where the first-order theory holds")
+    figure.suptitle("Validity of the first-order theory")
     return figure
 
 
@@ -167,14 +167,14 @@ def validity_map(
 def disturbed_comparison(
     quiet_sigma: float, cone_sigma: float, cone_errors: Array, mean_errors: Array, title: str
 ) -> Figure:
-    """Draw heading errors on a disturbed base: the cone's and eq. (1)'s of the same data.
+    """Draw heading errors on a disturbed base: those of the cone and of eq. (1) for the same data.
 
     Args:
         quiet_sigma: σ of eq. (1) on a quiet base, rad.
         cone_sigma: σ of the cone's heading, predicted, rad.
         cone_errors: of many runs, rad.
         mean_errors: eq. (1)'s, of the same runs, rad.
-        title: what it is of.
+        title: title of the figure.
 
     Returns:
         The figure.

@@ -89,12 +89,12 @@ def record_ground_study(
                     rrb.Vertical(
                         rrb.TimeSeriesView(
                             origin="ground/swaying",
-                            name="Velocity that gravity's cone does not explain, m/s",
+                            name="Residual velocity of the fit of gravity's cone, m/s",
                             axis_x=whole(swaying_time),
                         ),
                         rrb.TimeSeriesView(
                             origin="ground/disturbed",
-                            name="Heading errors by run (a second is a run), arcmin",
+                            name="Heading errors by run (one run per second), arcmin",
                             axis_x=whole(runs),
                         ),
                         name="Disturbed base",

@@ -13,7 +13,7 @@ from sinssim.data import Array
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.units import ARCSEC, DEG
 
-_KINDS = {"both": "all at random", "one": "every other one", "none": "none"}
+_KINDS = {"both": "all random", "one": "every other one random", "none": "none random"}
 
 
 def record_lock_in_study(
@@ -23,14 +23,14 @@ def record_lock_in_study(
 
     Args:
         path: the file, by convention `recording.rrd`.
-        swept: "rate", and the rates that a gyro gave at it "undithered" and "dithered", (m,) rad/s.
-        left: "rate", and the rates given with turnarounds at random by kind, (n,) rad/s.
+        swept: "rate", and the rates measured there "undithered" and "dithered", (m,) rad/s.
+        left: "rate", and the measured rates by kind of random turning points, (n,) rad/s.
         grown: "time", (k,) s, and root mean squares of the angle's error by kind, (k,) rad.
         summary: the result tables, Markdown.
     """
 
     def whole(time: Array) -> rrb.TimeAxis:
-        # left to itself, a plot shows ±30 s around the cursor
+        # by default a plot shows ±30 s around the cursor
         start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(t)) for t in (time[0], time[-1]))
         return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
@@ -52,19 +52,19 @@ def record_lock_in_study(
                     rrb.Vertical(
                         rrb.TimeSeriesView(
                             origin="lock_in/response",
-                            name="Rate given as the true rate is stepped (a second is a step), deg/s",
+                            name="Measured rate while the true rate is stepped (one step per second), deg/s",
                             axis_x=whole(steps),
                         ),
                         rrb.TimeSeriesView(
                             origin="lock_in/dead_zones",
-                            name="The same near zero, by which turnarounds are at random, arcsec/s",
+                            name="The same near zero, by random turning points, arcsec/s",
                             axis_x=whole(near),
                         ),
                         name="Response",
                     ),
                     rrb.TimeSeriesView(
                         origin="lock_in/growth",
-                        name="Error of the angle, rms over seeds, by which turnarounds are at random, arcsec",
+                        name="Angle error, rms over seeds, by random turning points, arcsec",
                         axis_x=whole(grown["time"]),
                     ),
                 ),

@@ -130,7 +130,7 @@ def test_list_shows_a_broken_view_beside_the_others(
     views = json.loads(capsys.readouterr().out)
     assert views["broken"].startswith("(cannot be used: SyntaxError")
     assert views["binary"].startswith("(cannot be used: UnicodeDecodeError")
-    assert views["flight"].startswith("Where did it go?")
+    assert views["flight"].startswith("The flight: its path")
 
 
 def test_list_of_grades_says_where_they_are_explained(capsys: pytest.CaptureFixture[str]) -> None:

@@ -133,8 +133,9 @@ def test_variance_is_that_of_the_reading_and_of_a_pulse() -> None:
     """A pulse rounds evenly over its weight Q: Q²/12."""
     at = np.array([1.0, 2.0])
     m = Measurements("zero-velocity", at, at, np.zeros((2, 3)), np.array([[0.3, 0.4, 0.5], [0.6, 0.7, 0.8]]))
-    (readings,), _ = take_in([m], replace(MODEL, accel_quantum=0.6), IMU_TIME, 1.0)
-    np.testing.assert_allclose(readings.variance, m.sigma**2 + 0.03, rtol=1e-14)
+    model = replace(MODEL, accel_quantum=0.6)
+    (readings,), _ = take_in([m], model, IMU_TIME, 1.0)
+    np.testing.assert_allclose(readings.variance(np.arange(2), model), m.sigma**2 + 0.03, rtol=1e-14)
 
 
 def test_a_second_reading_within_a_microsecond_is_left_out() -> None:

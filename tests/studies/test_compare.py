@@ -130,7 +130,7 @@ def test_what_is_too_short_is_found_before_anything_is_done(monkeypatch):
     with pytest.raises(InputError, match=r"coning' lasts 0.001 s; quaternion at 20 Hz needs at least 0.05 s"):
         compare(study(motions=({"motion": CONE, "duration_s": 0.001},)))
     slow = {"rates_hz": (), "schedules_hz": ((100.0, 50.0, 0.02),)}
-    with pytest.raises(InputError, match=r"coning' lasts 20 s; quaternion at 0.02 Hz needs 50 s"):
+    with pytest.raises(InputError, match=r"coning' lasts 20 s; quaternion at 0.02 Hz needs at least 50 s"):
         compare(study(**slow))
     with pytest.raises(InputError, match=r"part 'p': .*three-rate schedule works in the frame level, not in wander"):
         compare(study(rates_hz=(), schedules_hz=((100.0, 50.0, 10.0),), frames=("wander",)))
