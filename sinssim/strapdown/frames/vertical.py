@@ -21,7 +21,7 @@ from sinssim.checks import first_not_finite
 from sinssim.data import Array
 from sinssim.errors import InputError, check_name
 from sinssim.frames import BARO_TIME_CONSTANT, VERTICALS
-from sinssim.jit import inline
+from sinssim.jit import inline, strict_inline
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
 """Vertical channels by number."""
@@ -161,7 +161,7 @@ def baro_loop_k(
     return held, v_down1 + pull, loop_sum + dt * gain3 * e
 
 
-@inline
+@strict_inline
 def vertical_channel_k(
     vertical: int, dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float,
     h: float, h1: float, v_down1: float, reference: Array, climb_reference: Array, k: int,
