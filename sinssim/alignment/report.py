@@ -274,13 +274,15 @@ def _align_scenario(
 ) -> AlignmentReport:
     from sinssim import rotation
     from sinssim.scenario import load_scenario
-    from sinssim.sensors.imu.emulate import draw_gyro_block, emulate
+    from sinssim.sensors.imu.emulate import check_gyro_block, emulate
+    from sinssim.sensors.imu.errors import draw
     from sinssim.sensors.imu.rectification import rectified
     from sinssim.truth.source import fly
 
     scenario = load_scenario(source, settings)
     trajectory = fly(scenario)
-    errors = draw_gyro_block(scenario.imu, scenario.seed)
+    check_gyro_block(scenario.imu)
+    errors = draw(scenario.imu, scenario.seed)
     felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
     imu = _part(emulate(felt, errors, scenario.seed), *span, source)
     # eq. (1) gives the mean attitude of a session, the cone that at its last instant

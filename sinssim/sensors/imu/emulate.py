@@ -89,7 +89,9 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
     ideal = checked_imu(ideal)
     time = ideal.time
     key_0, key_1 = key(seed)
-    errors = draw_gyro_block(spec, seed) if isinstance(spec, ImuSection) else spec
+    if isinstance(spec, ImuSection):
+        check_gyro_block(spec)
+    errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
     packed = pack([errors], float(time[0]))
     _check_faults(errors, time)
     felt = what_is_felt(ideal, errors)
@@ -109,25 +111,20 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
     return ImuData(stamps, gyro, accel, flags if flagged else None)
 
 
-def draw_gyro_block(section: ImuSection, seed: int = 0) -> ImuErrors:
-    """Draw the errors of one run of a block of three gyros and three accelerometers.
+def check_gyro_block(section: ImuSection) -> None:
+    """Raise for a set of sensors other than three gyros and three accelerometers.
 
     Args:
         section: the [imu] section of a scenario.
-        seed: the run's seed.
-
-    Returns:
-        The errors, SI.
 
     Raises:
-        InputError: the section is of a set of sensors without gyros, or the seed cannot be used.
+        InputError: the section is of another set.
     """
     if section.sensor_set.type != "gyros":
         raise InputError(
             "a block of three gyros and three accelerometers is emulated; sensor_set.type = "
             f'"{section.sensor_set.type}" is another one.'
         )
-    return draw(section, seed)
 
 
 def _check_pulse(name: str, quantum: float, unit: float, true: Array) -> None:

@@ -4,6 +4,8 @@ JSBSim steps at 120 Hz; the autopilot, the legs and the knots of the logged moti
 step; the other channels are logged at 10 Hz.
 """
 
+# Longer than 400 lines: JSBSim's set-up, its start, the loop that flies it and its errors use the same properties.
+
 from __future__ import annotations
 
 import math
