@@ -148,7 +148,12 @@ def sample(chosen: list[Target], size: int | None, seed: int) -> list[Mutant]:
 
 
 def change(diff: str) -> tuple[str, str]:
-    """Return the changed lines before and after, out of a unified diff, without indentation."""
+    """Return the changed lines before and after, out of a unified diff, as bare code."""
     lines = [line for line in diff.splitlines() if not line.startswith(("---", "+++", "@@"))]
-    before, after = ("\n".join(line[1:].strip() for line in lines if line.startswith(sign)) for sign in "-+")
+    before, after = ("\n".join(bare(line[1:]) for line in lines if line.startswith(sign)) for sign in "-+")
     return before, after
+
+
+def bare(line: str) -> str:
+    """Return a line of code without its indentation and the comment at its end."""
+    return line.split("  # ")[0].strip()
