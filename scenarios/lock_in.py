@@ -125,7 +125,9 @@ def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Figure:
     figure = new_figure(10.5, 4.6)
     whole, near = figure.subplots(1, 2)
     fine = np.linspace(-2.5, 2.5, 2001) * g.lock_in
-    whole.plot(fine / DEG, g.undithered_rate(fine) / DEG, color=style.SOFT, lw=style.THIN, label="sign(Ω)√(Ω² − Ω_L²)")
+    whole.plot(
+        fine / DEG, g.undithered_rate(fine) / DEG, color=style.SOFT, lw=style.THIN, label="sign(Ω)√(Ω² − Ω$_L$²)"
+    )
     whole.plot(
         swept["rate"] / DEG,
         swept["undithered"] / DEG,
@@ -180,7 +182,7 @@ def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, floa
         [row["formula_deg_sqrt_h"] for row in decade],
         color=style.SOFT,
         lw=style.THIN,
-        label="N = Ω_L/√(K Ω_D), K in rad/rad",
+        label="N = Ω$_L$/√(K Ω$_D$), K in rad/rad",
     )
     for rows, marker, color, label in (
         (decade, "o", COLORS["both"], "integrated, 400 Hz"),
@@ -193,7 +195,7 @@ def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, floa
         lower.errorbar(x, off, band, fmt=marker, color=color, ms=4, capsize=3, lw=style.THIN)
     lower.axhline(0.0, color=style.SOFT, lw=style.THIN)
     lower.set_ylim(-12.0, 12.0)
-    lower.set_xlabel("largest dither rate Ω_D [deg/s]")
+    lower.set_xlabel("largest dither rate Ω$_D$ [deg/s]")
     lower.set_ylabel("excess over formula [%]\n(bars: 2σ)")
     upper.set_ylabel("angle random walk [deg/√h]")
     upper.set_title("Random walk of a dithered gyro with a lock-in of 0.1 deg/s")
@@ -221,7 +223,7 @@ def tables(summary: dict[str, Any]) -> str:
     ]
     lines += ["", "## Remaining dead zone", ""]
     lines += [
-        "| random turning points | half-width, arcsec/s | largest deviation from theory, arcsec/s |",
+        "| dither | half-width, arcsec/s | largest deviation from theory, arcsec/s |",
         "|---|---|---|",
     ]
     for kind in KINDS:
@@ -230,7 +232,7 @@ def tables(summary: dict[str, Any]) -> str:
     lines += ["", "## Growth of the angle error", ""]
     lines += [f"At {summary['growth']['rate_arcsec_s']:.2f} arcsec/s, root mean square after "
               f"{summary['growth']['time_s']:.2f} s:", ""]  # fmt: skip
-    lines += ["| random turning points | arcsec |", "|---|---|"]
+    lines += ["| dither | arcsec |", "|---|---|"]
     lines += [f"| {LABELS[kind]} | {summary['growth'][kind + '_arcsec']:.3f} |" for kind in KINDS]
     lines += [f"| N√t | {summary['growth']['random_walk_arcsec']:.3f} |"]
     lines += [f"| Ωt | {summary['growth']['locked_arcsec']:.3f} |"]

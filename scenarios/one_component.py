@@ -81,6 +81,7 @@ def figure_8_4() -> Figure:
         miles = axes.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
         miles.set_ylabel("≈ nautical miles")
     figure.axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(figure.axes)
     return figure
 
 

@@ -16,6 +16,7 @@ from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.units import ARCMIN, DEG
 
+_THRESHOLD = style.css(style.COLORS["quaternion"])  # light blue: visible on the colours of the map
 _COLORS = {name: style.css(style.COLORS[name]) for name in Angles._fields}
 
 
@@ -49,8 +50,8 @@ def heading_map(heading: ArrayLike, latitude: ArrayLike, sigma: ArrayLike, title
     levels = [
         base * 10.0**power
         for power in range(int(np.floor(low)), int(np.ceil(high)) + 1)
-        for base in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
-        if low < np.log10(base) + power < high
+        for base in (1.0, 2.0, 3.0, 5.0)
+        if low < np.log10(base) + power < high - 0.15  # room for the labels at the edges
     ]
     lines = axes.contour(
         np.asarray(heading) / DEG,
@@ -146,19 +147,20 @@ def validity_map(
         values = np.abs(departure)
         panel.grid(False)
         panel.pcolormesh(x, y, values, norm=norm, cmap="magma_r", shading="nearest", rasterized=True)
-        panel.contour(x, y, values, levels=[threshold], colors=_COLORS["heading"], linewidths=style.LINE)
+        panel.contour(x, y, values, levels=[threshold], colors=_THRESHOLD, linewidths=style.LINE)
         panel.contour(
             x, y, linear.astype(float), levels=[0.5], colors=_COLORS["latitude"], linewidths=style.LINE, linestyles="--"
         )
         panel.set(xlabel=xlabel, title=f"σ of the {name}", xscale="log", yscale="log")
-        panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        for axis in (panel.xaxis, panel.yaxis):
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
     panels[0].set_ylabel(ylabel)
-    panels[0].plot([], [], color=_COLORS["heading"], label=f"deviation of {100 * threshold:g} %")
+    panels[0].plot([], [], color=_THRESHOLD, label=f"deviation of {100 * threshold:g} %")
     panels[0].plot([], [], color=_COLORS["latitude"], ls="--", label="linear up to a million draws (left of line)")
-    panels[0].legend(loc="lower right", framealpha=0.95)
+    panels[0].legend(loc="lower right", frameon=True, framealpha=0.95, edgecolor="none")
     label = "|σ of the draws / σ of the theory − 1|"
     bar = figure.colorbar(ScalarMappable(norm, "magma_r"), ax=list(panels), label=label, extend="both")
-    bar.ax.axhline(threshold, color=_COLORS["heading"])
+    bar.ax.axhline(threshold, color=_THRESHOLD)
     figure.suptitle("Validity of the first-order theory")
     return figure
 

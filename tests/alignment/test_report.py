@@ -78,7 +78,7 @@ def test_a_scenario_as_json(scenario, capsys):
 def test_a_scenario_as_tables(scenario, capsys):
     code, out, _ = run(capsys, scenario)
     assert code == 0
-    for word in ("heading", "latitude", "gyro bias", "angle random walk", "all together", "Earth rate", "true"):
+    for word in ("heading", "latitude", "gyro bias", "angle random walk", "total", "Earth rate", "true"):
         assert word in out
 
 
@@ -162,7 +162,7 @@ def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
     code, _, _ = run(capsys, scenario, "--plot", str(tmp_path / "expected.svg"))
     assert code == 0
     drawing = (tmp_path / "expected.svg").read_text()
-    for label in ("σ [arcmin]", "σ [arcsec]", "session length T [s]", "σ of the latitude [arcmin]", "all together"):
+    for label in ("σ [arcmin]", "σ [arcsec]", "session length T [s]", "σ of the latitude [arcmin]", "total"):
         assert label in drawing
     code, _, err = run(capsys, scenario, "--plot", str(tmp_path / "expected.gif"))
     assert code == 2

@@ -45,7 +45,7 @@ def test_a_great_circle(pole: tuple[float, float]) -> None:
 
 
 def test_a_vehicle_at_rest() -> None:
-    with pytest.raises(InputError, match=r"within 0\.001 m .*: it is .* m from there all the time"):
+    with pytest.raises(InputError, match=r"within 0\.001 m .*: the vehicle is .* m from there all the time"):
         check_route(planned(parked={"latitude_deg": 40.0, "duration_s": 10.0}))
     check_route(planned(parked={"latitude_deg": 40.0 + 0.01 * METRE, "duration_s": 10.0}))
 
@@ -71,7 +71,7 @@ def test_a_motion_that_is_known() -> None:
     circle = GreatCircle(np.radians(start), 0.0, 0.0, 0.0, 200.0, 500.0)
     time = np.arange(0.0, 500.0, 0.01)
     with pytest.raises(
-        InputError, match=r"navigation\.route_deg: .*: it is (400|39\d.*) m from there at t = 24\d\.\d+ s"
+        InputError, match=r"navigation\.route_deg: .*: the vehicle is (400|39\d.*) m from there at t = 24\d\.\d+ s"
     ):
         check_route_flown(planned(**passing(0.0)), time, circle.state(time))
     check_route_flown(planned(route=[40.0, 0.0, 41.0, 0.0], **passing(0.0)), time, circle.state(time))

@@ -233,7 +233,7 @@ def arrays(**columns):
         (
             "log.csv",
             b"a,b\n1,2\n\n3,4,5\n",
-            "line 4: it has 3 fields where line 1 has 2 (delimiter = ',', skip_lines = 0)",
+            "line 4: it has 3 fields but line 1 has 2 (delimiter = ',', skip_lines = 0)",
         ),
         ("log.csv", b"time_s,dtheta_x_rad\ns,rad\n1,2\n", "holds 'rad', not a number. If it belongs to a heading"),
         ("log.csv", b"a,b\n1,2\n", "Its own are a, b: describe in a TOML file what they hold (--columns)"),
@@ -248,7 +248,7 @@ def arrays(**columns):
         (
             "log.npz",
             arrays(dtheta_x_rad=np.float64(3.0)),
-            "the column 'dtheta_x_rad' has shape (), where one number per sample",
+            "the column 'dtheta_x_rad' has shape (); one number per sample",
         ),
         ("log.npz", arrays(dtheta_x_rad=np.ones((4, 2))), "shape (4, 2)"),
         ("log.npz", arrays(dtheta_x_rad=np.ones(4, complex)), "holds complex numbers"),
@@ -288,7 +288,7 @@ OWN_NAMES = ",".join(own_table().column_names) + "\n"
         ("", "0.03,1,2,x,4,5,6\n", r"log.csv, sample 2 \(line 4\): the column 'dtheta_z_rad' holds 'x', not a number"),
         ("", "\n0.03,1,2,,4,5,6\n", r"log.csv, sample 2 \(line 5\): the column 'dtheta_z_rad' is empty or not finite"),
         ("rig 7\n", "0.015,1,2,3,4,5,6\n", r"log.csv, sample 2 \(line 5\): the time 0.015 s does not come after 0.02"),
-        ("rig 7\n", "0.03,1,2\n", r"log.csv, line 5: it has 3 fields where line 2 has 7"),
+        ("rig 7\n", "0.03,1,2\n", r"log.csv, line 5: it has 3 fields but line 2 has 7"),
         (
             "",
             "0.03,1e4,2,3,4,5,6\n",

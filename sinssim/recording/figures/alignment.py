@@ -33,7 +33,7 @@ def draw_budget(budget: dict[str, Angles], panels: list[Axes]) -> None:
     """
     shown = [source for source in budget if any(float(value) > 0.0 for value in budget[source])]
     everything = total(budget)
-    labels = [*shown, "all together"]
+    labels = [*shown, "total"]
     rows = np.arange(len(labels))[::-1]
     for panel, name in zip(panels, Angles._fields, strict=True):
         largest = float(getattr(everything, name))
@@ -89,7 +89,8 @@ def draw_curves(
     low, high = panel.get_ylim()
     panel.set_ylim(low / 1.5, max(4.0 * high, 20.0 * low))  # room for the legend, and for a flat curve
     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
     panel.yaxis.set_minor_formatter(NullFormatter())
     panel.plot([], [], color=style.SOFT, lw=style.THIN, ls="--", label="not reduced by averaging")
     panel.plot([], [], "o", color=style.SOFT, label="bias dominates")
@@ -120,7 +121,7 @@ def session_figure(report: AlignmentReport) -> Figure:
     draw_budget(report.budget, list(upper.subplots(1, 4, sharey=True)))
     panels = lower.subplots(1, 4)
     for panel, name in zip(panels, Angles._fields, strict=True):
-        draw_curves(panel, name, d.attitude, d.latitude, {"all together": report.sigma}, report.method)
+        draw_curves(panel, name, d.attitude, d.latitude, {"total": report.sigma}, report.method)
         panel.axvline(report.duration, color=style.SOFT, lw=style.THIN, ls=":", label="this session")
         panel.legend(frameon=True, framealpha=0.95, edgecolor="none")  # above the line of this session
         panel.set_title("")

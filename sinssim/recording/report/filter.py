@@ -102,7 +102,7 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
     """Yield the tests of the filter's innovations."""
     yield "<h3>Innovations</h3>"
     yield table(
-        ("sensor", "verdict", "taken", "refused (expected)", *_TESTS.values()),
+        ("sensor", "verdict", "accepted", "rejected (expected)", *_TESTS.values()),
         [
             (
                 words(name),
@@ -245,8 +245,8 @@ def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
         ratio = sensor.value / np.sqrt(np.einsum("kii->ki", sensor.covariance))
         lines = [Line("±3σ", ends, np.full(2, 3.0), grey, 1.0), Line("", ends, np.full(2, -3.0), grey, 1.0)]
         for name, which, kind, size in (
-            ("taken", looked & sensor.accepted, "aided", 1.6),
-            ("refused", looked & ~sensor.accepted, "refused", 2.6),
+            ("accepted", looked & sensor.accepted, "aided", 1.6),
+            ("rejected", looked & ~sensor.accepted, "refused", 2.6),
         ):
             rows = np.flatnonzero(which)
             rows = rows[:: max(1, len(rows) * ratio.shape[1] // _DOTS)]

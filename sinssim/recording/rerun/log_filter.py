@@ -140,7 +140,7 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
                 recording.points(where, sensor.time[which], ratio[which], names, paint, marker=marker, size=size)
                 place = np.full((np.count_nonzero(which), 1), float(lane))
                 where = f"filter/decisions/{key}/{sensor.sensor}"
-                said = [sensor.sensor if key == "taken" else "refused"]
+                said = [sensor.sensor if key == "taken" else "rejected"]
                 recording.points(where, sensor.time[which], place, said, paint, marker=marker, size=1.6 * size)
         _squares(recording, sensor, color)
     if sensors:

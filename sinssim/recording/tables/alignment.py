@@ -68,7 +68,7 @@ def show(report: AlignmentReport, console: Console) -> None:
         if any(float(value) > 0.0 for value in report.budget[source]):
             sources.add_row(source, *(_minutes(float(value)) for value in report.budget[source]))
     sources.add_section()
-    sources.add_row("all together", *(_minutes(float(value)) for value in total(report.budget)))
+    sources.add_row("total", *(_minutes(float(value)) for value in total(report.budget)))
     if report.mean is not None and any(float(value) != 0.0 for value in report.mean):
         sources.add_row("known mean error", *(_minutes(float(value)) for value in report.mean))
     console.print(sources)

@@ -85,7 +85,7 @@ def show(expectation: Expectation, console: Console) -> None:
     for c in e.contributions:
         sums.add_row(*_position(c.position), c.term, c.assumes)
     sums.add_section()
-    sums.add_row(*_position(e.total), "all together", "")
+    sums.add_row(*_position(e.total), "total", "")
     console.print(sums)
     assumed = dict.fromkeys(c.assumes for c in e.contributions)
     console.print("Vehicle: " + "; ".join(f"{name}, {ASSUMPTIONS[name]}" for name in assumed) + ".")

@@ -39,7 +39,7 @@ def show(report: NoiseReport, console: Console) -> None:
         table.add_column("value", justify="right")
         table.add_column("95 % band", justify="right")
         table.add_column("unit")
-        table.add_column("that is")
+        table.add_column("equivalent")
         for symbol in channel.symbols:
             table.add_row(*_row(channel, symbol))
         console.print(table)

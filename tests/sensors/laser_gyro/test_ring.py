@@ -273,7 +273,7 @@ def test_other_mistakes() -> None:
         angle_error(gyro(), 0.0, np.zeros(3), step=0.0)
     with pytest.raises(InputError, match="between 0 and 1"):
         path_change(gyro(), 1.0, 1e-8, 2.0)
-    with pytest.raises(InputError, match="thermal speed"):
+    with pytest.raises(InputError, match="thermal_speed"):
         detuning(gyro(), 0.0, 0.0)
 
 
@@ -286,7 +286,7 @@ def test_steps_are_as_long_as_asked_and_as_many_as_bearable(monkeypatch: pytest.
     monkeypatch.setattr(lock_in, "_MOST_STEPS", 300.0)
     step = 3.0 * g.scale * fastest * swing / 300.0  # 100 a swing
     angle_error(g, -2e-3, at, step=1.000001 * step)
-    with pytest.raises(InputError, match="takes more than 300 steps over 3 swings") as found:
+    with pytest.raises(InputError, match="needs more than 300 steps over 3 swings") as found:
         angle_error(g, -2e-3, at, step=0.999999 * step)
     assert f"a beat of up to {g.scale * fastest:.3g} rad/s" in str(found.value)
 

@@ -221,7 +221,7 @@ def test_turning_fast() -> None:
 
 
 def test_bad_input() -> None:
-    with pytest.raises(InputError, match="arm 0"):
+    with pytest.raises(InputError, match="arm = 0"):
         cube(0.0)
     together = AccelerometerSet(np.zeros((6, 3)), cube(1.0).direction)
     with pytest.raises(InputError, match="cannot separate angular"):
