@@ -104,8 +104,8 @@ def _legend(figure: Figure, axes: Axes) -> None:
 
 
 _QUANTITIES = (
-    ("max_attitude_error_arcsec", "greatest attitude error [″]"),
-    ("max_horizontal_error_m", "greatest horizontal error [m]"),
+    ("max_attitude_error_arcsec", "largest attitude error [″]"),
+    ("max_horizontal_error_m", "largest horizontal error [m]"),
 )
 
 
@@ -152,7 +152,7 @@ def defect_against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Figu
         The figure.
     """
     kept = [row for row in rows if row.max_defect > 0.0]
-    return _lines(kept, label, paint, (("max_defect", "greatest defect of norm\nor orthogonality"),), "rate")
+    return _lines(kept, label, paint, (("max_defect", "largest defect of norm\nor orthogonality"),), "rate")
 
 
 def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence[tuple[str, str]], over: str) -> Figure:
@@ -182,8 +182,8 @@ def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence
                 axes.axhline(18.0, color=style.SOFT, linewidth=style.THIN, linestyle=":")
                 if column == 0:
                     axes.annotate(
-                        "0.3′", (0.01, 18.0), xycoords=("axes fraction", "data"), color=style.SOFT,
-                        xytext=(0, 2), textcoords="offset points",
+                        "0.3′", (0.99, 18.0), xycoords=("axes fraction", "data"), color=style.SOFT,
+                        xytext=(0, 2), textcoords="offset points", ha="right",
                     )  # fmt: skip
     _legend(figure, grid[0, 0])
     return figure
@@ -229,7 +229,7 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Figure
         axes.tick_params(axis="y", length=0)
         axes.grid(False, axis="y")
         axes.set_title(motion)
-        axes.set_xlabel("greatest horizontal error [m]")
+        axes.set_xlabel("largest horizontal error [m]")
     return figure
 
 

@@ -129,7 +129,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     else:
         order = np.argsort(greatest)
         names = list(numbers)
-        whose = f"{names[order[0]]} (the least) to {names[order[-1]]} (the greatest)"
+        whose = f"{names[order[0]]} (smallest) to {names[order[-1]]} (largest)"
         end, most = (f"{_length(v[order[0]])} to {_length(v[order[-1]])}" for v in (finals, greatest))
     apart = _length(max(finals) - min(finals), False)
     yield (

@@ -120,7 +120,7 @@ def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.P
         label = labeller(rows)
         for over, draw in (("rate", figures.against_rate), ("cost", figures.against_cost)):
             body += [f"<h3>Accuracy against {over}</h3>", to_svg(draw(rows, label, paint), f"{name}{over}")]
-        for quantity, title in zip(ERRORS, ("Greatest attitude error, ″", "Greatest horizontal error, m"), strict=True):
+        for quantity, title in zip(ERRORS, ("Largest attitude error, ″", "Largest horizontal error, m"), strict=True):
             for motion in dict.fromkeys(row.motion for row in rows):
                 here = [row for row in rows if row.motion == motion]
                 unfold = " open" if quantity == ERRORS[0] else ""
@@ -130,7 +130,7 @@ def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.P
         if any(row.max_defect > 0.0 for row in rows):
             body += [
                 "<h3>Loss of norm or orthogonality</h3>",
-                "<p class=note>|‖q‖ − 1| of quaternions, the greatest element of |BBᵀ − I| of direction cosines, both "
+                "<p class=note>|‖q‖ − 1| of quaternions, the largest element of |BBᵀ − I| of direction cosines, both "
                 "of the algorithm's own variables; Euler angles have no such defect. Values of 1e-13 are rounding.</p>",
                 to_svg(figures.defect_against_rate(rows, label, paint), f"{name}defect"),
             ]
@@ -228,7 +228,7 @@ def _passages(rows: list[Row]) -> str:
          number_text(r.max_horizontal_error_m), f'<td class="text">{words(r.message)}</td>')
         for r in rows
     ]  # fmt: skip
-    heads = ("", "motion", "rate, Hz", "passages", "greatest damage, ′", "horizontal max, m")
+    heads = ("", "motion", "rate, Hz", "passages", "largest damage, ′", "horizontal max, m")
     return table((*heads, "<th class=name>event</th>"), lines, 2)
 
 
@@ -265,10 +265,10 @@ def _motions(comparison: StudyResult) -> str:
         "duration, s",
         "distance, km",
         "mean ground speed, km/h",
-        "greatest rate, deg/s",
+        "largest rate, deg/s",
         "steepest pitch, deg",
         "latitude rate, deg/h",
-        "greatest latitude, deg",
+        "largest latitude, deg",
     )
     lines = [
         (

@@ -155,7 +155,7 @@ def _cases_table(rows: list[Row]) -> list[str]:
 
 
 def _rates_table(rows: list[Row]) -> list[str]:
-    """Greatest attitude errors, a table for each motion."""
+    """Largest attitude errors, a table for each motion."""
     label, rates = labeller(rows), sorted({row.rate_hz for row in rows})
     lines: list[str] = []
     for motion in dict.fromkeys(row.motion for row in rows):

@@ -32,9 +32,9 @@ def show(comparison: StudyResult, console: Console) -> None:
         for motion in dict.fromkeys(row.motion for row in rows):
             here = [row for row in rows if row.motion == motion]
             if over_rates(part):
-                _show_rates(f"{part.title}: {motion}, greatest attitude error in arcsec", here, labeller(rows), console)
+                _show_rates(f"{part.title}: {motion}, largest attitude error in arcsec", here, labeller(rows), console)
             else:
-                _show_cases(f"{part.title}: {motion}, greatest errors", here, labeller(rows, pace=True), console)
+                _show_cases(f"{part.title}: {motion}, largest errors", here, labeller(rows, pace=True), console)
     failed = sum(row.status == "failed" for row in comparison.rows)
     if failed:
         console.print(
