@@ -122,7 +122,7 @@ def test_scenario_survives_its_own_toml(tmp_path: Path) -> None:
         ),
         (
             '[motion]\ntype = "spin-rock"\naxis = [0.0, 0.0, 0.0]\nangle_deg = 1.0\nfrequency_hz = 1.0\nduration_s = 1',
-            "points nowhere",
+            "no usable direction",
         ),
         (
             '[parked]\nlatitude_deg = 1.0\nduration_s = 1.0\n[[vibration]]\ncoordinate = "roll"\nlow_hz = 1.0',

@@ -463,7 +463,7 @@ def test_no_sensors_draws_depend_on_another():
         "zero_velocity": {}, "zero_rate": {}, "attitude": {}, "star_tracker": {"bias_sigma_arcsec": 1.0},
     }  # fmt: skip
     standing = parked(50.0)
-    standing.channels["airspeed_mps"] = Channel(np.array([0.0, 100.0]), np.full(2, 60.0), "m/s")  # in a wind tunnel
+    standing.channels = {"airspeed_mps": Channel(np.array([0.0, 100.0]), np.full(2, 60.0), "m/s")}  # in a wind tunnel
     everything = every(standing, AidingSection.model_validate(tables), 9)
     assert len(everything) == len(tables) + 1
     alone = [g for n, t in tables.items() for g in every(standing, AidingSection.model_validate({n: t}), 9)]

@@ -267,7 +267,7 @@ def test_at_the_pole() -> None:
 
 
 def test_bad_input() -> None:
-    with pytest.raises(InputError, match="latitude 95"):
+    with pytest.raises(InputError, match="latitude = 95°"):
         on_earth(classical_cone(0.1, 1.0), latitude=95.0 * DEG)
     with pytest.raises(InputError, match=r"duration = -1\.0 must be one positive number, s"):
         on_earth(classical_cone(0.1, 1.0), -1.0)
@@ -279,7 +279,7 @@ def test_bad_input() -> None:
         SpinRock([0.0, 0.0, 0.0], 1.0, 0.1, 1.0)
     with pytest.raises(InputError, match=r"step 2 .* never reaches 60°/s"):
         RotationTable([Dwell(1.0), Turn((1, 0, 0), 10.0 * DEG, 60.0 * DEG, 1.0)])
-    with pytest.raises(InputError, match=r"step 1 .* dwells"):
+    with pytest.raises(InputError, match=r"step 1 .* dwell of 0\.0 s must be positive"):
         RotationTable([Dwell(0.0)])
     with pytest.raises(InputError, match="Did you mean 'smooth'"):
         RotationTable([Turn((1, 0, 0), 1.0, 1.0, 0.1, "smoth")])

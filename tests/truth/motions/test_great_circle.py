@@ -212,7 +212,7 @@ def test_standing_still_is_allowed() -> None:
 
 
 def test_bad_input() -> None:
-    with pytest.raises(InputError, match="latitude 91"):
+    with pytest.raises(InputError, match="latitude = 91°"):
         GreatCircle(np.radians(91.0), 0.0, 0.0, 0.0, 100.0, 10.0)
     with pytest.raises(InputError, match="speed = -1"):
         GreatCircle(0.0, 0.0, 0.0, 0.0, -1.0, 10.0)

@@ -98,7 +98,7 @@ def test_lever_arm_and_mounting() -> None:
 
 
 def test_bad_input() -> None:
-    with pytest.raises(InputError, match="latitude 100"):
+    with pytest.raises(InputError, match="latitude = 100°"):
         Parked(np.radians(100.0), 0.0, 0.0, LEVEL, 10.0)
     with pytest.raises(InputError, match=r"duration = 0\.0 must be one positive number, s"):
         Parked(0.0, 0.0, 0.0, LEVEL, 0.0)

@@ -45,7 +45,7 @@ def test_a_file_without_a_leg_is_named() -> None:
     empty.__file__ = "/somewhere/legs/empty.py"
     sys.modules[empty.__name__] = empty
     try:
-        with pytest.raises(TypeError, match=r"/somewhere/legs/empty\.py holds 0 subclasses of LegBase"):
+        with pytest.raises(TypeError, match=r"/somewhere/legs/empty\.py has 0 subclasses of LegBase"):
             legs._leg_class("empty")
     finally:
         del sys.modules[empty.__name__]
