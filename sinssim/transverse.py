@@ -116,15 +116,22 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
     Returns:
         The first row that is too near, and a message; None if there is no such row.
     """
-    steps = np.diff(time, prepend=2.0 * time[0] - time[1])
-    distance = distance_from_pole(pole, latitude, longitude)
-    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    # only rows near the latitude of either pole can be near a pole: the others need no trigonometry
+    fastest = math.hypot(*np.fmax.reduce(np.abs(velocity[:, :2])))  # NaN of a solution that ran away left aside
+    reach = float(nearest_allowed(fastest, np.diff(time).max())) / RADIUS
+    rows = np.flatnonzero(np.abs(np.abs(latitude) - abs(math.asin(max(-1.0, min(1.0, pole[2]))))) <= reach + 1e-9)
+    steps = time[rows] - time[np.maximum(rows - 1, 0)]
+    steps[rows == 0] = time[1] - time[0]
+    distance = distance_from_pole(pole, latitude[rows], longitude[rows])
+    speed = np.hypot(velocity[rows, 0], velocity[rows, 1])
     near = distance <= nearest_allowed(speed, steps)
     if not near.any():
         return None
-    row = int(np.argmax(near))
+    first = int(np.argmax(near))
+    row = int(rows[first])
     pole = pole if normal(latitude[row], longitude[row]) @ pole > 0.0 else -pole
-    return row, sentence(pole, float(distance[row]), float(speed[row]), float(steps[row]), f"at t = {time[row]:.2f} s")
+    when = f"at t = {time[row]:.2f} s"
+    return row, sentence(pole, float(distance[first]), float(speed[first]), float(steps[first]), when)
 
 
 def sentence(pole: Array, distance: float, speed: float, step: float, when: str) -> str:
