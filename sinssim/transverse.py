@@ -117,7 +117,7 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
         The first row that is too near, and a message; None if there is no such row.
     """
     # only rows near the latitude of either pole can be near a pole: the others need no trigonometry
-    fastest = math.hypot(*np.fmax.reduce(np.abs(velocity[:, :2])))  # NaN of a solution that ran away left aside
+    fastest = math.sqrt(2.0) * float(np.nanmax(np.abs(velocity)))  # or less; NaN of a solution that ran away left aside
     reach = float(nearest_allowed(fastest, np.diff(time).max())) / RADIUS
     rows = np.flatnonzero(np.abs(np.abs(latitude) - abs(math.asin(max(-1.0, min(1.0, pole[2]))))) <= reach + 1e-9)
     steps = time[rows] - time[np.maximum(rows - 1, 0)]
