@@ -27,7 +27,9 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 
-MEASURED = re.compile(r"timing|version|seconds|_ns\b|time_ns|ns_per_step|python|platform|processor|cached|cost|recorded|operations")
+MEASURED = re.compile(
+    r"timing|version|seconds|_ns\b|time_ns|ns_per_step|python|platform|processor|cached|cost|recorded|operations"
+)
 """Names of numbers that are measured on the machine and vary from run to run."""
 
 

@@ -198,7 +198,7 @@ def test_the_first_order_residual_is_exact_in_the_limit() -> None:
 def test_impossible_calibration_is_refused() -> None:
     with pytest.raises(InputError, match="gyro calibration"):
         compensate(ideal(), ImuErrors(gyro=TriadErrors(scale=np.array([0.0, -1.0, 0.0]))))
-    with pytest.raises(InputError, match="gyro calibration: a non-linearity .* cannot be inverted at readings"):
+    with pytest.raises(InputError, match=r"gyro calibration: a non-linearity .* cannot be inverted at readings"):
         compensate(ideal(), ImuErrors(gyro=TriadErrors(quadratic=np.full(3, -2.0))))
     flat = np.zeros((3, 3))
     flat[0, 1] = flat[1, 0] = 1.0
