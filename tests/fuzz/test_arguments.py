@@ -144,7 +144,7 @@ def instead(rng: np.random.Generator, sound: Any) -> Any:
         deeds: tuple[Callable[[], Any], ...] = (
             array.tolist, lambda: array[:-1] if array.ndim else array, lambda: array[..., None], lambda: array.T,
             lambda: np.asfortranarray(array), lambda: array.astype(np.float32), lambda: array.astype(object),
-            lambda: np.ma.masked_array(array), lambda: np.minimum(array, 1e100) * 1e200,
+            lambda: np.ma.masked_array(array), lambda: np.clip(array, -1e100, 1e100) * 1e200,
             lambda: array[::-1] if array.ndim else array,
             lambda: array * np.nan, lambda: np.array(array, copy=True, subok=False).astype(complex), lambda: -array,
             lambda: np.repeat(array[..., None], 2, -1)[..., 0],
