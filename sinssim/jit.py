@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
-from numba.core import event
+from numba.core import config, event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, UserProvidedCacheLocator
 from numba.core.dispatcher import Dispatcher
 
@@ -176,7 +176,8 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         """Digest of what the kernel is compiled from, taken when it is first asked for: all globals are set by then."""
         if not self._own_key:
             self._own_key = "recursive"  # for a kernel that calls itself
-            self._own_key = _digest(numba.__version__, self._options, _key(self._py_func))
+            checked = str(config.BOUNDSCHECK)  # indices, for all kernels (NUMBA_BOUNDSCHECK)
+            self._own_key = _digest(numba.__version__, checked, self._options, _key(self._py_func))
         return self._own_key
 
     def _look_up(self) -> None:

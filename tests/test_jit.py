@@ -54,6 +54,13 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path, damage: bytes, which: s
     assert "data saved" not in used(tmp_path, tmp_path / "cache").stdout  # and kept again
 
 
+def test_kernels_that_check_their_indices_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    used(tmp_path, tmp_path / "cache")
+    monkeypatch.setenv("NUMBA_BOUNDSCHECK", "1")
+    for saved in (True, False):
+        assert ("data saved" in used(tmp_path, tmp_path / "cache").stdout) == saved
+
+
 def test_nowhere_to_keep_kernels_is_a_warning_and_leaves_nothing_elsewhere(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     done = used(tmp_path, tmp_path / "file")

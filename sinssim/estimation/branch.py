@@ -109,4 +109,4 @@ class Branches:
         """Return the estimate from the readings that have arrived, and drop branches that are no longer needed."""
         while self.waiting and self.waiting[0].until <= now + _SAME:
             self.waiting.pop(0)
-        return self.every()[0].filter
+        return (self.waiting[0] if self.waiting else self.main).filter

@@ -288,19 +288,23 @@ class _Loop:
     def _through(self, line: Linearisation, last: int, closed: bool) -> None:
         """Filter the epochs of a segment, up to `last` or until its errors become too large."""
         epochs, small = self.around.epochs, True
-        for k, epoch in enumerate(range(line.first, last + 1)):
-            self._predict(line, k)
+        part = slice(line.first, last + 1)
+        rows = zip(epochs.time[part].tolist(), epochs.second[part].tolist(), line.interval.tolist(), strict=True)
+        for k, (now, second, interval) in enumerate(rows):
+            epoch = line.first + k
+            if interval:
+                self._predict(line, k, interval)
             observed = line.observed.get(epoch, ())
             for one in observed:
                 self._update(one, epoch)
-            known = self.branches.known(float(epochs.time[epoch]))
-            self.record.note(epoch, known.x, known.covariance)
+            known = self.branches.known(now)
+            self.record.note(known.x, known.covariance)
             self.done = epoch + 1
             if closed and observed and np.any(np.abs(self.filter.x[:CORE]) > _SMALL):
                 small = False
             ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
-            due = observed or ends or epochs.second[epoch]
-            if due and (epochs.time[epoch] - self._row_at >= self._row_s - 1e-6 or epoch == len(epochs.time) - 1):
+            due = observed or ends or second
+            if due and (now - self._row_at >= self._row_s - 1e-6 or epoch == len(epochs.time) - 1):
                 self._keep(epoch, known.covariance)
             if ends:
                 return
@@ -336,16 +340,16 @@ class _Loop:
 
         return ImuErrors(triad("gyro"), triad("accelerometer"))
 
-    def _predict(self, line: Linearisation, k: int) -> None:
-        interval = float(line.interval[k])
-        if not interval:
-            return
+    def _predict(self, line: Linearisation, k: int, interval: float) -> None:
         phi, q = line.phi[k], line.q[k]
         if self._history:
             self._transition = phi @ self._transition
             self._noise = phi @ self._noise @ phi.T + q
             self._decay = phi @ self._decay
             self._fed = phi @ self._fed
+        if not self._restart and not self.branches.waiting:  # by far the most frequent case
+            self.filter.predict(phi, q)
+            return
         came = {}
         for sensor, begins in self._restart.items():
             if line.first + k - 1 in begins:

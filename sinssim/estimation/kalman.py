@@ -64,7 +64,8 @@ class ErrorFilter:
             phi: Φ, (n, n).
             q: Q, (n, n).
         """
-        self._filter.predict(F=phi, Q=q)
+        self._filter.F, self._filter.Q = phi, q  # as arguments they would take filterpy longer
+        self._filter.predict()
 
     def innovation(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> Innovation:
         """Return the innovation of a reading.
@@ -98,8 +99,9 @@ class ErrorFilter:
             r: R, (k, k).
             cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
         """
+        self._filter.R = r
         if cross is None:
-            self._filter.update(residual, R=r, H=h)
+            self._filter.update(residual, H=h)
         else:
             self._filter.M = cross
-            self._filter.update_correlated(residual, R=r, H=h)
+            self._filter.update_correlated(residual, H=h)

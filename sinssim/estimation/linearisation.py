@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +18,7 @@ from sinssim.estimation.nominal import MeanGyroRates, at, motion, rows_of
 from sinssim.sensors.imu.errors import ImuErrors
 
 
-@dataclass(frozen=True)
-class Observed:
+class Observed(NamedTuple):
     """One reading, linearised: `residual` = H x + noise.
 
     Attributes:
@@ -162,6 +162,5 @@ def _observe(
     now = Prediction(rows_of(here, epoch - first), rate, around.ellipsoid)
     residual, h = observe(some, now, around.model, parameters)
     variance, interval = readings.variance(rows, around.model), readings.interval[rows].tolist()
-    for k, row in enumerate(rows.tolist()):
-        one = Observed(sensor, row, residual[k], h[k], variance[k], interval[k])
-        observed.setdefault(int(epoch[k]), []).append(one)
+    for at_epoch, *one in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval, strict=True):
+        observed.setdefault(at_epoch, []).append(Observed(sensor, *one))

@@ -112,7 +112,7 @@ class Record:
         count, n = len(epochs.time), model.size
         self._model, self._epochs, self._ellipsoid = model, epochs, ellipsoid
         self._sensors, self._variance = np.zeros((count, n - CORE)), np.zeros((count, n))
-        self._stretch: list[Array] = []  # errors of navigation at the epochs of the current segment
+        self._stretch: list[tuple[Array, Array]] = []  # estimate and variances at the epochs of the current segment
         self._solution = NavState(*(np.empty((count, *shape)) for shape in ((), (), (), (3,), (4,))))
         self._rows: list[int] = []
         self._expected = expected if history else 0
@@ -123,10 +123,9 @@ class Record:
         self._history |= {name: _Rows((n, n), self._expected) for name in matrices}
         self._navigation: list[NavState] = []
 
-    def note(self, epoch: int, x: Array, covariance: Array) -> None:
-        """Record the estimate at an epoch."""
-        self._stretch.append(x[:CORE].copy())
-        self._sensors[epoch], self._variance[epoch] = x[CORE:], covariance.diagonal()
+    def note(self, x: Array, covariance: Array) -> None:
+        """Record the estimate at the next epoch of the segment; the arrays must not change afterwards."""
+        self._stretch.append((x, covariance.diagonal()))
 
     def keep(self, epoch: int, covariance: Array, row: HistoryRow | None) -> None:
         """Keep the covariance at an epoch, and the row of the history."""
@@ -156,10 +155,12 @@ class Record:
         """
         count = len(navigation.latitude)
         part = slice(first, first + count)
-        errors, self._stretch = np.array(self._stretch), []
-        for name, value in vars(corrected(navigation, errors, self._ellipsoid)).items():
+        errors = np.array([x for x, _ in self._stretch])
+        self._variance[part] = [variance for _, variance in self._stretch]
+        self._stretch = []
+        for name, value in vars(corrected(navigation, errors[:, :CORE], self._ellipsoid)).items():
             getattr(self._solution, name)[part] = value
-        self._sensors[part] += compensated[CORE:]
+        self._sensors[part] = errors[:, CORE:] + compensated[CORE:]
         history = self._history
         for row in range(len(self._navigation), history["state"].count):
             k = self._rows[row] - first

@@ -61,7 +61,7 @@ class Session:
     def __init__(self, folder: Path, chosen: list[Mutant]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.chosen = folder, chosen
-        self.kernels = folder / "kernels"
+        self.cache = folder / "cache"
         self._kept = WorkDB(str(folder / "session.sqlite"), WorkDB.Mode.create)
         there = {item.job_id for item in self._kept.work_items}
         self._kept.add_work_items(
@@ -78,7 +78,7 @@ class Session:
         """Judge mutants, and keep each result as it comes."""
         unchanged = self._unchanged({m.target.file: m.target for m in waiting})
         begin = time.perf_counter()
-        for number, (mutant, result, took_s) in enumerate(judged(waiting, unchanged, self.kernels, workers), 1):
+        for number, (mutant, result, took_s) in enumerate(judged(waiting, unchanged, self.cache, workers), 1):
             self._kept.set_result(mutant.job, result)
             self.results[mutant.job] = result
             left_s = (time.perf_counter() - begin) / number * (len(waiting) - number)
@@ -100,7 +100,7 @@ class Session:
             now = hashlib.sha256(f"{target.tests} {target.plain} {content}".encode()).hexdigest()
             if now not in known:
                 print(f"{file} without a mutation ...", end=" ", flush=True)
-                known[now] = unchanged_s(target, self.kernels)
+                known[now] = unchanged_s(target, self.cache)
                 print(f"{known[now]:.0f} s")
                 path.write_text(json.dumps(known))
             out[file] = known[now]

@@ -17,7 +17,6 @@ from pathlib import Path
 from cosmic_ray.mutating import mutate_and_test
 from cosmic_ray.work_item import WorkResult
 
-from tests.mutation.kernel_cache import FILLS, FOLDER
 from tests.mutation.mutants import ROOT, Mutant, Target
 
 MEMORY = 12 * 2**30
@@ -32,21 +31,27 @@ _LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "runs", "b
 _tree = Path()
 
 
-def command(tests: tuple[str, ...]) -> list[str]:
-    """Return the command that runs tests until the first failure."""
-    options = ["-q", "-x", "--no-header", "--tb=line", "-p", "no:cacheprovider", "-p", "tests.mutation.kernel_cache"]
-    return [sys.executable, "-m", "pytest", *options, "--basetemp=basetemp", *tests]
+def command(target: Target) -> list[str]:
+    """Return the command that runs a target's tests until the first failure."""
+    options = ["-q", "-x", "--no-header", "--tb=line", "-p", "no:cacheprovider", "--basetemp=basetemp"]
+    if target.plain:
+        options += ["-p", "tests.mutation.plain_kernels"]
+    return [sys.executable, "-m", "pytest", *options, *target.tests]
 
 
 class CopiedTree:
-    """A temporary copy of the checkout, gone at the end of the with-block."""
+    """A temporary copy of the checkout, gone at the end of the with-block.
 
-    def __init__(self) -> None:
+    Args:
+        cache: folder of the compiled kernels, shared by all copies: a kernel that no mutation touches is compiled once.
+    """
+
+    def __init__(self, cache: Path) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="sinssim-mutation-")) / ROOT.name
         shutil.copytree(ROOT, self.path, ignore=_LEFT_OUT)
         # Indices are checked: what lies beside an array would decide what a mutant that reads there does.
         self.environment = {
-            "PYTHONPATH": str(self.path), "SINSSIM_CACHE": str(self.path / "cache"), "NUMBA_BOUNDSCHECK": "1",
+            "PYTHONPATH": str(self.path), "SINSSIM_CACHE": str(cache), "NUMBA_BOUNDSCHECK": "1",
         }  # fmt: skip
 
     def __enter__(self) -> CopiedTree:
@@ -56,12 +61,12 @@ class CopiedTree:
         shutil.rmtree(self.path.parent, ignore_errors=True)
 
 
-def unchanged_s(target: Target, kernels: Path) -> float:
+def unchanged_s(target: Target, cache: Path) -> float:
     """Run a target's tests on the unchanged package, and leave its compiled kernels for the mutants.
 
     Args:
         target: what they judge.
-        kernels: folder of the kernels.
+        cache: folder of the compiled kernels.
 
     Returns:
         The time that it took, compilation included, s.
@@ -69,21 +74,21 @@ def unchanged_s(target: Target, kernels: Path) -> float:
     Raises:
         RuntimeError: a test fails without any mutation.
     """
-    with CopiedTree() as tree:
+    with CopiedTree(cache) as tree:
         begin = time.perf_counter()
-        environment = {**os.environ, **tree.environment, FOLDER: "" if target.plain else str(kernels), FILLS: "1"}
+        environment = {**os.environ, **tree.environment}
         done = subprocess.run(
-            command(target.tests), cwd=tree.path, env=environment, capture_output=True, text=True, check=False
+            command(target), cwd=tree.path, env=environment, capture_output=True, text=True, check=False
         )
         if done.returncode:
             raise RuntimeError(f"{target.file}: a test fails without any mutation:\n{done.stdout}{done.stderr}")
         return time.perf_counter() - begin
 
 
-def _start(trees: str) -> None:
+def _start(trees: str, cache: Path) -> None:
     """Begin a worker process: a copy of the checkout of its own, and little memory."""
     global _tree
-    tree = CopiedTree()
+    tree = CopiedTree(cache)
     _tree = tree.path
     Path(trees, str(os.getpid())).write_text(str(tree.path.parent))
     os.environ.update(tree.environment)
@@ -91,22 +96,21 @@ def _start(trees: str) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def _judge(mutant: Mutant, kernels: Path, limit_s: float) -> tuple[WorkResult, float]:
+def _judge(mutant: Mutant, limit_s: float) -> tuple[WorkResult, float]:
     begin = time.perf_counter()
-    os.environ[FOLDER] = "" if mutant.target.plain else str(kernels)
-    result = mutate_and_test([mutant.specification(_tree)], shlex.join(command(mutant.target.tests)), limit_s)
+    result = mutate_and_test([mutant.specification(_tree)], shlex.join(command(mutant.target)), limit_s)
     return result, time.perf_counter() - begin
 
 
 def judged(
-    mutants: list[Mutant], unchanged: dict[str, float], kernels: Path, workers: int
+    mutants: list[Mutant], unchanged: dict[str, float], cache: Path, workers: int
 ) -> Iterator[tuple[Mutant, WorkResult, float]]:
     """Run the tests on mutants.
 
     Args:
         mutants: which.
         unchanged: time of each target's tests without a mutation, s.
-        kernels: folder of the unchanged package's kernels.
+        cache: folder of the compiled kernels.
         workers: how many at once.
 
     Yields:
@@ -114,9 +118,9 @@ def judged(
     """
     with tempfile.TemporaryDirectory() as trees:
         try:
-            with ProcessPoolExecutor(workers, initializer=_start, initargs=(trees,)) as pool:
+            with ProcessPoolExecutor(workers, initializer=_start, initargs=(trees, cache)) as pool:
                 limits = [3.0 * unchanged[m.target.file] + COMPILING_S for m in mutants]
-                tasks = {pool.submit(_judge, m, kernels, limit): m for m, limit in zip(mutants, limits, strict=True)}
+                tasks = {pool.submit(_judge, m, limit): m for m, limit in zip(mutants, limits, strict=True)}
                 try:
                     for task in as_completed(tasks):
                         yield tasks[task], *task.result()

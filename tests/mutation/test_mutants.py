@@ -13,8 +13,8 @@ from numba.core.dispatcher import Dispatcher
 from sinssim import jit
 from sinssim.rotation import cross_k
 from tests.mutation.__main__ import Session, equivalents, score, survivors
-from tests.mutation.kernel_cache import FILLS, FOLDER, key, pytest_configure
 from tests.mutation.mutants import ROOT, Mutant, Target, bare, change, mutants, sample, targets
+from tests.mutation.plain_kernels import pytest_configure
 
 SMALL, *_, LARGE = sorted(targets(), key=lambda target: (ROOT / target.file).stat().st_size)
 
@@ -81,39 +81,16 @@ def twice(x: float) -> float:
     return 2.0 * x
 
 
-def thrice(x: float) -> float:
-    return 3.0 * x
-
-
 def whole(x: float) -> float:
     return part(x) + 1.0
 
 
 def test_as_a_plugin_it_leaves_kernels_plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jit, "_jit", jit._jit)
-    monkeypatch.setenv(FOLDER, "")
     pytest_configure()
     found = jit.bind(whole, "whole_of_two", part=jit.inline(twice))
     assert not isinstance(found, Dispatcher)
     assert found(2.0) == 5.0
-
-
-def test_as_a_plugin_it_compiles_anew_only_what_has_changed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A kernel is another one if what it calls is; and a mutant's leaves nothing behind."""
-    monkeypatch.setattr(jit, "_jit", jit._jit)
-    monkeypatch.setenv(FOLDER, str(tmp_path))
-    monkeypatch.setenv(FILLS, "1")
-    pytest_configure()
-    unchanged, again = (jit.bind(whole, "whole_of_two", part=jit.inline(twice)) for _ in range(2))
-    mutant = jit.bind(whole, "whole_of_two", part=jit.inline(thrice))
-    assert key(unchanged) == key(again) != key(mutant)
-    assert unchanged(2.0) == 5.0
-    kept = set(tmp_path.rglob("*"))
-    assert kept
-    monkeypatch.delenv(FILLS)
-    assert (again(2.0), mutant(2.0)) == (5.0, 7.0)
-    assert (again.stats.cache_hits.total(), mutant.stats.cache_hits.total()) == (1, 0)
-    assert set(tmp_path.rglob("*")) == kept
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.placement import at_the_elements
 from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, non_linearity, response_slope
 
+_BENT = [name for name in CALIBRATED if FIELDS[name].stage == "BENT"]  # the fields of the non-linear response
 _APART = 1 << 40  # offset of the seed, far from those of scenarios and of single accelerometers
 _STEPS = 50
 _CONVERGED = 1e-9  # relative; after a Newton step this small, the next changes only the last digits
@@ -87,7 +88,7 @@ def _corrected(measured: Array, interval: Array, warmth: Array, known: TriadErro
         )
     inverse = np.asarray(np.linalg.inv(axes), dtype=np.float64)
     freed = (measured - bias * interval[:, None]) / scale
-    if not any(getattr(known, name).any() for name in CALIBRATED if FIELDS[name].stage == "BENT"):
+    if not any(getattr(known, name).any() for name in _BENT):
         return _times(inverse, freed)
     reading = freed / interval[:, None]
     inputs = _times(inverse, reading)

@@ -105,14 +105,23 @@ def _end(other: subprocess.Popen[bytes]) -> None:
 
 def _serve() -> None:
     """Fly the plan from standard input, answer on standard output, and end with the parent process."""
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(1))
+
+    def stop(number: int, frame: Any) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second signal would interrupt the clean-up
+        sys.exit(1)
+
+    signal.signal(signal.SIGTERM, stop)
     pipe = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # a model's output must not mix with the answers
 
     def answer(kind: str, value: Any) -> None:
         left = memoryview(pickle.dumps((kind, value)))
-        while left:
-            left = left[pipe.write(left) :]
+        try:
+            while left:
+                left = left[pipe.write(left) :]
+        except BrokenPipeError:
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            raise
 
     try:
         flight, seed = pickle.load(sys.stdin.buffer)
