@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -82,9 +84,12 @@ class MeanGyroRates:
     """
 
     def __init__(self, imu: ImuData) -> None:
-        self._time = imu.time
-        self._angle = np.concatenate([np.zeros((1, 3)), np.cumsum(imu.dtheta, axis=0)])
+        self._time, self._dtheta = imu.time, imu.dtheta
         self._interval = float(imu.time[-1] - imu.time[0]) / len(imu)
+
+    @cached_property
+    def _angle(self) -> Array:
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(self._dtheta, axis=0)])
 
     def mean(self, begin: Array, end: Array, calibration: ImuErrors) -> Array:
         """Return the mean inertial rate over intervals.

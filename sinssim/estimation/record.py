@@ -165,7 +165,7 @@ class Record:
         for row in range(len(self._navigation), history["state"].count):
             k = self._rows[row] - first
             if k < count - 1:
-                self._navigation.append(rows_of(navigation, slice(k, k + 1)))
+                self._navigation.append(rows_of(navigation, np.array([k])))  # a copy: a slice would keep all rows
                 history["compensated"].append(compensated)
             else:
                 self._navigation.append(corrected_end)

@@ -142,9 +142,9 @@ def check_times(scenario: Scenario) -> None:
         )
 
 
-def sample_bytes(scenario: Scenario) -> float:
-    """Return the memory per sample of a run, bytes."""
-    return _SAMPLE_BYTES + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1)
+def sample_bytes(scenario: Scenario, first: float = _SAMPLE_BYTES) -> float:
+    """Return the memory per sample of a run, bytes; `first` is that of a run with one algorithm."""
+    return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1)
 
 
 def expected_duration(scenario: Scenario) -> float:

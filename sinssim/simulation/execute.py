@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -11,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.data import Array, NavSolution
+from sinssim.data import Array
 from sinssim.earth.coordinates import geodetic_to_ecef
-from sinssim.errors import InputError, RunError, SinssimError
-from sinssim.frames import BARO_TIME_CONSTANT
-from sinssim.recording.report.run_report import run_report
+from sinssim.errors import SinssimError
+from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory, write_text
 from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
 from sinssim.recording.store.summary import (
@@ -31,13 +29,11 @@ from sinssim.recording.store.summary import (
 )
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.route import check_route, check_route_flown
-from sinssim.sensors.aiding.barometer import BarometerSection
-from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.simulation.initial_error import initial_state_with_errors
+from sinssim.simulation.navigation import height_reference, solve
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Progress, Stages
-from sinssim.strapdown.nav_error import NavError
-from sinssim.system.threads import thread_pool
+from sinssim.system.memory import give_back_memory
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
@@ -96,10 +92,11 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
 
         run.about_filter = filter_states.choice(run.scenario)
         run.scenario = filter_states.with_states(run.scenario)
-        check_memory(run.scenario)
+        check_memory(run.scenario, recorded=run.recorded)
     check_route(run.scenario)
     cached = _fly(run, folder is not None, stages)
     check_route_flown(run.scenario, run.time, run.truth)
+    of_filter = drawn = None
     with ExitStack() as stack:
         writer = None
         if folder is not None:
@@ -116,7 +113,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                 compensated = None if run.compensated is run.measured else run.compensated
                 writer.sensed(run.readings, run.perfect, compensated, run.sensed)
         with stages("navigate"):
-            _navigate(run, _height_reference(run))
+            _navigate(run, height_reference(run.scenario, run.trajectory, run.truth.height))
             numbers = {
                 name: error_numbers(run.errors[name]) if name in run.errors else NO_NUMBERS
                 for name in run.scenario.navigation.algorithms
@@ -125,9 +122,13 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         if writer is not None:
             with stages("record"):
                 writer.navigated(run.solutions, run.errors, run.failures)
-        of_filter = None
+        passages = singularities(run.solutions)
         if run.scenario.filter is not None:
+            if writer is not None:
+                with stages("record"):
+                    drawn = draw_sections(run)
             run.forget()  # the filter needs none of it, and takes the most memory itself
+            give_back_memory()
             with stages("filter"):
                 run.aided = _aid(run)
                 of_filter = plain(filter_numbers(run.aided, run.scenario))
@@ -144,11 +145,11 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "flight_cached": cached,
         "flagged_samples": flagged(run.measured),
         "algorithms": plain(numbers),
-        "singularities": plain(singularities(run.solutions)),
+        "singularities": plain(passages),
         "failures": failures(run.failures),
         **({} if of_filter is None else {"filter": of_filter}),
     }
-    run.directory = None if folder is None else _keep(folder, run, run_report(run, run.summary))
+    run.directory = None if folder is None else _keep(folder, run, run_report(run, run.summary, drawn))
     return run
 
 
@@ -209,78 +210,9 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
             _aid(run)
 
 
-def _height_reference(run: Run) -> Array | HeightReadings | None:
-    """Return the height reference of the vertical channel: a barometer's readings for its loop, else the true
-    height."""
-    scenario = run.scenario
-    altimeter = None if scenario.aiding is None else scenario.aiding.sensor(BarometerSection)
-    if scenario.navigation.vertical != "baro-loop" or altimeter is None:
-        return run.truth.height
-    from sinssim.strapdown.frames.vertical import HeightReadings
-
-    readings = altimeter.read(Vehicle(run.trajectory, scenario.seed))[0].measurements
-    if not len(readings.time):
-        if scenario.filter is not None:  # a warning that there was no reading
-            return None
-        raise InputError(
-            'navigation.vertical = "baro-loop" has no height reference: the outages of [aiding.baro] cover the whole '
-            "run."
-        )
-    return HeightReadings(readings.arrival, readings.value[:, 0], 1.0 / altimeter.rate_hz)
-
-
 def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
-    """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
-
-    Fills in the solutions and errors of the successful algorithms, and the failures of the others.
-
-    Args:
-        run: a run with truth and readings.
-        height: reference of the vertical channel: heights at the samples' edges, m, or readings; None leaves it free.
-
-    Raises:
-        InputError: the data or the engine do not admit an option.
-        RunError: no algorithm has a solution.
-    """
-    from sinssim.strapdown.measured_attitude import navigate_set
-
-    section, trajectory, time = run.scenario.navigation, run.trajectory, run.compensated.time
-    initial = initial_state_with_errors(
-        trajectory.state(time[0]), section.initial_error, trajectory.ellipsoid, run.scenario.seed
-    )
-    route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
-    vertical = "free" if height is None else section.vertical
-
-    def by(algorithm: str) -> tuple[NavSolution, NavError] | RunError:
-        try:
-            solution = navigate_set(
-                run.compensated,
-                run.readings.attitude,
-                initial,
-                algorithm=algorithm,
-                frame=section.frame,
-                gravity=section.gravity,
-                ellipsoid=trajectory.ellipsoid.name,
-                curvature=section.curvature,
-                vertical=vertical,
-                height=None if vertical == "free" else height,
-                baro_time_constant=section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
-                rates_hz=section.rates_hz,
-                slow_quantities=section.slow_quantities,
-                route=route,
-            )
-        except RunError as error:
-            return error
-        return solution, run.error_of(solution)
-
-    with thread_pool(os.cpu_count()) as pool:
-        results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
-    run.failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
-    if len(run.failures) == len(results):
-        raise next(iter(run.failures.values()))
-    solved = {name: result for name, result in results.items() if not isinstance(result, RunError)}
-    run.solutions = {name: solution for name, (solution, _) in solved.items()}
-    run.errors = {name: error for name, (_, error) in solved.items()}
+    """Fill in the solutions of the algorithms, and the failures of the others."""
+    run.solutions, run.failures = solve(run.scenario, run.trajectory, run.compensated, run.readings.attitude, height)
 
 
 def _aid(run: Run) -> Aided:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavSolution, NavState
@@ -20,7 +23,10 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 
-_MADE_OF = {"truth": "time", "ideal": "time", "perfect": "readings", "sensed": "readings", "errors": "solutions"}
+_MADE_OF = {
+    "truth": "time", "ideal": "time", "perfect": "readings", "sensed": "readings", "solutions": "failures",
+    "errors": "failures",
+}  # fmt: skip
 """Sources of the computed properties."""
 
 
@@ -39,7 +45,6 @@ class Run:
         time: edges of the IMU's intervals, (N+1,) s.
         readings: readings of the sensors.
         compensated: compensated increments; the measured ones without a calibration.
-        solutions: navigation solutions by algorithm, for those that have one.
         failures: errors of algorithms whose solution is missing or incomplete.
         aided: the aided solution with its errors, of a scenario with a filter.
         summary: contents of `summary.json`.
@@ -53,8 +58,7 @@ class Run:
     time: Array = field(init=False)
     readings: Readings = field(init=False)
     compensated: ImuData = field(init=False)
-    solutions: dict[str, NavSolution] = field(init=False, default_factory=dict)
-    failures: dict[str, RunError] = field(init=False, default_factory=dict)
+    failures: dict[str, RunError] = field(init=False)
     aided: Aided | None = field(init=False, default=None)
     summary: dict[str, Any] = field(init=False, default_factory=dict)
     directory: Path | None = field(init=False, default=None)
@@ -89,27 +93,29 @@ class Run:
         return tuple(compare_sensors(self.readings, self.perfect, self.ideal, compensated))
 
     @cached_property
+    def solutions(self) -> dict[str, NavSolution]:
+        """Navigation solutions by algorithm, for those that have one."""
+        from sinssim.simulation.navigation import height_reference, solve
+
+        height = height_reference(self.scenario, self.trajectory, self.truth.height)
+        return solve(self.scenario, self.trajectory, self.compensated, self.readings.attitude, height)[0]
+
+    @cached_property
     def errors(self) -> dict[str, NavError]:
         """Errors of the solutions by algorithm."""
-        return {name: self.error_of(solution) for name, solution in self.solutions.items()}
-
-    def error_of(self, solution: NavSolution) -> NavError:
-        """Return the errors of a navigation solution of this run.
-
-        Args:
-            solution: the solution; that of an algorithm that takes several samples at once has fewer rows.
-
-        Returns:
-            The errors, as many rows.
-        """
         from sinssim.strapdown.nav_error import navigation_error
 
-        truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
-        return navigation_error(truth, solution, self.trajectory.ellipsoid)
+        def error_of(solution: NavSolution) -> NavError:
+            # the solution of an algorithm that takes several samples at once has fewer rows
+            truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
+            return navigation_error(truth, solution, self.trajectory.ellipsoid)
+
+        with thread_pool(os.cpu_count()) as pool:
+            return dict(zip(self.solutions, pool.map(error_of, self.solutions.values()), strict=True))
 
     def forget(self) -> None:
         """Free what can be computed again; the next access computes it, with the same bits."""
-        for name in ("truth", "ideal", "perfect", "sensed", "errors"):
+        for name in ("truth", "ideal", "perfect", "sensed", "solutions", "errors"):
             vars(self).pop(name, None)
 
     @cached_property

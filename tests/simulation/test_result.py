@@ -51,12 +51,13 @@ def test_errors_are_drawn_once_and_drifts_emulated_once(tmp_path, monkeypatch):
 def test_a_run_has_what_its_stages_have_computed():
     assert RunResult is Run
     result = Run(Scenario.model_validate(SCENARIO))
-    assert result.has("scenario", "solutions")
+    assert result.has("scenario")
     assert not result.has("truth")
+    assert not result.has("solutions")
     assert not result.has("scenario", "truth")
     assert result.directory is None
     finished = run(result.scenario.model_copy(update={"filter": None, "aiding": None}))
-    assert finished.has("trajectory", "truth", "ideal", "readings", "perfect", "compensated")
+    assert finished.has("trajectory", "truth", "ideal", "readings", "perfect", "compensated", "solutions", "errors")
     assert finished.measured is finished.readings.imu
     assert finished.time is finished.ideal.time
     assert finished.compensated is not finished.measured
@@ -76,7 +77,7 @@ def test_what_is_forgotten_comes_back_with_the_same_bits(tmp_path, sensors, algo
     for absent in ("aiding", "filter", "compensation"):
         plan.pop(absent)
     result = run(Scenario.model_validate(plan), tmp_path / "run")
-    kept = {name: getattr(result, name) for name in ("truth", "ideal", "perfect", "sensed", "errors")}
+    kept = {name: getattr(result, name) for name in ("truth", "ideal", "perfect", "sensed", "solutions", "errors")}
     result.forget()
     assert not set(kept) & set(vars(result))
     assert result.has(*kept)
@@ -86,5 +87,6 @@ def test_what_is_forgotten_comes_back_with_the_same_bits(tmp_path, sensors, algo
     np.testing.assert_array_equal(result.perfect.imu.dvel, kept["perfect"].imu.dvel)
     for now, before in zip(result.sensed, kept["sensed"], strict=True):
         np.testing.assert_array_equal(now.error, before.error)
-    for part, values in vars(kept["errors"][algorithm]).items():
-        np.testing.assert_array_equal(getattr(result.errors[algorithm], part), values)
+    for found in ("solutions", "errors"):
+        for part, values in vars(kept[found][algorithm]).items():
+            np.testing.assert_array_equal(getattr(getattr(result, found)[algorithm], part), values)

@@ -36,6 +36,9 @@ WINDOWS = (16, 64, 256)
 _FEWEST = 8
 """Fewest windows, or readings, that are tested."""
 
+_BLOCK = 65536
+"""Readings whose covariances are factored at once."""
+
 
 @dataclass(frozen=True)
 class ChiSquare:
@@ -114,17 +117,18 @@ def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
 
 def _whitened(innovations: Innovations) -> Array:
     """Return e = L⁻¹ν of the accepted readings, (N, k)."""
-    used = innovations.accepted
-    if not used.any():
-        return np.zeros((0, innovations.value.shape[1]))
-    value, covariance = innovations.value[used], innovations.covariance[used]
-    try:
-        root = np.linalg.cholesky(covariance)
-    except np.linalg.LinAlgError:  # the last row of a filter that diverged may be one
-        size = np.linalg.eigvalsh(covariance)
-        sound = size[:, 0] > 1e-12 * size[:, -1]
-        root, value = np.linalg.cholesky(covariance[sound]), value[sound]
-    return np.asarray(np.linalg.solve(root, value[..., None])[..., 0])
+    used, found = np.flatnonzero(innovations.accepted), []
+    for start in range(0, len(used), _BLOCK):
+        rows = used[start : start + _BLOCK]
+        value, covariance = innovations.value[rows], innovations.covariance[rows]
+        try:
+            root = np.linalg.cholesky(covariance)
+        except np.linalg.LinAlgError:  # the last row of a filter that diverged may be one
+            size = np.linalg.eigvalsh(covariance)
+            sound = size[:, 0] > 1e-12 * size[:, -1]
+            root, value = np.linalg.cholesky(covariance[sound]), value[sound]
+        found.append(np.linalg.solve(root, value[..., None])[..., 0])
+    return np.concatenate(found) if found else np.zeros((0, innovations.value.shape[1]))
 
 
 def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> SensorConsistency:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,23 +64,25 @@ def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
     Returns:
         The contradiction between filter and sensors; None if there is none.
     """
-    looked_at = [~np.isnan(i.nis) for i in innovations]
-    time = np.concatenate([i.time[seen] for i, seen in zip(innovations, looked_at, strict=True)] or [np.zeros(0)])
+    refused = [np.flatnonzero(~i.accepted & ~np.isnan(i.nis)) for i in innovations]
+    time = np.concatenate([i.time[rows] for i, rows in zip(innovations, refused, strict=True)] or [np.zeros(0)])
     if not len(time):
         return None
-    accepted = np.concatenate([i.accepted[seen] for i, seen in zip(innovations, looked_at, strict=True)])
+    sensor = np.repeat(np.arange(len(innovations)), [len(rows) for rows in refused])
     order = np.argsort(time, kind="stable")
-    time, accepted = time[order], accepted[order]
-    # runs of rejected readings
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], accepted, [True]]).astype(int)))
-    for begin, end in edges.reshape(-1, 2):
+    time, sensor, row = time[order], sensor[order], np.concatenate(refused)[order]
+    # rejected readings with as many accepted ones before them follow one another; of simultaneous readings, the one of
+    # the earlier sensor is the first
+    before = np.zeros(len(time), dtype=np.intp)
+    for number, i in enumerate(innovations):
+        accepted = i.time[i.accepted]
+        later = sensor > number
+        before += np.where(later, np.searchsorted(accepted, time, "right"), np.searchsorted(accepted, time, "left"))
+    edges = np.flatnonzero(np.diff(before, prepend=-1, append=-1)).tolist()
+    for begin, end in pairwise(edges):
         lasting = time[end - 1] - time[begin]
         if end - begin >= CONTRADICTION and lasting >= CONTRADICTION_S:
-            which = next(
-                f"{i.sensor} {row} (valid at {i.time[row]:.3f} s)"
-                for i in innovations
-                for row in np.flatnonzero((i.time == time[begin]) & ~i.accepted & ~np.isnan(i.nis))
-            )
+            which = f"{innovations[sensor[begin]].sensor} {row[begin]} (valid at {time[begin]:.3f} s)"
             return Divergence(
                 float(time[begin]),
                 which,

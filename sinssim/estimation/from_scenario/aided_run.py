@@ -21,6 +21,7 @@ from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_wit
 from sinssim.estimation.initial_alignment.start import Start, at_rest, in_motion
 from sinssim.frames import FILTER_ALGORITHM
 from sinssim.sensors.aiding.base.sensor import Vehicle
+from sinssim.system.memory import give_back_memory
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -54,6 +55,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     assert aiding is not None
     vehicle = Vehicle(trajectory, scenario.seed, partial(_navigate_beside, scenario, trajectory))
     sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
+    give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
     start = Start(imu, initial, None)
@@ -75,6 +77,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
         gravity=scenario.navigation.gravity,
         ellipsoid=trajectory.ellipsoid.name,
     )
+    give_back_memory()
     return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
 
 

@@ -15,17 +15,22 @@ ROWS = 2000
 """Approximate number of rows of the filter that are kept without smoothing. NEES uses 600. The variance of the inertial
 noise, from 1000 pairs of three axes, is then accurate to 3 %."""
 
-_PROGRAM = 0.41e9
-"""Memory of the program and its libraries, bytes, measured on recorded runs of 1 h and 3 h at 10 Hz."""
+_PROGRAM, _RECORDER = 0.31e9, 0.17e9
+"""Memory of the program with its libraries, and of the libraries and buffers that write a run directory, bytes."""
 
-_EPOCH, _STATE, _PARAMETER = 500.0, 16.0, 24.0
-"""What every epoch takes while a run is recorded, bytes: the aided solution and its error; every state's 1σ; and what
-is estimated, true and wrong of every state that is no error of navigation. All of it is there twice while it is
-written; without a run directory it is about half."""
+_BEFORE, _BEFORE_RECORDED = 320.0, 560.0
+"""What every sample takes before the filter runs, bytes, with one algorithm: true and measured increments, true and
+navigated states, errors; the same with the copies that are being written."""
 
-_READING, _ARRAYS = 24.0, 8.0
-"""What every reading takes, bytes: times and verdicts; and how many doubles for each of its components: the sensor's,
-the filter's and the sorted value and σ, the innovation and its covariance."""
+_SAMPLE = 80.0
+"""What every sample takes while the filter runs, bytes: its instant, its increments and the angle until then."""
+
+_EPOCH, _STATE, _PARAMETER = 120.0, 8.0, 16.0
+"""What every epoch takes, bytes: the aided solution; every state's 1σ; and the estimated and the true value of every
+state that is no error of navigation."""
+
+_READING = 145.0
+"""What a reading of three components takes, bytes: reading, times, verdict, innovation and its covariance."""
 
 _ROW, _SMOOTHED_ROW = 6.0, 16.0
 """How many matrices of the number of states squared every kept row takes; the same with smoothing."""
@@ -38,28 +43,33 @@ class Memory(NamedTuple):
     """Memory that a run needs, bytes.
 
     Attributes:
-        samples: for the program, the inertial sensors and the solutions.
+        program: for the program.
+        samples: for true motion, inertial sensors and solutions, before the filter starts.
+        increments: for the part of it that the filter needs.
         filter: for the filter's states at its epochs, and the matrices that it keeps.
         readings: for the aiding sensors.
         stretch: for what is linearised at once.
     """
 
+    program: float
     samples: float
+    increments: float
     filter: float
     readings: float
     stretch: float
 
     @property
     def total(self) -> float:
-        """The sum, bytes."""
-        return sum(self)
+        """The peak, before the filter starts or while it runs, bytes."""
+        return self.program + max(self.samples, self.increments + self.filter + self.readings + self.stretch)
 
 
-def needed_memory(scenario: Scenario) -> Memory:
+def needed_memory(scenario: Scenario, *, recorded: bool = True) -> Memory:
     """Estimate the peak memory of a run.
 
     Args:
         scenario: with a [filter] section.
+        recorded: whether the run is written to a run directory.
 
     Returns:
         The estimate.
@@ -67,10 +77,14 @@ def needed_memory(scenario: Scenario) -> Memory:
     Raises:
         InputError: the aircraft's description is not right.
     """
+    lasts = expected_duration(scenario)
+    return _memory(scenario, filter_model(scenario, lasts).size, lasts, recorded)
+
+
+def _memory(scenario: Scenario, n: int, lasts: float, recorded: bool) -> Memory:
+    """Estimate the memory of a run with n states that lasts so many seconds."""
     section = scenario.filter
     assert section is not None
-    lasts = expected_duration(scenario)
-    n = filter_model(scenario, lasts).size
     matrix = 8.0 * n**2
     grid = min(section.rate_hz, scenario.imu.rate_hz)
     sensors = {name: sensor.rate_hz for name, sensor in scenario.aiding or () if sensor is not None}
@@ -78,14 +92,15 @@ def needed_memory(scenario: Scenario) -> Memory:
     often = max(1.0, *sensors.values())
     rows = (often + sum(r for r in sensors.values() if not _divides(r, often))) * lasts
     kept = _SMOOTHED_ROW * rows if section.smooth else _ROW * min(rows, ROWS)
-    stretch = _STRETCH_MATRICES * (grid + beside) * min(_STRETCH_S, lasts)
-    epochs = (grid + beside) * lasts
+    epochs, samples = (grid + beside) * lasts, scenario.imu.rate_hz * lasts
     readings = sum(rate * (2.0 if name in ("gnss", "master") else 1.0) for name, rate in sensors.items()) * lasts
     return Memory(
-        _PROGRAM + sample_bytes(scenario) * scenario.imu.rate_hz * lasts,
+        _PROGRAM + _RECORDER * recorded,
+        sample_bytes(scenario, _BEFORE_RECORDED if recorded else _BEFORE) * samples,
+        _SAMPLE * samples,
         epochs * (_EPOCH + _STATE * n + _PARAMETER * (n - CORE)) + matrix * kept,
-        readings * (_READING + 8.0 * 3.0 * _ARRAYS),
-        matrix * stretch,
+        readings * _READING,
+        matrix * _STRETCH_MATRICES * (grid + beside) * min(_STRETCH_S, lasts),
     )
 
 
@@ -94,11 +109,12 @@ def _divides(rate: float, grid: float) -> bool:
     return abs(grid / rate - round(grid / rate)) < 1e-9
 
 
-def check_memory(scenario: Scenario) -> None:
+def check_memory(scenario: Scenario, *, recorded: bool = True) -> None:
     """Raise for a run whose filter needs more memory than this machine has.
 
     Args:
         scenario: any scenario.
+        recorded: whether the run is written to a run directory.
 
     Raises:
         InputError: the run needs more; the message names the largest part and what would fit.
@@ -106,22 +122,26 @@ def check_memory(scenario: Scenario) -> None:
     section = scenario.filter
     if section is None:
         return
-    memory, needed = machine_memory(), needed_memory(scenario)
+    memory, lasts = machine_memory(), expected_duration(scenario)
+    n = filter_model(scenario, lasts).size
+    needed = _memory(scenario, n, lasts, recorded)
     if needed.total <= memory:
         return
-    lasts = expected_duration(scenario)
+    fits, longer = 0.0, lasts
+    while longer - fits > 1e-3 * lasts:
+        half = 0.5 * (fits + longer)
+        fits, longer = (half, longer) if _memory(scenario, n, half, recorded).total <= memory else (fits, half)
     rates = {f"aiding.{name}.rate_hz": sensor.rate_hz for name, sensor in scenario.aiding or () if sensor is not None}
     fastest = max(rates, key=lambda key: rates[key], default="filter.rate_hz")
-    if needed.samples >= max(needed.filter, needed.readings):
+    if needed.program + needed.samples == needed.total or needed.increments >= max(needed.filter, needed.readings):
         key, value = "imu.rate_hz", scenario.imu.rate_hz
     elif needed.readings > needed.filter or (section.smooth and rates[fastest] > 1.0):
         key, value = fastest, rates[fastest]  # a row is kept at every reading
     else:
         key, value = "filter.rate_hz", min(section.rate_hz, scenario.imu.rate_hz)
-    part = max((memory - _PROGRAM) / (needed.total - _PROGRAM), 0.0)
     smooth = "Without filter.smooth it needs less: smoothing keeps every row of the filter. " if section.smooth else ""
     raise InputError(
-        f"{key} = {value:g}: a run of about {lasts:.6g} s with a filter of {filter_model(scenario, lasts).size} states "
+        f"{key} = {value:g}: a run of about {lasts:.6g} s with a filter of {n} states "
         f"needs {needed.total / 1e9:.3g} GB of memory where this machine has {memory / 1e9:.3g}. {smooth}"
-        f"A run of {part * lasts:.3g} s would fit; lower rates need less, too."
+        f"A run of {fits:.3g} s would fit; lower rates need less, too."
     )

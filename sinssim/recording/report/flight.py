@@ -63,12 +63,13 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
     roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(truth.q_nb))
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
-    names = list(run.solutions)
+    solutions = run.solutions if run.has("solutions") else {}
+    names = list(solutions)
     colors = [
         style.css(style.tint(style.COLORS["truth"])) if names else style.css(style.COLORS["truth"]),
         *map(style.css, style.colors(names)),
     ]
-    chart = draw_map(time, truth, run.solutions, colors, trajectory.ellipsoid)
+    chart = draw_map(time, truth, solutions, colors, trajectory.ellipsoid)
     facts = [
         ("duration", duration_words(float(time[-1] - time[0]))),
         ("distance over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),

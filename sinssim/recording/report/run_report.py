@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,12 +46,40 @@ th.group {{ text-align: center; }} .first {{ border-left: 1px solid var(--line);
 """
 
 
-def run_report(run: Run, summary: Mapping[str, Any]) -> str:
+@dataclass(frozen=True)
+class Sections:
+    """The sections of a report that draw every sample of a run: HTML, empty for a stage that has not run."""
+
+    flight: str
+    sensors: str
+    errors: str
+
+
+def draw_sections(run: Run) -> Sections:
+    """Draw the sections that need every sample of a run.
+
+    Args:
+        run: the run; one that failed lacks the results of its later stages.
+
+    Returns:
+        The sections, for `run_report`. The samples may be freed before the report is put together.
+    """
+    flight = errors = ""
+    if run.has("truth"):
+        flight = "".join(flight_section(run, run.trajectory, run.truth))
+    sensors = "".join(sensor_errors(run.scenario, run.true_errors, run.sensed))
+    if run.has("truth", "errors"):
+        errors = "".join(error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid)))
+    return Sections(flight, sensors, errors)
+
+
+def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
     """Return the report of a run.
 
     Args:
         run: the run; one that failed lacks the results of its later stages.
         summary: contents of `summary.json`.
+        drawn: result of `draw_sections`, if they have been drawn.
 
     Returns:
         An HTML page that refers to nothing outside itself.
@@ -60,15 +89,14 @@ def run_report(run: Run, summary: Mapping[str, Any]) -> str:
     if summary["status"] != "finished":
         body.append(f'<p class="broken"><strong>The run {_ended(summary)}</strong> {words(summary["message"])}</p>')
     body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
-    period = 0.0
-    if run.has("truth"):
-        period = schuler_period(run.truth, run.trajectory.ellipsoid)
-        body += ["<h2>Flight</h2>", *flight_section(run, run.trajectory, run.truth)]
-    body += ["<h2>Sensor errors of this run</h2>", *sensor_errors(scenario, run.true_errors, run.sensed)]
-    if "algorithms" in summary and run.has("truth"):
+    drawn = draw_sections(run) if drawn is None else drawn
+    if drawn.flight:
+        body += ["<h2>Flight</h2>", drawn.flight]
+    body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
+    if "algorithms" in summary and drawn.errors:
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
-        body += error_plots(run, period)
+        body.append(drawn.errors)
         body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
     if run.aided is not None and "filter" in summary:
         span = (float(run.time[0]), float(run.time[-1]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
 from sinssim.recording.scales import Rows, suiting, thinned
+from sinssim.recording.store.streams import Computed
 
 if TYPE_CHECKING:
     from sinssim.estimation import Innovations
@@ -127,21 +129,20 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
     colors = style.colors([i.sensor for i in sensors])
     ends = np.array([min(i.time[0] for i in sensors), max(i.time[-1] for i in sensors)]) if sensors else np.zeros(2)
     for lane, (sensor, color) in enumerate(zip(sensors, colors, strict=True), start=1):
-        spread = np.sqrt(np.einsum("kii->ki", sensor.covariance))
-        ratio = np.clip(sensor.value / spread, -EDGE, EDGE)
-        taken, refused = sensor.accepted, ~sensor.accepted
-        names = [sensor.sensor, *[""] * (ratio.shape[1] - 1)]
+        names = [sensor.sensor, *[""] * (sensor.value.shape[1] - 1)]
         for key, which, paint, marker, size in (
-            ("taken", taken, color, "circle", 1.2),
-            ("refused", refused, style.COLORS["refused"], "cross", 4.0),
+            ("taken", sensor.accepted, color, "circle", 1.2),
+            ("refused", ~sensor.accepted, style.COLORS["refused"], "cross", 4.0),
         ):
-            if which.any():
+            rows = np.flatnonzero(which)
+            if len(rows):
+                time, ratio = sensor.time[rows], Computed(partial(_ratio, sensor, rows))
                 where = f"filter/innovations/{key}/{sensor.sensor}"
-                recording.points(where, sensor.time[which], ratio[which], names, paint, marker=marker, size=size)
-                place = np.full((np.count_nonzero(which), 1), float(lane))
+                recording.points(where, time, ratio, names, paint, marker=marker, size=size)
+                lanes = np.broadcast_to(float(lane), (len(rows), 1))
                 where = f"filter/decisions/{key}/{sensor.sensor}"
                 said = [sensor.sensor if key == "taken" else "rejected"]
-                recording.points(where, sensor.time[which], place, said, paint, marker=marker, size=1.6 * size)
+                recording.points(where, time, lanes, said, paint, marker=marker, size=1.6 * size)
         _squares(recording, sensor, color)
     if sensors:
         from scipy.stats import chi2
@@ -149,6 +150,13 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
         _bounds(recording, "filter/innovations/bounds", ends, 3.0)
         low, high = (float(chi2.ppf(p, _FREEDOM)) / _FREEDOM for p in (0.025, 0.975))
         _bounds(recording, "filter/squares/bounds", ends, high, low, "95 % band")
+
+
+def _ratio(sensor: Innovations, rows: Rows, block: slice) -> Array:
+    """Return a block of some of a sensor's innovations in units of their σ, within the limits of the plot."""
+    some = rows[block]
+    spread = np.sqrt(np.einsum("kii->ki", sensor.covariance[some]))
+    return np.asarray(np.clip(sensor.value[some] / spread, -EDGE, EDGE))
 
 
 def _squares(recording: Recording, sensor: Innovations, color: style.Rgb) -> None:

@@ -19,14 +19,14 @@ import rerun.blueprint as rrb
 from sinssim.data import Array
 from sinssim.errors import RunError
 from sinssim.recording import style
-from sinssim.recording.store.streams import Stream
+from sinssim.recording.store.streams import Rows, Stream, blocks
 from sinssim.truth.trajectory import FlightEvent
 
 TIMELINE = "sim_time"
 STREAMS = "streams"
 """Parent of the exact streams' entities, `streams/<stream>/<vector>`."""
 CHUNK_ROWS = 65536
-_MOST_WAITING = 1 << 25
+_MOST_WAITING = 1 << 23
 """Bytes that may wait in memory to be written."""
 _PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writes the file itself
 
@@ -207,7 +207,7 @@ class Recording:
         for vector in stream.vectors:
             lines = rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax")
             self.static(f"{STREAMS}/{stream.name}/{vector.name}", lines)
-        for rows in stream.blocks():
+        for rows in blocks(len(stream.time)):
             for vector in stream.vectors:
                 entity = f"{STREAMS}/{stream.name}/{vector.name}"
                 self._scalars(entity, stream.time[rows], vector.values[rows])
@@ -247,7 +247,7 @@ class Recording:
         self,
         entity: str,
         time: Array,
-        values: Array,
+        values: Rows,
         names: Sequence[str],
         color: style.Rgb,
         *,
@@ -270,9 +270,14 @@ class Recording:
             names=list(names), colors=[color] * count, markers=[marker] * count, marker_sizes=[size] * count
         )
         self.static(entity, dots)
-        self._scalars(entity, time, values)
-        if np.isfinite(values).any():
-            self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
+        low, high = np.inf, -np.inf
+        for rows in blocks(len(time)):
+            block = values[rows]
+            self._scalars(entity, time[rows], block)
+            low = np.fmin(low, np.fmin.reduce(block, axis=None, initial=np.inf))
+            high = np.fmax(high, np.fmax.reduce(block, axis=None, initial=-np.inf))
+        if low <= high:
+            self.ranges[entity] = (float(low), float(high))
 
     def _scalars(self, entity: str, time: Array, values: Array) -> None:
         rows = np.ascontiguousarray(values)

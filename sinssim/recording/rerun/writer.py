@@ -31,6 +31,7 @@ from sinssim.recording.store.streams import (
     truth_stream,
 )
 from sinssim.strapdown.nav_error import NavError
+from sinssim.system.memory import give_back_memory
 from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -150,6 +151,8 @@ class RunWriter:
         for name, solution in solutions.items():
             self._stream(nav_stream(name, solution))
             self._stream(error_stream(name, errors[name].at, solution))
+        for pool in (self._to_rerun, self._to_parquet):
+            self._submit(pool, _give_back_memory)
 
     def filtered(self, aided: Aided, about: str) -> None:
         """Write the estimate of a filter and its readings.
@@ -216,3 +219,11 @@ class RunWriter:
         self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
         self._recording.blueprint(all_views(self._run, own=self._own_views))
         self._recording.document(RUN_ENTITY, self._run.to_json())
+
+
+def _give_back_memory() -> None:
+    """Return to the system what the tasks until now have freed."""
+    import pyarrow as pa
+
+    pa.default_memory_pool().release_unused()
+    give_back_memory()

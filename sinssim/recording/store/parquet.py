@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from sinssim.recording.store.streams import Stream
+from sinssim.recording.store.streams import Stream, blocks
 from sinssim.truth.trajectory import FlightEvent
 
 
@@ -33,7 +33,7 @@ def write_stream(stream: Stream, folder: Path) -> Path:
             columns |= {name: pa.array(values[:, i].copy()) for i, name in enumerate(vector.columns)}
         return pa.table(columns)
 
-    return _write(map(table, stream.blocks()), folder / f"{stream.name}.parquet")
+    return _write(map(table, blocks(len(stream.time))), folder / f"{stream.name}.parquet")
 
 
 def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:

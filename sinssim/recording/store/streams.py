@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.sets.reading import Readings
 
 
-BLOCK = 65536
+BLOCK = 16384
 """Rows that are written together, so that no copy is as long as a run."""
 
 
@@ -71,10 +71,15 @@ class Stream:
     time: Array
     vectors: tuple[Vector, ...]
 
-    def blocks(self) -> Iterator[slice]:
-        """Yield the rows in blocks; of a stream without rows one empty block."""
-        for start in range(0, max(len(self.time), 1), BLOCK):
-            yield slice(start, min(start + BLOCK, len(self.time)))
+
+def blocks(count: int) -> Iterator[slice]:
+    """Yield rows in blocks, as they are written; of no rows one empty block.
+
+    Args:
+        count: number of rows.
+    """
+    for start in range(0, max(count, 1), BLOCK):
+        yield slice(start, min(start + BLOCK, count))
 
 
 def _state(latitude: Array, longitude: Array, height: Array, velocity_ned: Array, q_nb: Array) -> tuple[Vector, ...]:

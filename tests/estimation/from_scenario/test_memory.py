@@ -13,6 +13,8 @@ from sinssim.estimation.from_scenario.memory import check_memory, needed_memory
 from sinssim.scenario import Scenario
 from sinssim.simulation import run
 
+STATES = tuple(f"{triad} {what}" for triad in ("gyro", "accelerometer") for what in ("bias", "scale", "misalignment"))
+
 
 def standing(seconds: float, rate: float = 10.0, *, imu: float = 10.0, aiding: float = 1.0, **more: object) -> Scenario:
     return Scenario.model_validate(
@@ -78,14 +80,19 @@ def test_nothing_of_the_length_of_a_run_is_kept_twice() -> None:
         (standing(86400.0, 1.0, imu=2000.0), r"imu\.rate_hz = 2000: a run of about 86400 s with a filter of"),
         (
             standing(1e5, 100.0, imu=100.0),
-            r"filter\.rate_hz = 100: a run of about 100000 s .* where this machine has 4\. ",
+            r"imu\.rate_hz = 100: a run of about 100000 s .* where this machine has 4\. ",
+        ),
+        (
+            standing(1e5, 20.0, imu=20.0, states=STATES),
+            r"filter\.rate_hz = 20: a run of about 100000 s .* where this machine has 1\. ",
         ),
     ],
 )
 def test_what_does_not_fit_is_refused_by_name(
     scenario: Scenario, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sinssim.estimation.from_scenario.memory.machine_memory", lambda: 4e9)
+    has = float(message.split("machine has ")[1].split(r"\.")[0]) if "machine has" in message else 4.0
+    monkeypatch.setattr("sinssim.estimation.from_scenario.memory.machine_memory", lambda: 1e9 * has)
     with pytest.raises(InputError, match=message) as error:
         check_memory(scenario)
     fits = float(str(error.value).split("A run of ")[1].split(" s would fit")[0])

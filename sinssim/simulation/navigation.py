@@ -1,0 +1,112 @@
+"""Navigates on the readings of a run by every algorithm of its scenario."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array, ImuData, NavSolution
+from sinssim.errors import InputError, RunError
+from sinssim.frames import BARO_TIME_CONSTANT
+from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.base.sensor import Vehicle
+from sinssim.simulation.initial_error import initial_state_with_errors
+from sinssim.system.threads import thread_pool
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.strapdown.frames.vertical import HeightReadings
+    from sinssim.truth.trajectory import Trajectory
+
+
+def height_reference(scenario: Scenario, trajectory: Trajectory, true_height: Array) -> Array | HeightReadings | None:
+    """Return the height reference of the vertical channel: a barometer's readings for its loop, else the true height.
+
+    Args:
+        scenario: the scenario.
+        trajectory: the true motion.
+        true_height: height at the samples' edges, (N+1,) m.
+
+    Returns:
+        Heights at the samples' edges, m, or readings; None if the barometer has none, which leaves the channel free.
+
+    Raises:
+        InputError: the barometer has no reading, and there is no filter to report it.
+    """
+    altimeter = None if scenario.aiding is None else scenario.aiding.sensor(BarometerSection)
+    if scenario.navigation.vertical != "baro-loop" or altimeter is None:
+        return true_height
+    from sinssim.strapdown.frames.vertical import HeightReadings
+
+    readings = altimeter.read(Vehicle(trajectory, scenario.seed))[0].measurements
+    if not len(readings.time):
+        if scenario.filter is not None:  # its remarks report that there was no reading
+            return None
+        raise InputError(
+            'navigation.vertical = "baro-loop" has no height reference: the outages of [aiding.baro] cover the whole '
+            "run."
+        )
+    return HeightReadings(readings.arrival, readings.value[:, 0], 1.0 / altimeter.rate_hz)
+
+
+def solve(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    imu: ImuData,
+    attitude: Array | None,
+    height: Array | HeightReadings | None,
+) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
+    """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
+
+    Args:
+        scenario: the scenario.
+        trajectory: the true motion, for the initial state.
+        imu: compensated increments.
+        attitude: measured q_ib of a set with an attitude sensor, (N+1, 4).
+        height: result of `height_reference`.
+
+    Returns:
+        The solutions of the successful algorithms, and the errors of the others.
+
+    Raises:
+        InputError: the data or the engine do not admit an option.
+        RunError: no algorithm has a solution.
+    """
+    from sinssim.strapdown.measured_attitude import navigate_set
+
+    section = scenario.navigation
+    initial = initial_state_with_errors(
+        trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed
+    )
+    route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
+    vertical = "free" if height is None else section.vertical
+
+    def by(algorithm: str) -> NavSolution | RunError:
+        try:
+            return navigate_set(
+                imu,
+                attitude,
+                initial,
+                algorithm=algorithm,
+                frame=section.frame,
+                gravity=section.gravity,
+                ellipsoid=trajectory.ellipsoid.name,
+                curvature=section.curvature,
+                vertical=vertical,
+                height=None if vertical == "free" else height,
+                baro_time_constant=section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
+                rates_hz=section.rates_hz,
+                slow_quantities=section.slow_quantities,
+                route=route,
+            )
+        except RunError as error:
+            return error
+
+    with thread_pool(os.cpu_count()) as pool:
+        results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
+    failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
+    if len(failures) == len(results):
+        raise next(iter(failures.values()))
+    return {name: result for name, result in results.items() if not isinstance(result, RunError)}, failures

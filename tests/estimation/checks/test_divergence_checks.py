@@ -1,0 +1,70 @@
+"""When filter and sensors contradict each other: against a plain walk through all readings in order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim.data import Array
+from sinssim.estimation.checks.divergence_checks import CONTRADICTION, CONTRADICTION_S, contradiction
+from sinssim.estimation.result import Innovations, Reasons
+
+
+def sensor(name: str, time: Array, accepted: Array, looked_at: Array) -> Innovations:
+    count = len(time)
+    nis = np.where(looked_at, 1.0, np.nan)
+    reasons = Reasons(count, {})
+    return Innovations(
+        name,
+        "gnss-position",
+        time,
+        np.zeros((count, 1)),
+        np.ones((count, 1, 1)),
+        nis,
+        accepted & looked_at,
+        reasons,
+        9.0,
+    )
+
+
+def walked(sensors: list[Innovations]) -> tuple[float, str] | None:
+    """Return the first reading of a contradiction, found reading by reading."""
+    every = sorted(
+        (float(s.time[row]), number, row)
+        for number, s in enumerate(sensors)
+        for row in range(len(s.time))
+        if not np.isnan(s.nis[row])
+    )
+    row_of_refused: list[tuple[float, int, int]] = []
+    for reading in [*every, None]:
+        if reading is not None and not sensors[reading[1]].accepted[reading[2]]:
+            row_of_refused.append(reading)
+            continue
+        if len(row_of_refused) >= CONTRADICTION and row_of_refused[-1][0] - row_of_refused[0][0] >= CONTRADICTION_S:
+            time, number, row = row_of_refused[0]
+            return time, f"{sensors[number].sensor} {row} (valid at {time:.3f} s)"
+        row_of_refused = []
+    return None
+
+
+def test_a_contradiction_is_where_a_walk_finds_it() -> None:
+    rng, found = np.random.default_rng(4), 0
+    for _ in range(300):
+        sensors = []
+        for number in range(int(rng.integers(1, 4))):
+            time = np.unique(rng.integers(0, 150, 120)).astype(float)  # many simultaneous readings
+            begin = rng.uniform(0.0, 150.0)
+            refused = (time > begin) & (time < begin + rng.uniform(20.0, 60.0))
+            accepted = np.where(refused, rng.random(len(time)) < 0.004, rng.random(len(time)) < 0.8)
+            sensors.append(sensor(f"s{number}", time, accepted, rng.random(len(time)) < 0.95))
+        expected, got = walked(sensors), contradiction(sensors)
+        assert (expected is None) == (got is None)
+        if expected is not None and got is not None:
+            found += 1
+            assert (got.time, got.measurement) == expected
+    assert 50 < found < 290
+
+
+@pytest.mark.parametrize("sensors", [[], [sensor("s", np.zeros(0), np.zeros(0, bool), np.zeros(0, bool))]])
+def test_no_readings_no_contradiction(sensors: list[Innovations]) -> None:
+    assert contradiction(sensors) is None
