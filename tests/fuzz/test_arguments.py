@@ -149,7 +149,8 @@ def instead(rng: np.random.Generator, sound: Any) -> Any:
             lambda: array * np.nan, lambda: np.array(array, copy=True, subok=False).astype(complex), lambda: -array,
             lambda: np.repeat(array[..., None], 2, -1)[..., 0],
         )  # fmt: skip
-        found = deeds[rng.integers(len(deeds))]()
+        with np.errstate(all="ignore"):  # a second mangling may overflow
+            found = deeds[rng.integers(len(deeds))]()
         if isinstance(found, np.ndarray) and rng.integers(2):
             found.flags.writeable = False
         return found

@@ -16,6 +16,11 @@ CONTRADICTION_S, CONTRADICTION = 30.0, 10
 """Time, s, and number of readings, over which all readings must be rejected for a contradiction."""
 
 
+_ROUNDING = 1e-10
+"""Eigenvalue of a correlation matrix that may be negative by rounding. States that depend linearly on each other, such
+as the tilts and the velocity of a vehicle at rest with sensors without errors, have an eigenvalue of zero."""
+
+
 class Diverged(Exception):  # noqa: N818 - not an error of the user: the run ends there and keeps its results
     """Signals that the filter cannot continue.
 
@@ -46,10 +51,12 @@ def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, 
     variance = p.diagonal()
     if variance.min() > 0.0:
         scale = 1.0 / np.sqrt(variance)
+        correlation = p * scale[:, None] * scale  # row by row: products of two scales may overflow
         try:
-            np.linalg.cholesky(p * scale[:, None] * scale)  # row by row: products of two scales may overflow
+            np.linalg.cholesky(correlation)
         except np.linalg.LinAlgError:
-            pass
+            if np.linalg.eigvalsh(correlation)[0] > -_ROUNDING:
+                return
         else:
             return
     raise Diverged(time, measurement, "the covariance is no longer positive definite")

@@ -115,16 +115,17 @@ def _aligned(
             f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
             "filter needs time after the alignment."
         )
+    gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
     if section.alignment == "at-rest":
         try:
-            return at_rest(imu, start.state, model, sigma, count)
+            # the vehicle stands still or not, whatever noise the filter is told
+            return at_rest(imu, start.state, model, sigma, count, inertial_sigma(scenario, 1.0), gravity, ellipsoid)
         except SinssimError as error:
             raise InputError(
                 f"filter.alignment_s = {section.alignment_s:g}: the vehicle must stand that long, with gyros that "
                 f"sense the Earth's rate: {error}"
             ) from error
     fixes = {m.kind: m for m in measurements if m.label in ("gnss-position", "gnss-velocity")}
-    gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
     try:
         return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
     except SinssimError as error:

@@ -209,14 +209,15 @@ def _products(scenario: Scenario) -> Iterator[str]:
             )
 
 
-def inertial_sigma(scenario: Scenario) -> ImuErrors:
+def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors:
     """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
 
     Args:
         scenario: with a [filter] section.
+        factor: by which the noises are multiplied; by default the section's `inertial_noise_factor`.
 
     Returns:
-        The standard deviations, after the calibration if there is one; noises are multiplied by the section's factor.
+        The standard deviations, after the calibration if there is one.
     """
     from sinssim.alignment.budget import expected_errors
     from sinssim.scenario.sections.imu import ImuSection
@@ -227,7 +228,7 @@ def inertial_sigma(scenario: Scenario) -> ImuErrors:
     kept = noise
     if calibrated is not None:
         kept = expected_errors(ImuSection(grade="ideal", **calibrated.model_dump()))
-    factor = scenario.filter.inertial_noise_factor
+    factor = scenario.filter.inertial_noise_factor if factor is None else factor
 
     def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
         def size(of: Expected, field: str) -> Array:  # fixed and random part together

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sinssim import earth, rotation
 from sinssim.alignment.base_motion import stillness
 from sinssim.alignment.budget import Expected
 from sinssim.alignment.determination import determine
@@ -32,8 +33,20 @@ class Start:
     covariance: Array | None
 
 
-def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors, count: int) -> Start:
+def at_rest(
+    imu: ImuData,
+    initial: NavState,
+    model: ErrorModel,
+    sigma: ImuErrors,
+    count: int,
+    grade_sigma: ImuErrors | None = None,
+    gravity: str = "normal",
+    ellipsoid: str = "wgs84",
+) -> Start:
     """Align a vehicle at rest by eq. (1), gravity and the Earth's rate.
+
+    Eq. (1) takes the direction of gravity for the vertical. Above the ellipsoid it differs from the normal, to which
+    attitudes refer, by up to 0.17″ per km of height; the result is corrected for that.
 
     Args:
         imu: all increments.
@@ -41,6 +54,10 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
         model: the error model.
         sigma: standard deviations of the sensor block's errors.
         count: number of samples that the alignment takes.
+        grade_sigma: standard deviations of the sensors' grade, by whose noise a standstill is judged; by default
+            `sigma`.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: name of the reference ellipsoid.
 
     Returns:
         The start at the end of these samples; the covariance includes the correlation of the sensors' constant errors
@@ -53,10 +70,14 @@ def at_rest(imu: ImuData, initial: NavState, model: ErrorModel, sigma: ImuErrors
     expected = Expected(ImuErrors(warm_up=sigma.warm_up), sigma)
     seconds = float(session.time[-1] - session.time[0])
     determination = determine(*mean_readings(session), expected.instrument_sigmas)
-    still = stillness(session, expected)
+    own = sigma if grade_sigma is None else grade_sigma
+    still = stillness(session, Expected(ImuErrors(warm_up=own.warm_up), own))
     still.require()
     latitude, height = float(initial.latitude), float(initial.height)
     start = initial_state(determination, float(initial.longitude), height, latitude)
+    north, _, down = earth.gravity_ned(latitude, height, gravity, earth.ellipsoid_by_name(ellipsoid))
+    to_normal = rotation.quaternion_from_rotation_vector((0.0, np.arctan2(north, down), 0.0))
+    start = replace(start, q_nb=rotation.multiply(to_normal, start.q_nb))
     tied = [state for state in model.states if state in STATES]
     places = [model.states.index(state) for state in tied]
     covariance = np.diag(model.sigma**2)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array
-from sinssim.estimation.checks.divergence_checks import CONTRADICTION, CONTRADICTION_S, contradiction
+from sinssim.estimation.checks.divergence_checks import (
+    CONTRADICTION,
+    CONTRADICTION_S,
+    Diverged,
+    check_covariance,
+    contradiction,
+)
 from sinssim.estimation.result import Innovations, Reasons
 
 
@@ -68,3 +74,18 @@ def test_a_contradiction_is_where_a_walk_finds_it() -> None:
 @pytest.mark.parametrize("sensors", [[], [sensor("s", np.zeros(0), np.zeros(0, bool), np.zeros(0, bool))]])
 def test_no_readings_no_contradiction(sensors: list[Innovations]) -> None:
     assert contradiction(sensors) is None
+
+
+@pytest.mark.parametrize(("least", "sound"), [(1e-6, True), (0.0, True), (-1e-14, True), (-1e-8, False)])
+def test_a_covariance_may_be_singular_but_not_indefinite(least: float, sound: bool) -> None:
+    """States that depend on each other have an eigenvalue of zero, which rounding makes a negative one."""
+    axes, _ = np.linalg.qr(np.random.default_rng(2).standard_normal((6, 6)))
+    p = axes @ np.diag([least, 0.5, 0.8, 1.0, 1.5, 2.2]) @ axes.T
+    size = np.array([1e3, 1.0, 1e-9, 1e-4, 1.0, 10.0])
+    correlation = p / np.sqrt(np.outer(p.diagonal(), p.diagonal()))
+    covariance = correlation * size[:, None] * size
+    if sound:
+        check_covariance(covariance, np.arange(6), 1.0, "")
+    else:
+        with pytest.raises(Diverged, match="no longer positive definite"):
+            check_covariance(covariance, np.arange(6), 1.0, "")

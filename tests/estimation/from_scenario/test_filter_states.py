@@ -152,6 +152,18 @@ def test_the_verdict_begins_with_its_reason() -> None:
     assert list(sentences({**parts, "consistent": False, "hints": []})) == ["The filter is not consistent."]
 
 
+def test_sensors_without_errors_find_north_consistently() -> None:
+    kept = run(load_scenario("gyrocompassing", ["imu.grade=ideal", "parked.duration_s=900.0"])).summary["filter"]
+    assert kept["consistent"], kept["findings"]
+
+
+@pytest.mark.parametrize("factor", [0.3, 3.0])
+def test_a_wrong_noise_does_not_make_a_vehicle_move(factor: float) -> None:
+    """Whether it stands still during the coarse alignment is judged by the grade, not by what the filter is told."""
+    told = [f"filter.inertial_noise_factor={factor}", "parked.duration_s=200.0"]
+    assert run(load_scenario("gyrocompassing", told)).aided is not None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", AIDED)
 @pytest.mark.parametrize("grade", GRADES)
