@@ -1,4 +1,4 @@
-"""Peak memory of a run with a filter: a parked vehicle for a day, every rate 10 Hz, no smoothing."""
+"""Peak memory of a run with a filter: a parked vehicle, every rate 10 Hz, no smoothing; Linux only."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def status(name: str) -> float:
 def main() -> None:
     """Measure in a process of its own and print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--hours", type=float, default=24.0, help="duration (default: %(default)s)")
+    parser.add_argument("--hours", type=float, default=2.0, help="duration (default: %(default)s)")
     parser.add_argument("--rate", type=float, default=10.0, help="every rate, Hz (default: %(default)s)")
     parser.add_argument("--smooth", action="store_true", help="smooth as well")
     parser.add_argument("--stages", action="store_true", help="print the memory during the run as well")

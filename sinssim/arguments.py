@@ -15,6 +15,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError, check_name, shortened
 
+_AXES = 32  # numpy broadcasts no more
 _WRITEABLE, _BROADCAST = 0x400, 1 << 31  # NPY_ARRAY_WRITEABLE and NPY_ARRAY_WARN_ON_WRITE of numpy's C interface
 
 
@@ -47,6 +48,8 @@ def numbers(name: str, values: Any) -> Array:
         if array.dtype.kind == "O" and any(value is None or isinstance(value, str | bytes) for value in array.flat):
             raise TypeError("a value is None or text")
         array = np.asarray(array, dtype=np.float64, order="C")
+        if array.ndim > _AXES:
+            raise ValueError(f"it has {array.ndim} axes, more than {_AXES}")
     except (TypeError, ValueError, OverflowError) as error:
         shown = f" = {shortened(repr(values), 40)}" if values is None or isinstance(values, str) else ""
         raise InputError(f"{name}{shown} is not an array of numbers: {shortened(str(error))}.") from error

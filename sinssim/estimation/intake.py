@@ -120,7 +120,7 @@ def take_in(
             raise InputError(f"name = {shortened(repr(m.name))} of measurements of {m.kind!r} must be text.")
     _check_blocks(measurements, model)
     count = len(time) - 1
-    stride = max(round(count / float(time[-1] - time[0]) / rate_hz), 1)
+    stride = max(round(min(count / float(time[-1] - time[0]) / rate_hz, count)), 1)
     grid = np.unique(np.append(np.arange(0, count, stride), count))
     readings = [_checked(m, time) for m in measurements]
     wanted = [r.data.time[r.usable] for r in readings]

@@ -78,7 +78,7 @@ def allan_deviation(
         wanted = doubles("samples", samples)
         if wanted.ndim != 1 or not np.all((wanted >= 1) & (2 * wanted <= count) & (wanted == np.floor(wanted))):
             raise InputError(f"samples = {shortened(str(samples))} must be whole numbers from 1 to {count // 2}.")
-    chosen = averaging_samples(count) if samples is None else np.asarray(samples, dtype=np.int64)
+    chosen = averaging_samples(count) if samples is None else wanted.astype(np.int64)
     angle = np.concatenate([[0.0], np.cumsum(increments - np.mean(increments))])
     deviation = np.empty(len(chosen))
     for i, m in enumerate(chosen.tolist()):

@@ -38,6 +38,7 @@ FEWEST_SAMPLES = 256
 """Number of samples below which the terms cannot be distinguished."""
 
 _SMALLEST, _LARGEST = 1e-50, 1e50  # range of the spread of samples in any unit; beyond it, their squares overflow
+_SHORTEST = 1e-9  # s, and its inverse the longest: no sensor's interval lies outside, where powers of it overflow
 _LONGEST = 1e6  # in records; a bias with a longer correlation time is a constant or a walk
 _QUICKEST = 100.0  # samples in the shortest correlation time that is searched for
 _TIMES = 25  # number of correlation times that are tried
@@ -133,7 +134,7 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
             sensor, or the correlation time is shorter than an interval or far longer than the record.
     """
     increments = doubles("increments", increments)
-    interval = number("interval", interval, "s", low=POSITIVE)
+    interval = number("interval", interval, "s", low=_SHORTEST, high=1.0 / _SHORTEST)
     if correlation_time is not None:
         correlation_time = number("correlation_time", correlation_time, "s", low=POSITIVE)
     if increments.ndim != 1:

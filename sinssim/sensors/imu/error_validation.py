@@ -30,7 +30,7 @@ def check_errors(errors: ImuErrors) -> None:
     """
     if not isinstance(errors, ImuErrors):
         raise InputError(
-            f"{errors!r} does not describe a sensor block: give an ImuSection, for example "
+            f"{shortened(repr(errors))} does not describe a sensor block: give an ImuSection, for example "
             "ImuSection(grade='tactical'), or ImuErrors with the errors themselves."
         )
     for triad, name in ((errors.gyro, "gyro"), (errors.accel, "accelerometer")):
