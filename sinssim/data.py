@@ -85,6 +85,8 @@ class NavSolution:
             |BᵀB - I| for a direction cosine matrix, 0 for Euler angles, (N+1,).
         algorithm: name of the attitude algorithm.
         events: passages through a singular attitude.
+        azimuth: direction of the frame's x axis, clockwise from north, in a frame with an azimuth of its own, (N+1,)
+            rad; None in other frames.
     """
 
     time: Array
@@ -96,6 +98,7 @@ class NavSolution:
     defect: Array
     algorithm: str = ""
     events: tuple[SingularityEvent, ...] = field(default=())
+    azimuth: Array | None = None
 
     def state(self, index: int = -1) -> NavState:
         """Return the state at one row.

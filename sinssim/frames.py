@@ -26,6 +26,7 @@ class Frame:
         has_radii: whether it uses radii of curvature, so that simplified ones have an effect.
         takes_route: whether it is oriented along a route.
         passes_poles: whether it can be used at the Earth's poles.
+        has_azimuth: whether its x axis has a direction of its own in the local level.
         has_three_rates: whether the three-rate schedule works in it.
     """
 
@@ -34,6 +35,7 @@ class Frame:
     has_radii: bool = True
     takes_route: bool = False
     passes_poles: bool = True
+    has_azimuth: bool = False
     has_three_rates: bool = False
 
 
@@ -47,16 +49,19 @@ FRAME_REGISTRY: dict[str, Frame] = {
     "wander": Frame(
         "local level that does not rotate about the vertical relative to the Earth; also over the poles",
         "azimuth",
+        has_azimuth=True,
     ),
     "free-azimuth": Frame(
         "local level that does not rotate about the vertical in inertial space; also over the poles",
         "azimuth",
+        has_azimuth=True,
     ),
     "transverse": Frame(
         "local level oriented along a great circle: spherical coordinates with the route as equator, "
         "not usable near their poles",
         "azimuth",
         takes_route=True,
+        has_azimuth=True,
     ),
     "inertial": Frame("Earth-centred inertial, with geodetic output", "inertial", has_radii=False),
 }

@@ -8,6 +8,7 @@ from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
     from sinssim.earth.coordinates import ecef_to_eci, ecef_to_geodetic, eci_to_ecef, geodetic_to_ecef, q_en, radii
+    from sinssim.earth.datums import DATUMS, change_datum
     from sinssim.earth.gravity import gravitation_ecef, gravity_ned, gravity_number, surface_gravity
     from sinssim.earth.kernels import (
         GRAVITY_NUMBERS,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS, OMEGA_IE, WGS84, Ellipsoid, ellipsoid_by_name
 
 __all__ = [
+    "DATUMS",
     "ELLIPSOIDS",
     "GRAVITY_MODELS",
     "GRAVITY_NUMBERS",
@@ -35,6 +37,7 @@ __all__ = [
     "WGS84",
     "EarthParameters",
     "Ellipsoid",
+    "change_datum",
     "closed_gravity_k",
     "ecef_to_eci",
     "ecef_to_geodetic",
@@ -63,6 +66,7 @@ __all__ = [
 __getattr__, __dir__ = on_first_use(
     __name__,
     {
+        "DATUMS": "sinssim.earth.datums",
         "ELLIPSOIDS": "sinssim.earth.models",
         "EarthParameters": "sinssim.earth.kernels",
         "Ellipsoid": "sinssim.earth.models",
@@ -70,6 +74,7 @@ __getattr__, __dir__ = on_first_use(
         "GRAVITY_NUMBERS": "sinssim.earth.kernels",
         "OMEGA_IE": "sinssim.earth.models",
         "WGS84": "sinssim.earth.models",
+        "change_datum": "sinssim.earth.datums",
         "closed_gravity_k": "sinssim.earth.kernels",
         "ecef_to_eci": "sinssim.earth.coordinates",
         "ecef_to_geodetic": "sinssim.earth.coordinates",

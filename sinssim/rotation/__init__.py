@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
+    from sinssim.rotation.angles import HEADING_RANGES, continuous_angles, heading_in
     from sinssim.rotation.arrays import (
         conjugate,
         dcm_from_quaternion,
@@ -40,17 +41,20 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "HEADING_RANGES",
     "SERIES",
     "Matrix",
     "Quaternion",
     "Vector",
     "conjugate",
+    "continuous_angles",
     "cross_k",
     "dcm_from_quaternion",
     "dcm_from_quaternion_k",
     "euler_from_quaternion",
     "euler_from_quaternion_k",
     "half_angle_series_k",
+    "heading_in",
     "multiply",
     "multiply_k",
     "normalize",
@@ -72,17 +76,20 @@ __all__ = [
 __getattr__, __dir__ = on_first_use(
     __name__,
     {
+        "HEADING_RANGES": "sinssim.rotation.angles",
         "Matrix": "sinssim.rotation.kernels",
         "Quaternion": "sinssim.rotation.kernels",
         "SERIES": "sinssim.rotation.kernels",
         "Vector": "sinssim.rotation.kernels",
         "conjugate": "sinssim.rotation.arrays",
+        "continuous_angles": "sinssim.rotation.angles",
         "cross_k": "sinssim.rotation.kernels",
         "dcm_from_quaternion": "sinssim.rotation.arrays",
         "dcm_from_quaternion_k": "sinssim.rotation.kernels",
         "euler_from_quaternion": "sinssim.rotation.arrays",
         "euler_from_quaternion_k": "sinssim.rotation.kernels",
         "half_angle_series_k": "sinssim.rotation.kernels",
+        "heading_in": "sinssim.rotation.angles",
         "multiply": "sinssim.rotation.arrays",
         "multiply_k": "sinssim.rotation.kernels",
         "normalize": "sinssim.rotation.arrays",

@@ -137,11 +137,12 @@ def navigate(
     room = np.empty(11 * rows)
     latitude, longitude, height_out, defect = room[: 4 * rows].reshape(4, rows)
     velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows :].reshape(rows, 4)
+    azimuth = np.empty(rows if FRAME_REGISTRY[frame].has_azimuth else 0)
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
     problem = Problem(
         algorithm, time, dtheta, dvel, weights, uniform, earth, gravity_model, curvature == "simplified",
         NUMBERS[vertical], reference, climb, baro_time_constant, route,
-        latitude, longitude, height_out, velocity, q_nb, defect,
+        latitude, longitude, height_out, velocity, q_nb, defect, azimuth,
     )  # fmt: skip
     in_frame, own = frame_file(frame), own_engine(algorithm, frame)
     if rates_hz is not None:
@@ -152,7 +153,8 @@ def navigate(
         in_frame.solve(problem, frame)
     in_frame.check(problem, frame)
     check_solution(problem)
-    solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm)
+    of_x = azimuth if len(azimuth) else None
+    solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm, azimuth=of_x)
     if algorithm != "euler":
         return solution
 

@@ -92,7 +92,7 @@ class Segments:
         problem = Problem(
             self._algorithm, time, dtheta, dvel, weights, self._uniform, self._earth, self._gravity, False,
             FREE, _NO_REFERENCE, _NO_REFERENCE, 1.0, None, latitude, longitude, height, velocity, q_nb, defect,
-            first - start,
+            np.empty(0), first - start,
         )  # fmt: skip
         level.solve(problem, "level")
         level.check(problem, "level", "A filter navigates only in this frame.")

@@ -133,6 +133,7 @@ def _navigate(
     velocity: Array,
     q_nb: Array,
     defect: Array,
+    of_x: Array,
 ) -> None:
     count = time.shape[0] - 1
     omega = p.omega
@@ -143,6 +144,7 @@ def _navigate(
     if rule == TRANSVERSE:
         px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
         azimuth = atan2(py, px)
+    of_x[0] = azimuth
     ch, sh = cos(0.5 * azimuth), sin(0.5 * azimuth)
     e0, e1, e2, e3 = multiply_k(e0, e1, e2, e3, ch, 0.0, 0.0, sh)
     l0, l1, l2, l3 = 0.0, 0.0, 0.0, 0.0  # rounding errors of the additions to it
@@ -263,6 +265,7 @@ def _navigate(
 
         # --- output relative to geodetic north
         azimuth = -atan2(ky, kx)  # of the x axis, from north
+        of_x[k + 1] = azimuth
         latitude[k + 1] = atan2(-kz, sqrt(kx * kx + ky * ky))
         longitude[k + 1] = atan2(-2.0 * (e2 * e3 - e0 * e1), -2.0 * (e1 * e3 + e0 * e2))
         height[k + 1] = h
@@ -299,7 +302,7 @@ def solve(problem: Problem, frame: str) -> None:
     p = problem
     engine(p.algorithm)(
         p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.earth, p.gravity, p.simplified, *p.channel,
-        *azimuth_rule(p, frame), *p.solution,
+        *azimuth_rule(p, frame), *p.solution, p.azimuth,
     )  # fmt: skip
 
 

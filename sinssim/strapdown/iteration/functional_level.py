@@ -71,6 +71,7 @@ def _navigate(
     velocity: Array,
     q_nb: Array,
     defect: Array,
+    of_x: Array,
 ) -> None:
     omega = p.omega
     body_rate, work, q, force = np.empty((6, NODES)), np.empty((4, NODES)), np.empty((4, NODES)), np.empty((3, NODES))
@@ -180,6 +181,7 @@ def _navigate(
             b0, b1, b2, b3 = multiply_k(z0, z1, z2, z3, b0, b1, b2, b3)
             kx, ky, kz = third_row_k(f0, f1, f2, f3)
             azimuth = -atan2(ky, kx)
+            of_x[k] = azimuth
             latitude[k] = atan2(-kz, sqrt(kx * kx + ky * ky))
             longitude[k] = atan2(-2.0 * (f2 * f3 - f0 * f1), -2.0 * (f1 * f3 + f0 * f2))
             height[k] = h
@@ -227,8 +229,10 @@ def solve(problem: Problem, frame: str) -> None:
     state[11] = p.height[0]
     state[13:17] = p.q_nb[0]
     p.defect[0] = 0.0
+    of_x = p.azimuth if len(p.azimuth) else np.empty(len(p.time))  # the level frame's own is zero
+    of_x[0] = azimuth
     for block in windows(p.time, p.uniform):
         _navigate(
             *block, p.time, p.dtheta, p.dvel, p.earth, p.gravity, p.simplified, *p.channel, rule, axis, state,
-            *p.solution,
+            *p.solution, of_x,
         )  # fmt: skip
