@@ -59,6 +59,8 @@ EXAMPLES: dict[str, Any] = {
     "lock_in_deg_h": 360.0,
     "dither_amplitude_arcsec": 140.0,
     "dither_frequency_hz": 400.0,
+    "output.coordinates": ["earth-fixed", "pz-90.11"],
+    "output.angles": "continuous",
     "filter.alignment_s": 120.0,
     "filter.initial_sigma.position_m": 10.0,
     "filter.initial_sigma.height_m": 10.0,
@@ -254,6 +256,7 @@ def reference() -> str:
         "aiding": "Aiding sensors",
         "navigation": "Navigation",
         "filter": "The filter",
+        "output": "Further coordinates",
     }
     page = [INTRODUCTION]
     order = [name for name in properties if name in motions] + [

@@ -89,17 +89,18 @@ SLOW_QUANTITIES: dict[str, str] = {
 }
 
 
-def listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str], last_by: str = "and") -> str:
     """Return names as a list in a sentence: "a, b and c".
 
     Args:
         names: the names.
+        last_by: the word before the last one.
 
     Returns:
         The text.
     """
     *first, last = names
-    return f"{', '.join(first)} and {last}" if first else last
+    return f"{', '.join(first)} {last_by} {last}" if first else last
 
 
 def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:

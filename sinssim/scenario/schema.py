@@ -13,6 +13,7 @@ from sinssim.errors import InputError, shortened
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
     FILTER_ALGORITHM,
+    listed,
 )
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.compensation import CompensationSection
@@ -22,6 +23,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.isolator import IsolatorSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
 from sinssim.scenario.sections.navigation import NavigationSection
+from sinssim.scenario.sections.output import OF_FRAME, OutputSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
 from sinssim.section import (
     Name,
@@ -54,6 +56,7 @@ class Scenario(Section):
     aiding: AidingSection | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
     filter: FilterSection | None = None
+    output: OutputSection = Field(default=OutputSection())
     views: tuple[str, ...] = Field(
         default=(),
         description="files (.py) of your own views, relative to this file, recorded with the run; see views.md",
@@ -153,6 +156,23 @@ class Scenario(Section):
                 "needs time after the alignment"
             )
         return self
+
+    @model_validator(mode="after")
+    def _frame_has_the_coordinates(self) -> Self:
+        frame = self.navigation.frame
+        for name in self.output.coordinates or ():
+            able = [other for other, own in OF_FRAME.items() if name in own]
+            if name in ("frame", "conditional") and frame not in able:
+                raise ValueError(
+                    f'output.coordinates: "{name}" needs the frame {listed(able, "or")}; navigation.frame is "{frame}"'
+                )
+        return self
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The coordinates to record, given or those of the frame."""
+        given = self.output.coordinates
+        return OF_FRAME.get(self.navigation.frame, ()) if given is None else given
 
     @model_validator(mode="after")
     def _rates_divide_the_samples(self) -> Self:

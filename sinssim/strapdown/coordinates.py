@@ -34,13 +34,13 @@ class EarthFixed(NamedTuple):
 
 
 class Inertial(NamedTuple):
-    """Motion in inertial axes, which coincide with the Earth's at the first instant.
+    """Motion in inertial axes, which coincide with the Earth's at one instant, by default the first.
 
     Attributes:
         position: r_i, (N, 3) m.
         velocity: absolute velocity dr_i/dt, (N, 3) m/s.
         q_ib: attitude relative to the inertial axes, (N, 4).
-        angles: Euler angles ZYX of q_ib: about x, y and z, continuous, (N, 3) rad.
+        angles: Euler angles ZYX of q_ib, about x in (−π, π], y in [−π/2, π/2] and z in [0, 2π), (N, 3) rad.
     """
 
     position: Array
@@ -93,29 +93,31 @@ def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> 
     return EarthFixed(position, rotation.rotate(turn, s.velocity_ned), rotation.multiply(turn, s.q_nb))
 
 
-def inertial(state: NavState | NavSolution, time: Array, ellipsoid: Ellipsoid = WGS84) -> Inertial:
+def inertial(
+    state: NavState | NavSolution, time: Array, ellipsoid: Ellipsoid = WGS84, start: float | None = None
+) -> Inertial:
     """Return a motion in inertial axes.
 
     Args:
         state: N rows.
-        time: its instants, (N,) s; the axes are the Earth's at the first.
+        time: its instants, (N,) s.
         ellipsoid: of its geodetic coordinates, with the Earth's rate.
+        start: instant at which the axes are the Earth's, s; by default the first.
 
     Returns:
         N rows.
     """
-    fixed, since = earth_fixed(state, ellipsoid), time - time[0]
+    fixed, since = earth_fixed(state, ellipsoid), time - (time[0] if start is None else start)
     x, y, _ = fixed.position.T
     velocity = fixed.velocity + ellipsoid.omega * np.stack([-y, x, np.zeros_like(x)], axis=1)  # v + ω × r
     half = 0.5 * ellipsoid.omega * since
     turn = np.stack([np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)], axis=1)
     q_ib = rotation.multiply(turn, fixed.q_eb)
-    about_x, about_y, about_z = rotation.continuous_angles(q_ib)
     return Inertial(
         ecef_to_eci(fixed.position, since, ellipsoid),
         ecef_to_eci(velocity, since, ellipsoid),
         q_ib,
-        np.stack([about_x, about_y, about_z], axis=1),
+        np.stack(rotation.euler_from_quaternion(q_ib), axis=1),
     )
 
 

@@ -133,9 +133,7 @@ def solutions() -> dict[tuple[str, str], NavSolution]:
 
 
 @pytest.mark.parametrize("frame", FRAME_REGISTRY)
-def test_all_frames_agree_in_inertial_coordinates(
-    solutions: dict[tuple[str, str], NavSolution], frame: str
-) -> None:
+def test_all_frames_agree_in_inertial_coordinates(solutions: dict[tuple[str, str], NavSolution], frame: str) -> None:
     """As they do in geodetic ones: to 0.01 mm after a quarter of an hour."""
     for algorithm in ("quaternion", "functional-iteration"):
         one, other = (inertial(s, s.time) for s in (solutions[algorithm, "level"], solutions[algorithm, frame]))
@@ -163,5 +161,5 @@ def test_azimuth_of_the_frames(solutions: dict[tuple[str, str], NavSolution], al
 
 
 def test_a_frame_without_azimuth_is_refused() -> None:
-    with pytest.raises(InputError, match="no azimuth of its own: .* wander, free-azimuth or transverse"):
+    with pytest.raises(InputError, match=r"no azimuth of its own: .* wander, free-azimuth or transverse"):
         level_axes(states())

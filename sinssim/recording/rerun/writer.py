@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import RunError
 from sinssim.recording import style
@@ -20,6 +22,7 @@ from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.recording.store import parquet
+from sinssim.recording.store.coordinate_streams import CoordinateStreams
 from sinssim.recording.store.filter_streams import filter_streams
 from sinssim.recording.store.streams import (
     Stream,
@@ -32,6 +35,7 @@ from sinssim.recording.store.streams import (
 )
 from sinssim.strapdown.nav_error import NavError
 from sinssim.system.memory import give_back_memory
+from sinssim.transverse import route_pole
 from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -85,7 +89,10 @@ class RunWriter:
             write = self._recording.document
             self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
             self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events)
+            self._coordinates = _coordinate_streams(scenario, trajectory, truth)
             for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
+                self._stream(stream)
+            for stream in self._coordinates.of("truth", time, truth):
                 self._stream(stream)
             for stream in channel_streams(trajectory.channels):
                 self._stream(stream)
@@ -150,6 +157,8 @@ class RunWriter:
         self._submit(self._to_rerun, self._draw_navigation, solutions, errors)
         for name, solution in solutions.items():
             self._stream(nav_stream(name, solution))
+            for stream in self._coordinates.of(name, solution.time, solution):
+                self._stream(stream)
             self._stream(error_stream(name, errors[name].at, solution))
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, _give_back_memory)
@@ -164,6 +173,8 @@ class RunWriter:
         self._submit(self._to_rerun, self._recording.document, "about/filter", about)
         self._submit(self._to_rerun, self._draw_filter, aided)
         for stream in filter_streams(aided):
+            self._stream(stream)
+        for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
             self._stream(stream)
         if (end := aided.estimate.divergence) is not None:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
@@ -219,6 +230,15 @@ class RunWriter:
         self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
         self._recording.blueprint(all_views(self._run, own=self._own_views))
         self._recording.document(RUN_ENTITY, self._run.to_json())
+
+
+def _coordinate_streams(scenario: Scenario, trajectory: Trajectory, truth: NavState) -> CoordinateStreams:
+    """Return what makes the streams in the coordinates that a scenario records."""
+    route = scenario.navigation.route_deg
+    start = (float(truth.latitude[0]), float(truth.longitude[0]))
+    pole = route_pole(None if route is None else tuple(np.radians(route)), *start, truth.velocity_ned[0])
+    begin = start if route is None else (float(np.radians(route[0])), float(np.radians(route[1])))
+    return CoordinateStreams(scenario.coordinates, scenario.output.angles, trajectory.ellipsoid, pole, begin)
 
 
 def _give_back_memory() -> None:

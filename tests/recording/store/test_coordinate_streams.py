@@ -1,0 +1,114 @@
+"""Streams in further coordinates: which a run records, and what is in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from sinssim import earth, rotation
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.recording.store import streams
+from sinssim.scenario import Scenario
+from sinssim.simulation import run
+from sinssim.strapdown.coordinates import conditional, earth_fixed, inertial, level_axes
+from sinssim.transverse import route_pole
+
+
+def flight(frame: str, **output: Any) -> Scenario:
+    """Twenty seconds along a great circle, on sensors without errors."""
+    return Scenario.model_validate(
+        {
+            "name": "flight",
+            "great_circle": {
+                "latitude_deg": 60.0, "longitude_deg": 10.0, "altitude_m": 9000.0, "course_deg": 70.0,
+                "speed_mps": 230.0, "duration_s": 20.0,
+            },
+            "imu": {"grade": "ideal", "rate_hz": 10.0},
+            "navigation": {"frame": frame, "algorithms": ["quaternion"]},
+            "output": output,
+        }
+    )  # fmt: skip
+
+
+def columns(folder: Path, name: str) -> Array:
+    table = pq.read_table(folder / "streams" / f"{name}.parquet")
+    return np.column_stack([table[column].to_numpy() for column in table.column_names])
+
+
+def recorded(folder: Path) -> set[str]:
+    usual = ("truth", "imu_", "nav_", "error_", "events")
+    return {path.stem for path in (folder / "streams").iterdir() if not path.stem.startswith(usual)}
+
+
+@pytest.mark.parametrize(
+    ("frame", "expected"),
+    [
+        ("level", set()),
+        ("inertial", {"inertial_truth", "inertial_quaternion"}),
+        ("wander", {"frame_quaternion"}),
+        ("transverse", {"frame_quaternion", "conditional_truth", "conditional_quaternion"}),
+    ],
+)
+def test_a_frame_records_its_own_coordinates(tmp_path: Path, frame: str, expected: set[str]) -> None:
+    run(flight(frame), tmp_path / "run")
+    assert recorded(tmp_path / "run") == expected
+
+
+def test_every_kind_holds_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streams, "BLOCK", 64)  # several blocks
+    kinds = ["earth-fixed", "inertial", "frame", "conditional", "pz-90.11", "krasovsky-1940"]
+    folder = tmp_path / "run"
+    result = run(flight("transverse", coordinates=kinds, angles="-180..180"), folder)
+    names = {kind.replace("-", "_").replace(".", "_") for kind in kinds}
+    both = {f"{name}_{of}" for name in (*names, "angles") for of in ("truth", "quaternion")}
+    assert recorded(folder) == both - {"frame_truth"}
+    s = result.solutions["quaternion"]
+    fixed, free, axes = earth_fixed(s), inertial(s, s.time), level_axes(s)
+    there = conditional(s, route_pole(None, s.latitude[0], s.longitude[0], result.truth.velocity_ned[0]))
+    own = np.column_stack((axes.azimuth, axes.velocity, axes.heading))
+    turned = np.column_stack((there.axes.azimuth, there.axes.velocity, there.axes.heading))
+    expected = {
+        "earth_fixed": np.hstack(fixed),
+        "inertial": np.hstack(free),
+        "frame": own,
+        "conditional": np.column_stack((there.latitude, there.longitude, turned)),
+        "angles": np.column_stack(
+            (*rotation.euler_from_quaternion(s.q_nb)[:2], rotation.euler_from_quaternion(s.q_nb)[2])
+        ),
+    }
+    for name, values in expected.items():
+        found = columns(folder, f"{name}_quaternion")
+        np.testing.assert_array_equal(found[:, 0], s.time)
+        np.testing.assert_allclose(found[:, 1:], values, rtol=1e-15, atol=1e-15, err_msg=name)
+    # the same place: back from the other ellipsoids and the other datum to Earth-fixed coordinates of WGS-84
+    for name, ellipsoid in (("pz_90_11", "pz-90.11"), ("krasovsky_1940", "krasovsky-1940")):
+        place = earth.geodetic_to_ecef(
+            *columns(folder, f"{name}_quaternion")[:, 1:].T, earth.ellipsoid_by_name(ellipsoid)
+        )
+        if ellipsoid in earth.DATUMS:
+            place = earth.change_datum(place, ellipsoid, "wgs84")
+        np.testing.assert_allclose(place, fixed.position, rtol=0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("frame", "output", "message"),
+    [
+        (
+            "level",
+            {"coordinates": ["frame"]},
+            r'"frame" needs the frame wander, free-azimuth or transverse; .* "level"',
+        ),
+        ("wander", {"coordinates": ["conditional"]}, r'"conditional" needs the frame transverse; .* "wander"'),
+        ("level", {"coordinates": ["ecef"]}, r"unknown kind of coordinates 'ecef'"),
+        ("level", {"coordinates": ["wgs-84"]}, r"unknown kind of coordinates 'wgs-84'. Did you mean 'wgs84'\?"),
+        ("level", {"angles": "0..180"}, r"0\.\.360"),
+    ],
+)
+def test_what_cannot_be_is_refused(frame: str, output: dict[str, Any], message: str) -> None:
+    with pytest.raises((InputError, ValueError), match=message):
+        flight(frame, **output)
