@@ -70,6 +70,14 @@ def _mid_k(x0: float, x1: float, d0: float, d1: float) -> float:
     return 0.5 * (x0 + x1) + 0.125 * (d0 - d1)
 
 
+@inline
+def moved_k(s: float, c: float, change: float) -> tuple[float, float]:
+    """Sine and cosine of an angle after a small change, from those before it (to the fourth order)."""
+    y = change * change
+    sine, versine = change * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
+    return s - s * versine + c * sine, c - c * versine - s * sine
+
+
 # A compiled engine: one loop with its state in scalars.
 def _navigate(
     time: Array,
@@ -124,9 +132,7 @@ def _navigate(
         if k % _EXACT_EVERY == 0:
             s1, c1 = sin(lat + dlat_taken), cos(lat + dlat_taken)
         else:
-            y = dlat_taken * dlat_taken
-            sy, cy = dlat_taken * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
-            s1, c1 = s - s * cy + c * sy, c - c * cy - s * sy
+            s1, c1 = moved_k(s, c, dlat_taken)
         k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
         gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
         i1 = 1.0 / c1

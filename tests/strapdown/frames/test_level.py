@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import RunError
-from sinssim.strapdown.frames.level import POLAR_LIMIT, check
+from sinssim.strapdown.frames.level import POLAR_LIMIT, check, moved_k
 
 
 def solved(*latitude_deg: float) -> Any:
@@ -17,6 +17,17 @@ def solved(*latitude_deg: float) -> Any:
     still = np.zeros((len(latitude_deg) - 1, 3))
     time = 0.5 * np.arange(len(latitude_deg))
     return SimpleNamespace(time=time, latitude=np.radians(latitude_deg), dtheta=still, dvel=still, algorithm="euler")
+
+
+@pytest.mark.parametrize("change", [0.01, -0.01, 0.1])
+def test_sine_and_cosine_of_the_latitude_after_a_step(change: float) -> None:
+    """Up to the first terms of the series that are left out, x⁵/120 and x⁶/720."""
+    for angle in (-1.2, 0.3, 1.0):
+        left_out = np.abs(change**5 / 120.0 * np.cos(angle)) + np.abs(change**6 / 720.0 * np.sin(angle))
+        sine, cosine = moved_k(np.sin(angle), np.cos(angle), change)
+        assert abs(sine - np.sin(angle + change)) < 1.001 * left_out + 2e-16
+        left_out = np.abs(change**5 / 120.0 * np.sin(angle)) + np.abs(change**6 / 720.0 * np.cos(angle))
+        assert abs(cosine - np.cos(angle + change)) < 1.001 * left_out + 2e-16
 
 
 def test_latitudes_up_to_a_tenth_of_a_degree_from_the_poles() -> None:
