@@ -136,6 +136,18 @@ def test_every_frame_follows_a_wrong_height_alike(frame: str, vertical: str) -> 
     np.testing.assert_allclose(found.q_nb, level.q_nb, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("frame", FRAMES)
+def test_the_first_attitude_goes_on(frame: str) -> None:
+    """Of q and −q, one attitude, each row has that which is nearer to the row before, whatever the first one is."""
+    imu = ImuData(FLIGHT.time[:2], FLIGHT.dtheta[:1], FLIGHT.dvel[:1])
+    for large in range(4):
+        for small in set(range(4)) - {large}:
+            q = np.zeros(4)
+            q[large], q[small] = np.cos(np.pi / 8.0), -np.sin(np.pi / 8.0)
+            found = navigate(imu, replace(START, q_nb=q), frame=frame, gravity="somigliana").q_nb
+            np.testing.assert_allclose(found[1], q, rtol=0, atol=0.01)  # half of 0.5 rad/s · 21 ms
+
+
 @pytest.mark.parametrize(("heading", "side"), [(1.0, 1.0), (4.0, -1.0)])
 def test_across_the_antimeridian(heading: float, side: float) -> None:
     """Eastwards and westwards; longitudes stay in (−π, π]."""

@@ -8,9 +8,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import logm
 from scipy.spatial.transform import Rotation
 
+from sinssim.earth import WGS84
+from sinssim.earth.kernels import GRAVITY_NUMBERS, parameters
 from sinssim.rotation import cross_k
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
-from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, into_w_k, transport_k, turned_k
+from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, earth_k, into_w_k, transport_k, turned_k
 from sinssim.strapdown.frames.inertial import _gravitation_rate_k
 from sinssim.strapdown.increments.coning_sculling import logarithm_k
 
@@ -40,6 +42,18 @@ def test_the_transverse_frame_turns_with_the_pole_of_its_route() -> None:
         rate = transport_k(TRANSVERSE, 7.3e-5, *k, p[0], p[2], 1.6e-7, 1e-9, v[0], v[1])
         assert abs(np.cross(rate, [p[0], 0.0, p[2]])[1]) < 1e-15 * np.linalg.norm(rate)
         assert rate[:2] == transport_k(WANDER, 7.3e-5, *k, p[0], p[2], 1.6e-7, 1e-9, v[0], v[1])[:2]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_earth_at_the_poles(side: float) -> None:
+    """Both radii are a²/b there, κ is e²b/(a²(1 − e²)), and gravity has no horizontal part."""
+    a, b, gravity_at_pole = 6378137.0, 6356752.314245, 9.8321849378
+    e2 = 1.0 - (b / a) ** 2
+    k2, kappa, along, down = earth_k(parameters(WGS84), GRAVITY_NUMBERS["normal"], False, 0.0, 0.0, -side, 0.0)
+    assert k2 == pytest.approx(b / a**2, rel=1e-12)
+    assert kappa == pytest.approx(e2 / (1.0 - e2) * b / a**2, rel=1e-9)
+    assert along == 0.0
+    assert down == pytest.approx(gravity_at_pole, abs=1e-10)
 
 
 @pytest.mark.parametrize("change", [0.0, 1e-9, -0.02, 0.0599, -0.0601, 0.3, -2.0, 7.0])
