@@ -61,6 +61,17 @@ def test_one_position_is_a_plain_session():
         np.testing.assert_allclose(alone, plain, rtol=1e-12)
 
 
+def test_a_grid_of_sets_is_each_set_alone():
+    """Latitudes along two axes, durations along one."""
+    latitudes = np.radians([[-50.0, 10.0, 70.0], [20.0, 30.0, 40.0]])
+    grid = set_sigma(quarter_turns(0.7, 2), latitudes, GRADE, np.array([100.0, 200.0, 300.0]))
+    assert np.shape(grid.heading) == (2, 3)
+    for row in range(2):
+        for column, duration in enumerate((100.0, 200.0, 300.0)):
+            alone = set_sigma(quarter_turns(0.7, 2), latitudes[row, column], GRADE, duration)
+            np.testing.assert_allclose([angle[row, column] for angle in grid], alone, rtol=1e-12)
+
+
 def test_opposite_headings_do_not_cancel_what_is_even():
     """K₂ of a gyro along the heading: the square of its reading is the same both ways, the coefficient is not."""
     sigma = ImuErrors(gyro=TriadErrors(quadratic=np.full(3, 1e3)), accel=TriadErrors(cubic=np.full(3, 1e-6)))

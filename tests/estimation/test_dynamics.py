@@ -196,6 +196,15 @@ def test_phi_and_q_are_van_loans() -> None:
             assert np.abs(q[k] - q[k].T).max() <= 1e-15 * q[k].max()
 
 
+def test_white_noise_is_a_random_walk_of_angle_and_velocity() -> None:
+    """N²T of a density N, alike in all axes; within a millisecond the rest of the dynamics adds 1e-6 of it."""
+    f = dynamics(MODEL, flight(1), "normal", ELLIPSOIDS["wgs84"])
+    _, q = transition(f, driving_noise(MODEL), np.array([1e-3]))
+    for name, density in (("attitude", 1e-6), ("velocity", 1e-4)):
+        where = MODEL.slices[name]
+        np.testing.assert_allclose(q[0][where, where].diagonal(), density**2 * 1e-3, rtol=1e-5)
+
+
 def test_a_stationary_process_stays_stationary() -> None:
     motion = flight(1)
     f = dynamics(MODEL, motion, "normal", ELLIPSOIDS["wgs84"])

@@ -257,6 +257,17 @@ def test_warm_up() -> None:
         assert found == pytest.approx(contribution.position, rel=0.03)
 
 
+def test_the_turn_sees_the_mean_temperature_of_its_time() -> None:
+    """Θ∞ + (Θ₀ − Θ∞)(1 − e^(−x)) / x over a turn of x = 3 time constants; midpoints of hundredths are 4e-5 off it."""
+    x, sigma = 3.0, {"gyro_scale_ppm": (0.0, 0.0, 100.0), "gyro_scale_temperature_ppm_per_c": (0.0, 0.0, 10.0)}
+    time_constant = TURN / TURN_RATE / x
+    section = block(temperature_start_c=-20.0, temperature_steady_c=5.0, warm_up_time_s=time_constant, **sigma)
+    found = {c.term: c.position for c in expect(section, NORTHERN).contributions}
+    warmth = 5.0 - 25.0 * (1.0 - np.exp(-x)) / x
+    ratio = found["gyro scale factor by temperature, of a turn"] / found["gyro scale factor, of a turn"]
+    assert ratio == pytest.approx(0.1 * abs(warmth), rel=5e-4)
+
+
 def test_null_shift() -> None:
     """Laser gyros that warm by 25 °C, on the equator, where north and east know nothing of each other."""
     truth = standing(0.0)
