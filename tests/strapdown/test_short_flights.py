@@ -79,7 +79,7 @@ def navigated(first: NavState = START, push: Array | float = 0.0, **options: Any
     return navigate(imu, first, **{"gravity": "somigliana", "height": height, **options})
 
 
-def check(bounds: tuple[float, float, float], **options: str) -> None:
+def check(bounds: tuple[float, float, float], **options: Any) -> None:
     """Navigate and compare with the truth at the rows that there are."""
     found = navigated(**options)
     rows = np.searchsorted(FLIGHT.time, found.time - 1e-9)
@@ -97,6 +97,11 @@ def check(bounds: tuple[float, float, float], **options: str) -> None:
 @pytest.mark.parametrize("frame", FRAMES)
 def test_every_frame(frame: str, vertical: str) -> None:
     check(ROUNDING, frame=frame, vertical=vertical)
+
+
+def test_the_transverse_frame_off_its_route() -> None:
+    """Nearer to the pole of its equator than to it, the frame turns about the vertical as the vehicle swings."""
+    check(ROUNDING, frame="transverse", route=(0.0, 0.5, 0.1, 2.0))
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

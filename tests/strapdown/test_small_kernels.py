@@ -12,7 +12,7 @@ from sinssim.earth import WGS84
 from sinssim.earth.kernels import GRAVITY_NUMBERS, parameters
 from sinssim.rotation import cross_k
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
-from sinssim.strapdown.frames.azimuth import TRANSVERSE, WANDER, earth_k, into_w_k, transport_k, turned_k
+from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER, earth_k, into_w_k, transport_k, turned_k
 from sinssim.strapdown.frames.inertial import _gravitation_rate_k
 from sinssim.strapdown.increments.coning_sculling import logarithm_k
 
@@ -34,6 +34,13 @@ def test_an_earth_fixed_vector_in_the_frames_axes() -> None:
     ):
         expected = Rotation.from_quat(q, scalar_first=True).apply(v, inverse=True)
         np.testing.assert_allclose(into_w_k(*q, *v), expected, rtol=0, atol=2e-15)
+
+
+def test_a_free_azimuth_does_not_turn_about_the_vertical_among_the_stars() -> None:
+    for v, k in np.random.default_rng(3).uniform(-1.0, 1.0, (20, 2, 3)):
+        rate = transport_k(FREE_AZIMUTH, 7.3e-5, *k, 1.0, 0.0, 1.6e-7, 1e-9, v[0], v[1])
+        assert rate[2] + 7.3e-5 * k[2] == 0.0
+        assert rate[:2] == transport_k(WANDER, 7.3e-5, *k, 1.0, 0.0, 1.6e-7, 1e-9, v[0], v[1])[:2]
 
 
 def test_the_transverse_frame_turns_with_the_pole_of_its_route() -> None:
