@@ -195,6 +195,7 @@ def test_of_several_wrong_readings_the_first_is_named():
         (np.stack([GYRO] * 4), np.stack([ACCEL] * 5), "do not fit"),
         ("north", ACCEL, "not an array of numbers"),
         (np.stack([GYRO, GYRO]), np.stack([ACCEL, 0.5 * ACCEL]), "element [1]"),
+        (np.stack([GYRO, GYRO * [np.nan, 1, 1]]), np.stack([ACCEL] * 2), "NaN or infinity (element [1])"),
     ],
 )
 def test_unusable_readings_are_refused_with_what_was_found(gyro, accel, text):

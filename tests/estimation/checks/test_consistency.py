@@ -145,6 +145,17 @@ def test_a_reading_whose_covariance_has_broken_down_is_left_out() -> None:
     assert found.tests == sensor_consistency(without).tests
 
 
+def test_a_covariance_is_as_broken_as_its_largest_variance_makes_it() -> None:
+    """Twelve digits between the smallest and the largest of three eigenvalues, wherever the middle one is."""
+    sound = innovations(np.random.default_rng(12).standard_normal((50, 3)))
+    covariance = sound.covariance.copy()
+    covariance[20] = np.diag([1.0, 1.0, -1e-9])
+    covariance[30] = np.diag([1.0, 0.1, 5e-13])
+    kept = (np.arange(50) != 20) & (np.arange(50) != 30)
+    found = sensor_consistency(replace(sound, covariance=covariance))
+    assert found.tests == sensor_consistency(replace(sound, accepted=kept)).tests
+
+
 def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
     white = np.random.default_rng(13).standard_normal((500, 1))
     refused = innovations(np.full((5, 1), 4.0), float(chi2.isf(1e-3, 1)))
