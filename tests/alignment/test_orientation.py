@@ -112,6 +112,25 @@ def test_slow_bias_instability_cancels_like_a_bias():
     assert set_sigma(two, LATITUDE, ImuErrors(gyro=slow), 300.0).heading < 1e-15
 
 
+@pytest.mark.parametrize(
+    "errors",
+    [
+        {"ramp": np.full(3, 1e-11)},
+        {"rate_walk": 1e-10},
+        {"bias_temperature": np.full(3, 1e-9)},
+        {"scale_temperature": np.full(3, 1e-6)},
+        {"random_walk": 1e-6},
+    ],
+    ids=lambda errors: next(iter(errors)),
+)
+def test_positions_at_one_heading_are_one_long_session(errors):
+    """Three in a row, without a pause: drifts and noise of the whole time."""
+    sigma = ImuErrors(gyro=TriadErrors(**errors), warm_up=WarmUp(8.0, 0.0, 100.0))
+    apart, whole = (set_sigma(Attitude(np.full(n, 0.7), 0.1, 0.2), LATITUDE, sigma, 600.0) for n in (3, 1))
+    assert whole.heading > 0.0
+    np.testing.assert_allclose(apart, whole, rtol=1e-12)
+
+
 def test_a_drift_goes_on_between_opposite_headings():
     """Half the difference of two means a quarter of the time from the middle: RT/4, and K√(T/12) of a random walk."""
     two, horizontal = Attitude(np.array([0.7, 0.7 + np.pi]), 0.0, 0.0), OMEGA_IE * np.cos(LATITUDE)

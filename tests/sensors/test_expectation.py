@@ -126,6 +126,7 @@ FIXED: list[tuple[str, str, float, dict[str, Any]]] = [
     ("accelerometer bias, north", AT_REST, NORTHERN, {"accel_bias_ug": (50.0, 0.0, 0.0)}),
     ("accelerometer bias, east", AT_REST, 0.0, {"accel_bias_ug": (0.0, 50.0, 0.0)}),
     ("accelerometer misalignment, to gravity", AT_REST, NORTHERN, {"accel_misalignment_arcsec": (0, 5.0, 0, 0, 0, 0)}),
+    ("accelerometer misalignment, to gravity", AT_REST, 0.0, {"accel_misalignment_arcsec": (0, 0, 0, 5.0, 0, 0)}),
     ("accelerometer ramp", AT_REST, NORTHERN, {"accel_ramp_ug_per_h": (50.0, 0.0, 0.0)}),
     ("accelerometer scale factor", ACCELERATING, NORTHERN, {"accel_scale_ppm": (50.0, 0.0, 0.0)}),
     (
