@@ -35,3 +35,19 @@ def test_a_block_is_its_intervals(count: int, uniform: bool, angle: float) -> No
             large += np.linalg.norm(alone[:3]) > 0.245
             np.testing.assert_allclose(turn_in_block_k(turns, k - first), alone, rtol=0, atol=1e-14)
     assert (large > 0) == (angle >= 0.2)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_block_about_one_axis_or_none(axis: int) -> None:
+    """Rates of exactly zero, as a simulated vehicle has them, are rates like any other."""
+    count = BLOCK
+    weights = weight_table(np.arange(count + 1.0), True)
+    dvel = np.sin(0.1 * np.arange(count)[:, None] + np.arange(3))
+    for angle in (0.0, 0.01):
+        dtheta = np.zeros((count, 3))
+        dtheta[:, axis] = angle
+        turns = empty_turns_k()
+        fill_fitted_turns(dtheta, dvel, weights, True, 0, count, turns)
+        for k in range(count):
+            alone = fitted_turn_k(dtheta, dvel, weights, True, k)
+            np.testing.assert_allclose(turn_in_block_k(turns, k), alone, rtol=0, atol=1e-14)
