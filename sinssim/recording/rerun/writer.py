@@ -15,6 +15,7 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.rerun import log_run as pictures
+from sinssim.recording.rerun.log_coordinates import draw_coordinates
 from sinssim.recording.rerun.log_filter import draw_filter
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
@@ -211,6 +212,8 @@ class RunWriter:
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
         self._run = replace(self._run, map_zoom=map_zoom([self._track, *solutions.values()]))
+        first, solution = next(iter(solutions.items()))
+        labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
         self._learn(labels)
 
     def _draw_filter(self, aided: Aided) -> None:

@@ -67,6 +67,7 @@ def test_every_kind_holds_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyP
     names = {kind.replace("-", "_").replace(".", "_") for kind in kinds}
     both = {f"{name}_{of}" for name in (*names, "angles") for of in ("truth", "quaternion")}
     assert recorded(folder) == both - {"frame_truth"}
+    assert {"earth-fixed", "frame"} <= set(result.scenario.coordinates)
     s = result.solutions["quaternion"]
     fixed, free, axes = earth_fixed(s), inertial(s, s.time), level_axes(s)
     there = conditional(s, route_pole(None, s.latitude[0], s.longitude[0], result.truth.velocity_ned[0]))
