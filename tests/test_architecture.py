@@ -31,7 +31,7 @@ LAYERS = [
     # data flows right, imports point left
     "truth", "sensors", "noise_identification", "alignment", "estimation",
     "recording.scales", "recording.sensor_comparison",
-    "simulation.initial_error", "simulation.navigation", "simulation.result",
+    "simulation.initial_error", "simulation.navigation", "simulation.one_component", "simulation.result",
     "studies", "recording",
     "studies.compare",  # runs a study and writes its directory, as simulation does with a run
     "simulation", "cli", "__main__",

@@ -9,6 +9,8 @@ from functools import cached_property
 from sinssim.errors import check_name
 
 OMEGA_IE = 7.292115e-5  # Earth rotation rate, rad/s (WGS-84, NIMA TR8350.2)
+MEAN_RADIUS = 6371000.0  # radius of a spherical Earth, m: the mean radius R₁ of the IUGG, rounded
+MEAN_GRAVITY = 9.81  # its gravity, m/s²
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from sinssim.errors import InputError
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
+from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.system.memory import machine_memory
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
@@ -17,6 +18,8 @@ from sinssim.units import KNOT
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
 """Memory per sample while a run is recorded, bytes (420 without a run directory): true and measured increments, true
 and navigated states, errors, and copies being written; each further algorithm adds a solution and its errors."""
+_PLANE_BYTES = 1500.0
+"""The same for a one-component run."""
 
 
 def plan_at_start(flight: FlightSection) -> DeadReckoning:
@@ -116,6 +119,9 @@ def check_times(scenario: Scenario) -> None:
         InputError: a fault lies outside the run, the run is shorter than a sample, or the samples exceed this machine's
             memory.
     """
+    if scenario.one_component is not None:
+        _check_plane(scenario.one_component)
+        return
     imu, lasts = scenario.imu, expected_duration(scenario)
     about, longest = "lasts", lasts
     if scenario.flight is not None:
@@ -142,6 +148,22 @@ def check_times(scenario: Scenario) -> None:
         )
 
 
+def _check_plane(section: OneComponentSection) -> None:
+    """Raise for a one-component run that is shorter than an interval, or too long for this machine's memory."""
+    intervals, memory = section.duration_s * section.rate_hz, machine_memory()
+    if intervals < 1.0:
+        raise InputError(
+            f"one_component.rate_hz = {section.rate_hz:g} gives no reading in a run of {section.duration_s:g} s; at "
+            f"least {1.0 / section.duration_s:.3g} would give one."
+        )
+    if _PLANE_BYTES * intervals > memory:
+        raise InputError(
+            f"one_component.rate_hz = {section.rate_hz:g} makes {intervals:.2g} readings in a run of "
+            f"{section.duration_s:g} s, which need {_PLANE_BYTES * intervals / 1e9:.3g} GB of memory where this "
+            f"machine has {memory / 1e9:.3g}; at most {memory / (_PLANE_BYTES * section.duration_s):.3g} would fit."
+        )
+
+
 def sample_bytes(scenario: Scenario, first: float = _SAMPLE_BYTES) -> float:
     """Return the memory per sample of a run, bytes; `first` is that of a run with one algorithm."""
     return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1)
@@ -161,6 +183,6 @@ def expected_duration(scenario: Scenario) -> float:
     """
     if scenario.flight is not None:
         return sum(leg_durations(scenario.flight))
-    source = scenario.parked or scenario.great_circle or scenario.motion
-    assert source is not None  # a scenario always has one of the four
+    source = scenario.parked or scenario.great_circle or scenario.motion or scenario.one_component
+    assert source is not None  # a scenario always has one of the five
     return source.duration_s

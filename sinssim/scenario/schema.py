@@ -23,6 +23,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.isolator import IsolatorSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
 from sinssim.scenario.sections.navigation import NavigationSection
+from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
 from sinssim.section import (
@@ -32,11 +33,18 @@ from sinssim.section import (
 )
 from sinssim.sensors.aiding.gnss import GnssSection
 
+_SOURCES = ("flight", "parked", "great_circle", "motion", "one_component")
+"""The tables of which a scenario has exactly one."""
+
+_IN_SPACE = ("vibration", "isolator", "truth", "imu", "compensation", "aiding", "navigation", "filter")
+"""The tables of a run in three dimensions, which a one-component run does not have."""
+
 
 class Scenario(Section):
     """One run: a true motion, the IMU that measures it, and the algorithms that navigate on its readings.
 
-    Exactly one of `flight`, `parked`, `great_circle` and `motion` gives the true motion.
+    Exactly one of `flight`, `parked`, `great_circle` and `motion` gives the true motion, or `one_component` describes a
+    run in a vertical plane, with sensors of its own.
     """
 
     name: Name = Field(description="short name, also the name of the run directory")
@@ -46,6 +54,7 @@ class Scenario(Section):
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
+    one_component: OneComponentSection | None = None
     vibration: tuple[VibrationSection, ...] = Field(
         default=(), description="vibration of the sensor block, added to the motion"
     )
@@ -90,13 +99,23 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _one_source_of_truth(self) -> Self:
-        sources = ("flight", "parked", "great_circle", "motion")
-        given = [f"[{name}]" for name in sources if getattr(self, name) is not None]
+        given = [f"[{name}]" for name in _SOURCES if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                "exactly one of [flight], [parked], [great_circle] and [motion] must give the true motion; here "
-                + (f"there are {' and '.join(given)}" if given else "all of them are missing")
+                "exactly one of [flight], [parked], [great_circle], [motion] and [one_component] must give the true "
+                "motion; here " + (f"there are {' and '.join(given)}" if given else "all of them are missing")
             )
+        return self
+
+    @model_validator(mode="after")
+    def _one_component_has_its_own_sensors(self) -> Self:
+        if self.one_component is not None:
+            given = [f"[{name}]" for name in _IN_SPACE if name in self.model_fields_set and getattr(self, name)]
+            if given:
+                raise ValueError(
+                    f"{' and '.join(given)} does not apply to [one_component], which has its own sensors and states: "
+                    "remove it"
+                )
         return self
 
     @model_validator(mode="after")
@@ -208,6 +227,14 @@ class Scenario(Section):
             )
         return self
 
+    def as_written(self) -> dict[str, Any]:
+        """Return the contents of the scenario's file with every default, as `model_dump`.
+
+        Returns:
+            Tables and values by key; without the tables of three dimensions for a one-component run.
+        """
+        return self.model_dump(exclude=set(_IN_SPACE) if self.one_component is not None else None)
+
     def to_toml(self, about_filter: Iterable[str] = ()) -> str:
         """Return the scenario as a TOML file with every default written out.
 
@@ -219,7 +246,7 @@ class Scenario(Section):
         """
         import tomli_w
 
-        text = tomli_w.dumps(_without_none(self.model_dump()))
+        text = tomli_w.dumps(_without_none(self.as_written()))
         comment = "".join(f"# {line}\n" for line in about_filter)
         return text.replace("\n[filter]\n", f"\n[filter]\n{comment}")
 

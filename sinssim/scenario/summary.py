@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
@@ -12,6 +13,7 @@ from sinssim.scenario.notes import defaults_taken, keys_without_effect, times_no
 from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.sections.sensor_set import AttitudeSensor, SixAccelerometers
 
 
@@ -28,6 +30,9 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         InputError: the aircraft's description is invalid, or the sensors do not suit the run.
     """
     check_times(scenario)
+    if scenario.one_component is not None:
+        yield from _plane_lines(scenario, scenario.one_component)
+        return
     check_route(scenario)
     duration = expected_duration(scenario)
     samples = duration * scenario.imu.rate_hz
@@ -75,6 +80,33 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         *defaults_taken(scenario.imu, duration),
     ):
         yield f"note        {sentence}"
+
+
+def _plane_lines(scenario: Scenario, section: OneComponentSection) -> Iterator[str]:
+    """Summarise a one-component run."""
+    motion = section.motion
+    lines = [("one component", WAYS[section.variant])]
+    for name, unit, rows in (
+        ("velocity", " m/s", motion.velocity_mps),
+        ("height", " m", motion.height_m),
+        ("pitch", "°", motion.pitch_deg),
+    ):
+        values = [value for _, value in rows]
+        between = f"{values[0]:g}" if len(rows) == 1 else f"{min(values):g} to {max(values):g}"
+        lines.append((name, f"{between}{unit}" + (f", {len(rows)} rows" if len(rows) > 1 else "")))
+    readings = int(float(f"{section.duration_s * section.rate_hz:.2g}"))
+    period = 2.0 * math.pi * math.sqrt(section.radius_m / section.gravity_mps2) / 60.0
+    lines.append(
+        ("duration", f"{_clock(section.duration_s)}, {readings:,} readings; the Schuler period is {period:.2f} min")
+    )
+    for name in ("accelerometer_x", "accelerometer_y", SENSOR_OF[section.variant]):
+        lines.append((name.replace("_", " "), given(getattr(section, name)) or "no errors"))
+    lines.append(("initial error", given(section.initial_error) or "none"))
+    if section.altitude_effects:
+        lines.append(("altitude", "acts on the motion; the equations of the system neglect it"))
+    lines.append(("seed", str(scenario.seed)))
+    yield f"{scenario.name}: {scenario.description}".rstrip(": ")
+    yield from (f"{name:<18} {text}" for name, text in lines)
 
 
 def sensor_words(section: ImuSection) -> str:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from sinssim.data import Array
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
 from sinssim.recording.report.run_report import draw_sections, run_report
-from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
 from sinssim.recording.store.summary import (
     NO_NUMBERS,
@@ -25,10 +24,11 @@ from sinssim.recording.store.summary import (
     markdown_table,
     plain,
     singularities,
-    versions,
 )
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.route import check_route, check_route_flown
+from sinssim.simulation.execute_one_component import compute_one_component
+from sinssim.simulation.finish import about, keep
 from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.navigation import height_reference, solve
 from sinssim.simulation.result import Run
@@ -65,7 +65,7 @@ def run(
         progress: called with one of `STAGES` and the fraction done, 0…1.
 
     Returns:
-        The finished run.
+        The finished run; that of a one-component scenario has `one_component` instead of trajectory and solutions.
 
     Raises:
         InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
@@ -73,11 +73,12 @@ def run(
     """
     stages = Stages(progress or (lambda stage, fraction: None))
     result = Run(scenario, recorded=directory is not None)
+    compute = _compute if scenario.one_component is None else compute_one_component
     if directory is None:
-        return _compute(result, None, stages)
+        return compute(result, None, stages)
     folder = RunDirectory(Path(directory), overwrite=overwrite)
     try:
-        return _compute(result, folder, stages)
+        return compute(result, folder, stages)
     except BaseException as error:
         _leave(folder, result, stages, error)
         raise
@@ -139,7 +140,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             with stages("record"):
                 writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
     run.summary = {
-        **_about(run.scenario, stages, "finished"),
+        **about(run.scenario, stages, "finished"),
         "start_s": float(run.time[0]),
         "end_s": float(run.time[-1]),
         "flight_cached": cached,
@@ -149,7 +150,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "failures": failures(run.failures),
         **({} if of_filter is None else {"filter": of_filter}),
     }
-    run.directory = None if folder is None else _keep(folder, run, run_report(run, run.summary, drawn))
+    run.directory = None if folder is None else keep(folder, run, run_report(run, run.summary, drawn))
     return run
 
 
@@ -225,29 +226,6 @@ def _aid(run: Run) -> Aided:
     return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors)
 
 
-def _about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
-    """Return the part of a summary that does not depend on the success of the run."""
-    return {
-        "scenario": scenario.name,
-        "status": status,
-        **({"message": message} if message else {}),
-        "seed": scenario.seed,
-        "rate_hz": scenario.imu.rate_hz,
-        "timing": stages.timing(),
-        "versions": versions(),
-    }
-
-
-def _keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = "") -> Path:
-    """Complete the run directory and move it into its place."""
-    with folder.writing():
-        write_text(folder.path / "scenario.toml", run.scenario.to_toml(run.about_filter))
-        if report is not None:
-            write_text(folder.path / "report.html", report)
-        write_text(folder.path / "summary.json", json.dumps(run.summary, indent=2, allow_nan=False) + "\n")
-        return folder.keep(beside=beside)
-
-
 def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:
     """Keep the recorded part of a run that ended early, if the flight was done; otherwise remove it."""
     if not (folder.path / "recording.rrd").exists():
@@ -255,10 +233,10 @@ def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException)
         return
     status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
     message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
-    run.summary = _about(run.scenario, stages, status, message)
+    run.summary = about(run.scenario, stages, status, message)
     try:
-        report = run_report(run, run.summary)
+        report = run_report(run, run.summary) if run.scenario.one_component is None else None
     except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
-    place = _keep(folder, run, report, beside=status)
+    place = keep(folder, run, report, beside=status)
     error.add_note(f"The recording until then is in {place}.")

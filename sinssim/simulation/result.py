@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.reading import Readings
     from sinssim.sensors.sets.true_errors import TrueErrors
+    from sinssim.simulation.one_component import OneComponentResult
     from sinssim.strapdown.nav_error import NavError
     from sinssim.truth.trajectory import Trajectory
 
@@ -47,6 +48,7 @@ class Run:
         compensated: compensated increments; the measured ones without a calibration.
         failures: errors of algorithms whose solution is missing or incomplete.
         aided: the aided solution with its errors, of a scenario with a filter.
+        one_component: the run in a vertical plane, of a scenario with [one_component].
         summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
     """
@@ -60,6 +62,7 @@ class Run:
     compensated: ImuData = field(init=False)
     failures: dict[str, RunError] = field(init=False)
     aided: Aided | None = field(init=False, default=None)
+    one_component: OneComponentResult | None = field(init=False, default=None)
     summary: dict[str, Any] = field(init=False, default_factory=dict)
     directory: Path | None = field(init=False, default=None)
 

@@ -1,9 +1,13 @@
-"""The chapter's one-component system (section 8.1): two accelerometers and one gyro in a vertical plane.
+"""The chapter's one-component system (section 8.1): two accelerometers and one source of pitch in a vertical plane.
 
-The system moves over a spherical Earth of radius R, with the accelerometers x along the body and y up, the gyro's rate
-ω nose-up positive, the coordinate y = S/R along the great circle and the pitch α of the body above the local horizon:
+The system moves over a spherical Earth of radius R, with the accelerometers x along the body and y up, the rate ω of
+the body in inertial space, nose-up positive, the coordinate y = S/R along the great circle and the pitch α of the
+accelerometer x above the local horizon:
 
-    V̇ = a_x cos α − a_y sin α,    ẏ = V/R,    α̇ = ω + V/R
+    V̇ = a_ξ = a_x cos α − a_y sin α,    ẏ = V/R,    α̇ = ω + V/R
+
+The pitch comes from a gyro, which measures ω (`simulate`), from an attitude sensor, which measures the inertial angle
+α − y (`simulate_measured`), or from accelerometers on an arm, which measure ω̇ (`simulate_two_integrals`).
 
 Position is fed back through the pitch, which gives a Schuler oscillation of ω_s² = g/R. Its small errors obey (8.12)
 and (8.14),
@@ -25,13 +29,14 @@ from numpy.typing import ArrayLike
 from sinssim.arguments import POSITIVE, doubles, number, numbers
 from sinssim.checks import check_finite, check_increasing
 from sinssim.data import Array
+from sinssim.earth.models import MEAN_GRAVITY, MEAN_RADIUS
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
 
-RADIUS = 6371000.0
-"""Radius of the chapter's spherical Earth [m], the mean radius (R₁ of the IUGG)."""
+RADIUS = MEAN_RADIUS
+"""Radius of the chapter's spherical Earth [m]."""
 
-GRAVITY = 9.81
+GRAVITY = MEAN_GRAVITY
 """Its gravity [m/s²]; with `RADIUS` it gives a Schuler period of 84.4 min."""
 
 
@@ -44,12 +49,14 @@ class OneComponentSolution:
         velocity: along the great circle, (N+1,) m/s.
         coordinate: y = S/R, (N+1,) rad.
         pitch: α above the local horizon, (N+1,) rad.
+        rate: ω in inertial space where it is a state, that of the two integrals, (N+1,) rad/s; otherwise None.
     """
 
     time: Array
     velocity: Array
     coordinate: Array
     pitch: Array
+    rate: Array | None = None
 
 
 @inline
@@ -59,6 +66,54 @@ def _derivative_k(
     s, c = sin(pitch), cos(pitch)
     turn = velocity * curvature
     return forward * c - up * s, turn, rate + turn
+
+
+@kernel
+def _simulate_measured(
+    time: Array, angle: Array, dvel: Array, curvature: float, velocity: Array, coordinate: Array, pitch: Array
+) -> None:
+    """Like `_simulate`, with α = inertial angle + y; the angle is linear within an interval."""
+    v, y = velocity[0], coordinate[0]
+    pitch[0] = angle[0] + y
+    for k in range(len(dvel)):
+        h = time[k + 1] - time[k]
+        fx, fy = dvel[k, 0] / h, dvel[k, 1] / h
+        middle = 0.5 * (angle[k] + angle[k + 1])
+        v1, y1, _ = _derivative_k(v, angle[k] + y, 0.0, fx, fy, curvature)
+        v2, y2, _ = _derivative_k(v + 0.5 * h * v1, middle + y + 0.5 * h * y1, 0.0, fx, fy, curvature)
+        v3, y3, _ = _derivative_k(v + 0.5 * h * v2, middle + y + 0.5 * h * y2, 0.0, fx, fy, curvature)
+        v4, y4, _ = _derivative_k(v + h * v3, angle[k + 1] + y + h * y3, 0.0, fx, fy, curvature)
+        v += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4)
+        y += h / 6.0 * (y1 + 2.0 * (y2 + y3) + y4)
+        velocity[k + 1], coordinate[k + 1], pitch[k + 1] = v, y, angle[k + 1] + y
+
+
+@kernel
+def _simulate_two_integrals(
+    time: Array,
+    drate: Array,
+    dvel: Array,
+    curvature: float,
+    velocity: Array,
+    coordinate: Array,
+    pitch: Array,
+    rate: Array,
+) -> None:
+    """Like `_simulate`, with ω the integral of the mean ω̇ of each interval."""
+    v, y, a, w = velocity[0], coordinate[0], pitch[0], rate[0]
+    for k in range(len(drate)):
+        h = time[k + 1] - time[k]
+        fx, fy = dvel[k, 0] / h, dvel[k, 1] / h
+        middle, last = w + 0.5 * drate[k], w + drate[k]
+        v1, y1, a1 = _derivative_k(v, a, w, fx, fy, curvature)
+        v2, y2, a2 = _derivative_k(v + 0.5 * h * v1, a + 0.5 * h * a1, middle, fx, fy, curvature)
+        v3, y3, a3 = _derivative_k(v + 0.5 * h * v2, a + 0.5 * h * a2, middle, fx, fy, curvature)
+        v4, y4, a4 = _derivative_k(v + h * v3, a + h * a3, last, fx, fy, curvature)
+        v += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4)
+        y += h / 6.0 * (y1 + 2.0 * (y2 + y3) + y4)
+        a += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
+        w = last
+        velocity[k + 1], coordinate[k + 1], pitch[k + 1], rate[k + 1] = v, y, a, w
 
 
 @kernel
@@ -108,23 +163,141 @@ def simulate(
     Raises:
         InputError: the arrays do not belong together, a value is not finite, or the times do not increase.
     """
-    edges, turns, pushes = doubles("time", time), doubles("dtheta", dtheta), doubles("dvel", dvel)
-    n = len(turns)
-    if turns.shape != (n,) or n < 1 or pushes.shape != (n, 2) or edges.shape != (n + 1,):
-        raise InputError(
-            f"the one-component system: time {edges.shape}, dtheta {turns.shape} and dvel {pushes.shape} do not belong "
-            "together: N ≥ 1 intervals have N+1 edges in time, (N,) angle and (N, 2) velocity increments."
-        )
-    check_finite("time", edges, "s")
+    turns = doubles("dtheta", dtheta)
+    edges, pushes = _intervals(time, dvel, dtheta=turns)
     check_finite("dtheta", turns, "rad", edges)
-    check_finite("dvel", pushes, "m/s", edges)
-    check_increasing("time", edges)
-    velocity, coordinate = number("velocity", velocity, "m/s"), number("coordinate", coordinate, "rad")
-    pitch, radius = number("pitch", pitch, "rad"), number("radius", radius, "m", low=POSITIVE)
-    v, y, a = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    v[0], y[0], a[0] = velocity, coordinate, pitch
+    radius = number("radius", radius, "m", low=POSITIVE)
+    v, y, a = _states(len(edges), velocity, coordinate, pitch)
     _simulate(edges, turns, pushes, 1.0 / radius, v, y, a)
     return OneComponentSolution(edges, v, y, a)
+
+
+def simulate_measured(
+    time: ArrayLike,
+    angle: ArrayLike,
+    dvel: ArrayLike,
+    *,
+    velocity: float = 0.0,
+    coordinate: float = 0.0,
+    radius: float = RADIUS,
+) -> OneComponentSolution:
+    """Run the one-component system with a measured angle: α = angle + y.
+
+    The mean specific force of each interval is used, and the angle is linear within it.
+
+    Args:
+        time: edges of the intervals, (N+1,) s.
+        angle: pitch in inertial space, α − y, as the attitude sensor reads it at the edges, (N+1,) rad.
+        dvel: integrals of the specific force along the body and up, (N, 2) m/s.
+        velocity, coordinate: at time[0], m/s, rad.
+        radius: radius of the Earth, m.
+
+    Returns:
+        The solution at every edge.
+
+    Raises:
+        InputError: the arrays do not belong together, a value is not finite, or the times do not increase.
+    """
+    angles = doubles("angle", angle)
+    edges, pushes = _intervals(time, dvel, angle=angles)
+    check_finite("angle", angles, "rad")
+    radius = number("radius", radius, "m", low=POSITIVE)
+    v, y, a = _states(len(edges), velocity, coordinate, 0.0)
+    _simulate_measured(edges, angles, pushes, 1.0 / radius, v, y, a)
+    return OneComponentSolution(edges, v, y, a)
+
+
+def simulate_two_integrals(
+    time: ArrayLike,
+    dvel_arm: ArrayLike,
+    dvel: ArrayLike,
+    arm: float,
+    *,
+    velocity: float = 0.0,
+    coordinate: float = 0.0,
+    pitch: float = 0.0,
+    rate: float = 0.0,
+    radius: float = RADIUS,
+) -> OneComponentSolution:
+    """Run the one-component system without a gyro: ω̇ from an accelerometer on an arm, integrated twice.
+
+    An accelerometer parallel to y at the distance ℓ ahead of it reads a_y + ω̇ ℓ, because the centripetal acceleration
+    acts along the arm. Hence ω̇ = (a_arm − a_y)/ℓ.
+
+    Args:
+        time: edges of the intervals, (N+1,) s.
+        dvel_arm: integral of the specific force of the accelerometer on the arm, (N,) m/s.
+        dvel: integrals of the specific force along the body and up, (N, 2) m/s.
+        arm: ℓ, positive ahead, m.
+        velocity, coordinate, pitch, rate: at time[0], m/s, rad, rad, rad/s.
+        radius: radius of the Earth, m.
+
+    Returns:
+        The solution at every edge, with the rate.
+
+    Raises:
+        InputError: the arrays do not belong together, a value is not finite, the times do not increase, or the arm has
+            no length.
+    """
+    arms = doubles("dvel_arm", dvel_arm)
+    edges, pushes = _intervals(time, dvel, dvel_arm=arms)
+    check_finite("dvel_arm", arms, "m/s", edges)
+    arm = number("arm", arm, "m")
+    if not arm:
+        raise InputError("arm = 0 m gives no angular acceleration; give the distance between the accelerometers.")
+    radius = number("radius", radius, "m", low=POSITIVE)
+    v, y, a = _states(len(edges), velocity, coordinate, pitch)
+    w = np.empty_like(v)
+    w[0] = number("rate", rate, "rad/s")
+    _simulate_two_integrals(edges, (arms - pushes[:, 1]) / arm, pushes, 1.0 / radius, v, y, a, w)
+    return OneComponentSolution(edges, v, y, a, w)
+
+
+def projections(force_x: ArrayLike, force_y: ArrayLike, pitch: ArrayLike) -> tuple[Array, Array]:
+    """Resolve the specific force of the body in the local horizon and vertical.
+
+    Args:
+        force_x, force_y: specific force along the body and up, (N,) m/s², or its integrals.
+        pitch: α of the accelerometer x, (N,) rad.
+
+    Returns:
+        a_ξ = a_x cos α − a_y sin α and a_η = a_x sin α + a_y cos α, (N,) in the unit of the arguments. Along a motion
+        a_η = g + vertical acceleration − V²/R.
+    """
+    x, y, alpha = numbers("force_x", force_x), numbers("force_y", force_y), numbers("pitch", pitch)
+    c, s = np.cos(alpha), np.sin(alpha)
+    return np.asarray(x * c - y * s), np.asarray(x * s + y * c)
+
+
+def _intervals(time: ArrayLike, dvel: ArrayLike, **given: Array) -> tuple[Array, Array]:
+    """Return checked edges and velocity increments; `given` is the reading of the pitch, per interval or per edge."""
+    edges, pushes = doubles("time", time), doubles("dvel", dvel)
+    ((name, reading),) = given.items()
+    n = len(pushes)
+    rows = (n + 1,) if name == "angle" else (n,)
+    if n < 1 or pushes.shape != (n, 2) or reading.shape != rows or edges.shape != (n + 1,):
+        raise _not_together(time=edges, **given, dvel=pushes)
+    check_finite("time", edges, "s")
+    check_finite("dvel", pushes, "m/s", edges)
+    check_increasing("time", edges)
+    return edges, pushes
+
+
+def _not_together(**arrays: Array) -> InputError:
+    *most, last = (f"{name} {array.shape}" for name, array in arrays.items())
+    reading = "N+1 angles" if "angle" in arrays else "(N,) readings of the rate or the arm"
+    return InputError(
+        f"the one-component system: {', '.join(most)} and {last} do not belong together: N ≥ 1 intervals have N+1 "
+        f"edges in time, {reading} and (N, 2) velocity increments."
+    )
+
+
+def _states(edges: int, velocity: float, coordinate: float, pitch: float) -> tuple[Array, Array, Array]:
+    """Return arrays for the states, with the initial values in their first row."""
+    v, y, a = np.empty(edges), np.empty(edges), np.empty(edges)
+    v[0], y[0] = number("velocity", velocity, "m/s"), number("coordinate", coordinate, "rad")
+    a[0] = number("pitch", pitch, "rad")
+    return v, y, a
 
 
 def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:

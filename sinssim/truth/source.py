@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.earth.models import ELLIPSOIDS
+from sinssim.errors import InputError
 from sinssim.units import ARCSEC, DEG, G0
 
 if TYPE_CHECKING:
@@ -40,10 +41,16 @@ def fly(
         with the vibration that its shock mounts transmit.
 
     Raises:
-        InputError: there is no such aircraft, the source of truth is invalid, or the flight cannot be flown; the
-            message names the leg.
+        InputError: the scenario is a one-component run, there is no such aircraft, the source of truth is invalid, or
+            the flight cannot be flown; the message names the leg.
         RunError: JSBSim failed.
     """
+    if scenario.one_component is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a place on the "
+            "Earth: `sinssim run` runs it; nothing else uses it. Give a scenario with [flight], [parked], "
+            "[great_circle] or [motion]."
+        )
     trajectory = _source(scenario, progress, meanwhile)
     if not scenario.vibration:
         return trajectory

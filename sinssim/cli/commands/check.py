@@ -35,6 +35,6 @@ def command(scenario: ScenarioName, settings: Settings = None, as_json: Json = F
         about_filter += (f"note        {sentence}" for sentence in filter_states.notes(plan))
     if as_json:
         duration = expected_duration(plan)
-        print_json({"expected_duration_s": round(duration), "scenario": resolved.model_dump()})
+        print_json({"expected_duration_s": round(duration), "scenario": resolved.as_written()})
     else:
         print("\n".join((*plan_lines(resolved), *about_filter)))

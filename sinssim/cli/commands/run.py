@@ -57,7 +57,10 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        from sinssim.recording.tables.run import show
+        if plan.one_component is not None:
+            from sinssim.recording.tables.one_component import show
+        else:
+            from sinssim.recording.tables.run import show
 
         show(plan, result.summary, console(least_width=120))
         print(f"Report: {directory / 'report.html'}    (in any browser)")

@@ -1,0 +1,59 @@
+"""Runs a one-component scenario and writes its run directory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sinssim.scenario.duration import check_times
+from sinssim.simulation.finish import about, keep
+
+if TYPE_CHECKING:
+    from sinssim.recording.store.directory import RunDirectory
+    from sinssim.simulation.result import Run
+    from sinssim.simulation.stages import Stages
+
+
+def compute_one_component(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
+    """Compute a one-component run and record it.
+
+    Args:
+        run: the run to fill, whose scenario has [one_component].
+        folder: run directory to write; nothing is written if None.
+        stages: the clock of the run.
+
+    Returns:
+        The run, with `one_component`, `summary` and `directory`.
+
+    Raises:
+        InputError: the scenario or the directory cannot be used.
+    """
+    scenario = run.scenario
+    assert scenario.one_component is not None  # the caller asks for such a run only
+    check_times(scenario)
+    with stages("navigate"):
+        from sinssim.recording.store.one_component import numbers, one_component_streams
+        from sinssim.simulation.one_component import compute
+
+        run.one_component = result = compute(scenario.one_component, scenario.seed)
+        found = numbers(result)
+    if folder is not None:
+        with stages("record"), folder.writing():
+            from sinssim.recording.rerun.one_component import record
+            from sinssim.recording.store.parquet import write_stream
+
+            (folder.path / "streams").mkdir()
+            streams = one_component_streams(result)
+            for stream in streams:
+                write_stream(stream, folder.path / "streams")
+            record(folder.path / "recording.rrd", scenario, result, found, streams)
+    run.summary = {
+        **about(scenario, stages, "finished"),
+        "start_s": float(result.truth.time[0]),
+        "end_s": float(result.truth.time[-1]),
+        "one_component": found,
+    }
+    if folder is not None:
+        from sinssim.recording.report.one_component import one_component_report
+
+        run.directory = keep(folder, run, one_component_report(scenario, result, run.summary))
+    return run

@@ -1,0 +1,62 @@
+"""Completes a run directory: what a summary says about any run, and the files that every run has."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.summary import versions
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.result import Run
+    from sinssim.simulation.stages import Stages
+
+
+def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
+    """Return the part of a summary that does not depend on the success of the run.
+
+    Args:
+        scenario: the scenario.
+        stages: the clock of the run.
+        status: "finished", "failed" or "interrupted".
+        message: why it ended early.
+
+    Returns:
+        Entries of `summary.json`.
+    """
+    plane = scenario.one_component
+    return {
+        "scenario": scenario.name,
+        "status": status,
+        **({"message": message} if message else {}),
+        "seed": scenario.seed,
+        "rate_hz": scenario.imu.rate_hz if plane is None else plane.rate_hz,
+        "timing": stages.timing(),
+        "versions": versions(),
+    }
+
+
+def keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = "") -> Path:
+    """Complete the run directory and move it into its place.
+
+    Args:
+        folder: the run directory.
+        run: the run, with its summary.
+        report: the report's page, if there is one.
+        beside: as for `RunDirectory.keep`.
+
+    Returns:
+        Its place.
+
+    Raises:
+        InputError: it cannot be written, or files of others are in the way.
+    """
+    with folder.writing():
+        write_text(folder.path / "scenario.toml", run.scenario.to_toml(run.about_filter))
+        if report is not None:
+            write_text(folder.path / "report.html", report)
+        write_text(folder.path / "summary.json", json.dumps(run.summary, indent=2, allow_nan=False) + "\n")
+        return folder.keep(beside=beside)
