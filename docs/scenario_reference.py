@@ -36,6 +36,9 @@ EXAMPLES: dict[str, Any] = {
     "vertical_speed_mps": 10.0,
     "velocity_ned_mps": [0.0, 5.0, 0.0],
     "motion.duration_s": 60.0,
+    "one_component.variant": "one-integral",
+    "one_component.duration_s": 8000.0,
+    "one_component.arm_accelerometer.arm_m": 1.0,
     "motion.half_angle_deg": 1.0,
     "motion.angle_deg": 2.0,
     "motion.displacement_mm": 1.0,
@@ -100,15 +103,20 @@ CHOSEN = {
 LEG_EXAMPLES = {leg.__name__: leg.example for leg in LEGS}
 """Keys of a valid leg by the name of its class: what its file gives as an example."""
 
+# Tables that exclude others of the example: they are shown as comments.
+OTHERS = {"one_component.attitude_sensor", "one_component.arm_accelerometer"}
+
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
 
 INTRODUCTION = """\
 # The scenario file
 
 A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]` and
-`[motion]`), the inertial sensors (`[imu]`) and the navigation on their readings (`[navigation]`). Every key of a
-quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are commented out here
-have no value by default.
+`[motion]`), the inertial sensors (`[imu]`) and the navigation on their readings (`[navigation]`). Or it describes the
+strapdown chapter's system in a vertical plane (`[one_component]` alone, see [One component](one-component.md)).
+
+Every key of a quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are
+commented out here have no value by default.
 
 `sinssim check FILE` lists every mistake in a file with its line and the right value. `--set key.path=value` replaces a
 value from the command line. The legs of a flight count from 1: `--set flight.legs.2.altitude_m=9000` changes the second
@@ -215,7 +223,8 @@ def _inner(path: str, field: dict[str, Any], definitions: dict[str, Any]) -> Ite
     elif items:
         yield from _table(path, _resolve(items, definitions), definitions, array=True)
     else:
-        yield from _table(path, field, definitions)
+        lines = _table(path, field, definitions)
+        yield from map(_commented, lines) if path in OTHERS else lines
 
 
 def _commented(line: str) -> str:
@@ -240,7 +249,7 @@ def reference() -> str:
     schema = Scenario.model_json_schema()
     definitions = schema["$defs"]
     properties = schema["properties"]
-    motions = {"flight", "parked", "great_circle", "motion"}
+    motions = {"flight", "parked", "great_circle", "motion", "one_component"}
     plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed", "views")}
     blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
@@ -248,6 +257,7 @@ def reference() -> str:
         "parked": "Or a parked vehicle",
         "great_circle": "Or a flight along a great circle",
         "motion": "Or a motion in closed form, for testing algorithms",
+        "one_component": "Or one component, with sensors of its own and no other table",
         "vibration": "Vibration on top of any motion",
         "isolator": "Shock mounts",
         "truth": "Gravity model and ellipsoid of the truth",

@@ -88,7 +88,7 @@ def figure_8_4() -> Figure:
 def main() -> None:
     """Draw and compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--out", type=Path, default=Path("runs/one_component"), help="folder to write")
+    parser.add_argument("-o", "--out", type=Path, default=Path("runs/figure_8_4"), help="folder to write")
     folder = parser.parse_args().out
     time, by_accelerometer, by_gyro = error_runs()
     for name, simulated, closed in (

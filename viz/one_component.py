@@ -56,7 +56,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 plot("body_pitch", "Pitch ϑ [°]"),
                 plot("force", "Specific force a_ξ, a_η less g [m/s²]", True),
             ),
-            column_shares=[3, 4, 4, 3],
+            column_shares=[4, 4, 4, 3],
         ),
         collapse_panels=True,
     )

@@ -47,7 +47,10 @@ def main() -> None:
 
     for file in sorted(package_content("scenarios").glob("*.toml")):
         plan = load_scenario(str(file))
-        rehearse(plan if plan.filter is None else filter_states.with_states(plan), recorded=False)
+        if plan.one_component is not None:
+            run(plan)
+        else:
+            rehearse(plan if plan.filter is None else filter_states.with_states(plan), recorded=False)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ EQUATION_NAMES = {
 
 EQUATION_COLORS: dict[str, Rgb] = {
     "equation_8_10": COLORS["rotation-vector"],
-    "equation_8_11": COLORS["quaternion"],
+    "equation_8_11": COLORS["two-quaternions"],
     "equation_8_12": COLORS["euler"],
     "closed_form": COLORS["poisson"],
 }

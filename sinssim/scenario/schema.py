@@ -112,9 +112,10 @@ class Scenario(Section):
         if self.one_component is not None:
             given = [f"[{name}]" for name in _IN_SPACE if name in self.model_fields_set and getattr(self, name)]
             if given:
+                does, it = ("does", "it") if len(given) == 1 else ("do", "them")
                 raise ValueError(
-                    f"{' and '.join(given)} does not apply to [one_component], which has its own sensors and states: "
-                    "remove it"
+                    f"{' and '.join(given)} {does} not apply to [one_component], which has its own sensors and states: "
+                    f"remove {it}"
                 )
         return self
 

@@ -140,26 +140,25 @@ def _draw_pendulum(recording: Recording, result: OneComponentResult) -> dict[str
     recording.static(
         "one_component/pendulum/scale", rr.LineStrips2D(still, radii=rr.Radius.ui_points(0.8), colors=grey)
     )
-    marks = np.array([[0.0, 1.14], [0.0, -0.06]])
-    words = ["true vertical: Δy = 0", f"angles × {factor:g}"]
+    colors = (EQUATION_COLORS["closed_form"], SIMULATION_COLOR)
     recording.static(
         "one_component/pendulum/words",
-        rr.Points2D(marks, labels=words, radii=rr.Radius.ui_points(0.1), colors=grey, show_labels=True),
+        rr.Points2D(
+            [[0.0, 1.14], [-0.42, -0.1], [0.42, -0.1]],
+            labels=["Δy = 0: true vertical", "closed form at rest", "simulation"],
+            radii=rr.Radius.ui_points(0.1),
+            colors=[grey, *colors],
+            show_labels=True,
+        ),
     )
-    for y, name, size in lines:
-        angle = factor * y[k]
+    for order, ((y, name, size), color) in enumerate(zip(lines, colors, strict=True), start=1):
+        angle, entity = factor * y[k], f"one_component/pendulum/{name}"
         bob = np.column_stack((np.sin(angle), np.cos(angle)))
         rods = np.stack((np.zeros_like(bob), bob), axis=1)
-        color = SIMULATION_COLOR if name == "simulation" else EQUATION_COLORS["closed_form"]
-        entity = f"one_component/pendulum/{name}"
-        recording.static(
-            f"{entity}/rod", rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(size / 2.0), colors=[color])
-        )
+        rod = rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(size / 2.0), colors=[color], draw_order=order)
+        recording.static(f"{entity}/rod", rod)
         recording.columns(f"{entity}/rod", t, rr.LineStrips2D.columns(strips=list(rods)))
-        said = "closed form at rest" if name == "closed" else "simulation"
-        recording.static(
-            f"{entity}/bob",
-            rr.Points2D.from_fields(radii=rr.Radius.ui_points(4.0 + size), colors=[color], labels=[said]),
-        )
+        ball = rr.Points2D.from_fields(radii=rr.Radius.ui_points(3.0 + size), colors=[color], draw_order=order)
+        recording.static(f"{entity}/bob", ball)
         recording.columns(f"{entity}/bob", t, rr.Points2D.columns(positions=bob))
     return {"enlarged": f"{factor:g}"}

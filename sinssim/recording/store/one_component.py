@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.formatting import number_text
 from sinssim.recording.plane_errors import ROW_NAMES
 from sinssim.recording.store.streams import Stream, Vector
 from sinssim.recording.store.summary import plain
@@ -145,11 +147,10 @@ def markdown(found: Mapping[str, Any]) -> str:
     Returns:
         Markdown: a row for the simulation and for each equation.
     """
-    lines = ["| | Δy max [m] | ΔV max [m/s] | Δα max [arcmin] | off the simulation |", "|---|---|---|---|---|"]
+    lines = ["| | R Δy max [m] | ΔV max [m/s] | off, relative |", "|---|---|---|---|"]
     for key, errors in found["errors"].items():
-        apart = (found["differences"].get(key) or {}).get("relative")
-        angle = errors["max_pitch_error_arcsec"]
-        cells = (errors["max_position_error_m"], errors["max_velocity_error_mps"], angle and angle / 60.0)
-        values = " | ".join("–" if value is None else f"{value:.4g}" for value in cells)
-        lines.append(f"| {ROW_NAMES[key]} | {values} | {'' if apart is None else f'{apart:.1e}'} |")
+        apart = found["differences"].get(key, {}).get("relative")
+        values = (number_text(math.nan if errors[name] is None else errors[name], 4)
+                  for name in ("max_position_error_m", "max_velocity_error_mps"))  # fmt: skip
+        lines.append(f"| {ROW_NAMES[key]} | {' | '.join(values)} | {'' if apart is None else f'{apart:.1e}'} |")
     return "\n".join(lines)

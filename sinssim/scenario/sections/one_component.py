@@ -31,6 +31,9 @@ def _rows(value: Any) -> Any:
         return ((0.0, value),)
     if not isinstance(value, tuple):
         raise ValueError("give a number, or rows of time in s and value, like [[0.0, 100.0], [60.0, 150.0]]")
+    for number, row in enumerate(value, start=1):
+        if not isinstance(row, tuple) or len(row) != 2:
+            raise ValueError(f"row {number} must be time in s and value, like [60.0, 150.0]")
     return value
 
 
@@ -70,9 +73,13 @@ _Scale = Annotated[float, Field(ge=-1e5, le=1e5)]
 class PlaneMotionSection(Section):
     """The motion in the vertical plane: each quantity is a number, or rows of time in s and value."""
 
-    velocity_mps: _SpeedRows = Field(default=((0.0, 0.0),), description="V along the great circle")
-    height_m: _HeightRows = Field(default=((0.0, 0.0),), description="H, of which only changes matter")
-    pitch_deg: _AngleRows = Field(default=((0.0, 0.0),), description="pitch ϑ of the body, nose up positive")
+    velocity_mps: _SpeedRows = Field(
+        default=((0.0, 0.0),), description="V along the great circle: a number, or rows of time and value"
+    )
+    height_m: _HeightRows = Field(default=((0.0, 0.0),), description="H, in the same form")
+    pitch_deg: _AngleRows = Field(
+        default=((0.0, 0.0),), description="pitch ϑ of the body, nose up positive, in the same form"
+    )
     interpolation: Literal["monotone", "spline"] = Field(
         default="monotone",
         description="monotone: cubic without overshoot, velocity, height rate and pitch rate are continuous; spline: "
