@@ -54,7 +54,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 plot("velocity", "Velocity V [m/s]"),
                 plot("height", "Height H [m]"),
                 plot("body_pitch", "Pitch ϑ [°]"),
-                plot("force", "Specific force a_ξ, a_η less g [m/s²]", True),
+                plot("force", "Specific force [m/s²]", True),
             ),
             column_shares=[4, 4, 4, 3],
         ),

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sinssim.checks import first_not_finite
 from sinssim.data import Array
+from sinssim.errors import RunError
 from sinssim.scenario.sections.one_component import (
     ArmAccelerometer,
     OneComponentSection,
@@ -105,7 +107,13 @@ def compute(section: OneComponentSection, seed: int) -> OneComponentResult:
 
     Raises:
         InputError: the rate gives no reading, or the motion cannot be computed with.
+        RunError: the errors grow beyond all numbers.
     """
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is reported
+        return _compute(section, seed)
+
+
+def _compute(section: OneComponentSection, seed: int) -> OneComponentResult:
     motion = PlaneMotion(section)
     increments = motion.increments(section.rate_hz)
     time = increments.time
@@ -130,14 +138,16 @@ def compute(section: OneComponentSection, seed: int) -> OneComponentResult:
             by_source.append(SourceErrors(name, simulated, _at_rest(time, alone, truth)))
     sources = error_sources(ideal, measured, section)
     nodes = motion.state(_with_middles(time))
-    return OneComponentResult(
-        section, truth, increments.coordinate, ideal, measured, solution, error, perfect,
+    equations = (
         error_along_motion(time, sources, nodes.pitch, nodes.vertical, section.radius_m),
         error_pendulum(time, sources, nodes.pitch, nodes.vertical, section.radius_m),
         error_first_order(time, sources, nodes.pitch, section.gravity_mps2, section.radius_m),
         _at_rest(time, section, truth),
-        tuple(by_source),
-    )  # fmt: skip
+    )
+    _check_finite(error, perfect, *equations, *(source.simulated for source in by_source))
+    return OneComponentResult(
+        section, truth, increments.coordinate, ideal, measured, solution, error, perfect, *equations, tuple(by_source)
+    )
 
 
 def navigate(
@@ -256,6 +266,21 @@ def constant_errors(section: OneComponentSection, pitch: float) -> ConstantError
         acceleration = (arm.bias_ug * UG + arm.scale_ppm * PPM * g * np.cos(pitch) - y) / arm.arm_m
     force = float(x * np.cos(pitch) - y * np.sin(pitch))
     return ConstantErrors(force, rate, float(acceleration), error.velocity_mps, coordinate, angle)
+
+
+def _check_finite(*errors: PlaneErrors) -> None:
+    """Raise for errors that grow beyond all numbers, which those of a free fall do."""
+    for error in errors:
+        for values in (error.velocity, error.coordinate, error.pitch):
+            row = first_not_finite(values)
+            if row is not None:
+                time = float(error.time[row])
+                raise RunError(
+                    f"the errors of the one-component system are not finite from t = {time:.2f} s on. Where a_η is "
+                    "negative, as at a velocity above √(gR), they grow exponentially: give a shorter run or less "
+                    "velocity.",
+                    time=time,
+                )
 
 
 def _at_rest(time: Array, section: OneComponentSection, truth: PlaneState) -> PlaneErrors:

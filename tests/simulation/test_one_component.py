@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import rerun.blueprint as rrb
+from rerun.chunk import RrdReader
 from rich.console import Console
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from sinssim.errors import RunError
 from sinssim.recording.rerun.viewer import read_run_info
 from sinssim.recording.rerun.views import load_view
+from sinssim.recording.store.one_component import numbers
 from sinssim.recording.tables.one_component import show
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.sections.one_component import OneComponentSection
@@ -168,6 +172,10 @@ def test_altitude_costs_what_the_equations_neglect() -> None:
     assert R * np.abs(expected).max() == pytest.approx(202.0, abs=1.0)  # m
 
 
+def views(part: Any) -> list[rrb.View]:
+    return [part] if isinstance(part, rrb.View) else [view for child in part.contents for view in views(child)]
+
+
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
     keys = {"variant": variant, "duration_s": 300.0, "rate_hz": 5.0, **VARIANTS[variant], **PUSHED}
@@ -199,7 +207,11 @@ def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
     assert "https://" not in report
     info = read_run_info(folder / "recording.rrd")
     assert info.label("kind") == "one-component"
-    assert load_view("one_component", info).root_container is not None
+    recorded = {chunk.entity_path for chunk in RrdReader(folder / "recording.rrd").stream()}
+    shown = [view.origin for view in views(load_view("one_component", info).root_container)]
+    assert len(shown) >= 10
+    for origin in shown:
+        assert any(entity == origin or entity.startswith(f"{origin}/") for entity in recorded), origin
 
     console = Console(record=True, width=160)
     show(scenario, summary, console)
@@ -214,6 +226,29 @@ def test_errors_beyond_the_linear_equations_show_in_the_difference() -> None:
     found = run(Scenario(name="far", one_component=values)).summary["one_component"]
     assert found["errors"]["simulation"]["max_position_error_m"] > 1e6
     assert found["differences"]["equation_8_11"]["relative"] > 0.1
+
+
+def test_errors_beyond_all_numbers_are_refused() -> None:
+    """At 12 km/s a_η = −12.8 m/s²: errors grow by e in 12 min, beyond the largest double in six days."""
+    section = OneComponentSection(
+        variant="one-integral", duration_s=1e6, rate_hz=0.1, gyro={"bias_deg_h": 0.01},
+        motion={"velocity_mps": 12_000.0},
+    )  # fmt: skip
+    with pytest.raises(RunError, match=r"not finite from t = \d+.* a_η is negative"):
+        compute(section, 0)
+
+
+def test_numbers_of_the_page() -> None:
+    """docs/one-component.md: the shipped scenario."""
+    section = load_scenario("one_component").one_component
+    assert section is not None
+    found = numbers(compute(section, 1))
+    assert found["errors"]["simulation"]["max_position_error_m"] == pytest.approx(3765.0, abs=0.5)
+    assert found["errors"]["perfect_sensors"]["max_position_error_m"] == pytest.approx(3e-4, rel=0.05)
+    apart = [found["differences"][key]["relative"] for key in ("equation_8_11", "equation_8_12", "closed_form")]
+    assert apart == pytest.approx([6.1e-5, 2.7e-3, 3.7e-2], rel=0.02)
+    high = compute(section.model_copy(update={"altitude_effects": True}), 1)
+    assert numbers(high)["errors"]["perfect_sensors"]["max_position_error_m"] == pytest.approx(460.0, abs=5.0)
 
 
 def test_nothing_is_written_without_a_directory() -> None:

@@ -83,7 +83,7 @@ def _cells(errors: Mapping[str, float | None], difference: Mapping[str, float | 
         error_text(errors["final_position_error_m"]),
         error_text(errors["rms_position_error_m"]),
         error_text(most),
-        "–" if most is None else f"{most / NAUTICAL_MILE:.3f}",
+        "–" if most is None else f"{most / NAUTICAL_MILE:.3f}" if most < 1e8 else error_text(most / NAUTICAL_MILE),
         error_text(errors["max_velocity_error_mps"]),
         "–" if angle is None else error_text(angle / 60.0),
         *(("", "") if difference is None else (error_text(difference["max_m"]), _relative(difference["relative"]))),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
@@ -13,6 +14,8 @@ from sinssim.section import Duration, NotNegative, Rate, Section
 Row = tuple[float, float]
 
 _SHORTEST = 1e-3  # s between two rows; nearer ones make derivatives that no vehicle has
+
+_PER_PERIOD = 100.0  # intervals in a Schuler period, at least
 
 SENSOR_OF = {"measured": "attitude_sensor", "one-integral": "gyro", "two-integrals": "arm_accelerometer"}
 """The table of the sensor that each variant takes its pitch from."""
@@ -182,6 +185,16 @@ class OneComponentSection(Section):
                     f'[one_component.{sensor}] is the sensor of variant = "{variant}"; here variant = '
                     f'"{self.variant}": remove the table, or change the variant'
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _intervals_are_short(self) -> Self:
+        period = 2.0 * math.pi * math.sqrt(self.radius_m / self.gravity_mps2)
+        if self.rate_hz * period < _PER_PERIOD:
+            raise ValueError(
+                f"rate_hz = {self.rate_hz:g} gives intervals of {1.0 / self.rate_hz:g} s, too long for the Schuler "
+                f"period of {period:.6g} s; give at least {_PER_PERIOD / period:.3g}"
+            )
         return self
 
     @model_validator(mode="after")

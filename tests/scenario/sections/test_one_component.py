@@ -74,6 +74,7 @@ def test_plan() -> None:
         ),
         (PLAIN | {"gravity_mps2": 0.0}, "gravity_mps2 = 0.0 must be at least 0.001"),
         (PLAIN | {"rate_hz": 0.0}, "rate_hz = 0.0 must be at least 1e-06"),
+        (PLAIN | {"rate_hz": 0.01}, "rate_hz = 0.01 gives intervals of 100 s, .* period of 5063.* at least 0.0197"),
         (PLAIN | {"variant": "both"}, "variant = 'both' is not known. Known: measured, one-integral, two-integrals"),
     ],
 )
