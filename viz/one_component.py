@@ -31,7 +31,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(entity)),
         )
 
-    sources = [plot(key, title, True) for key, title in json.loads(run.label("sources", "[]"))]
+    sources = [plot(key, title) for key, title in json.loads(run.label("sources", "[]"))]
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
@@ -46,7 +46,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 *sources,
             ),
             rrb.Vertical(
-                plot("difference", f"Δy: equation less simulation [{run.label('difference', 'arcsec')}]", True),
+                plot("difference", f"Δy: equation minus simulation [{run.label('difference', 'arcsec')}]", True),
                 plot("velocity_error", f"Velocity error ΔV [{run.label('velocity', 'm/s')}]"),
                 plot("pitch_error", f"Pitch error Δα [{run.label('pitch', 'arcmin')}]"),
             ),

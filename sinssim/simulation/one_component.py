@@ -46,7 +46,7 @@ class SourceErrors:
 
     Attributes:
         name: of the group, one of `SOURCES`.
-        simulated: by simulation, less those with perfect sensors.
+        simulated: by simulation, minus those with perfect sensors.
         closed: in closed form, as at rest.
     """
 
@@ -91,7 +91,7 @@ class OneComponentResult:
 
     @property
     def caused(self) -> PlaneErrors:
-        """Errors that sensors and initial values cause: those of the run less those with perfect sensors."""
+        """Errors that sensors and initial values cause: those of the run minus those with perfect sensors."""
         return _less(self.error, self.perfect)
 
 

@@ -37,7 +37,7 @@ class ErrorSources:
         rate: error Δω of the rate at the beginning and at the end of each interval, linear between, (N, 2) rad/s.
         velocity: ΔV at the start, m/s.
         coordinate: Δy at the start, rad.
-        angle: Δα_g at the start, the error of the pitch less that of the coordinate, rad.
+        angle: Δα_g at the start, the error of the pitch minus that of the coordinate, rad.
     """
 
     force: Array

@@ -108,9 +108,9 @@ def _table(found: Mapping[str, Any]) -> str:
         relative = apart.get("relative")
         lines.append((label, *values, "" if relative is None else f"{relative:.1e}"))
     return table(heads, lines) + (
-        '<p class="note">Computed less true; position is R Δy. “Perfect sensors” is the error of the same computation '
+        '<p class="note">Computed minus true; position is R Δy. “Perfect sensors” is the error of the same computation '
         "without any error of sensors and initial values: of the method and of the sampling. “Off the simulation” is "
-        "the largest difference of Δy from that of the simulation less that with perfect sensors, and its ratio to the "
+        "the largest difference of Δy from that of the simulation minus that with perfect sensors, and its ratio to the "
         "largest such error. All samples: streams/error_*.parquet.</p>"
     )
 
@@ -168,7 +168,7 @@ def _differences(result: OneComponentResult, found: Mapping[str, Any]) -> Iterat
     unit, size = suiting(_FINE, *(values for _, values, _ in apart))
     yield "<p>R and g are those of the table; a<sub>η</sub> and α are true. Rates and angles count nose-up.</p>"
     lines = _stacked(result.truth.time, apart, size)
-    yield plot.plot("Δy: equation less simulation", unit, lines, span, marks=marks, width=1140)
+    yield plot.plot("Δy: equation minus simulation", unit, lines, span, marks=marks, width=1140)
     yield (
         '<p class="note">What is left are products of errors, chiefly Δa<sub>y</sub> Δα, which the equations neglect. '
         "(8.10) and (8.11) are the same equation in other variables.</p>"

@@ -98,7 +98,7 @@ def numbers(result: OneComponentResult) -> dict[str, Any]:
 
     Returns:
         The variant, the Schuler period, statistics of the errors of the simulation, with perfect sensors and of each
-        equation, and the largest difference of each equation's coordinate from that of the simulation less that with
+        equation, and the largest difference of each equation's coordinate from that of the simulation minus that with
         perfect sensors, in m and relative to its largest value.
     """
     section = result.section
