@@ -110,8 +110,8 @@ def _table(found: Mapping[str, Any]) -> str:
     return table(heads, lines) + (
         '<p class="note">Computed minus true; position is R Δy. “Perfect sensors” is the error of the same computation '
         "without any error of sensors and initial values: of the method and of the sampling. “Off the simulation” is "
-        "the largest difference of Δy from that of the simulation minus that with perfect sensors, and its ratio to the "
-        "largest such error. All samples: streams/error_*.parquet.</p>"
+        "the largest difference of Δy from that of the simulation minus that with perfect sensors, and its ratio to "
+        "the largest such error. All samples: streams/error_*.parquet.</p>"
     )
 
 

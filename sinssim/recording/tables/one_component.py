@@ -72,7 +72,7 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
     return [
         f"Variant “{found['variant']}”: {WAYS[found['variant']]}. Schuler period "
         f"{found['schuler_period_s'] / 60.0:.2f} min.",
-        "Off the simulation: largest difference from the simulated error minus that with perfect sensors, also relative "
+        "Off the simulation: largest difference from the simulated error minus that with perfect sensors; the ratio "
         "to its largest value.",
     ]
 

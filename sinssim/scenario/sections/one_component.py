@@ -99,7 +99,7 @@ class PlaneAccelerometer(Section):
 
 
 class ArmAccelerometer(PlaneAccelerometer):
-    """The accelerometer on an arm, of "two-integrals": parallel to y, its reading minus that of y is ω̇ times the arm."""
+    """The accelerometer on an arm, of "two-integrals": parallel to y, their difference is ω̇ times the arm."""
 
     arm_m: Annotated[float, Field(ge=-1000.0, le=1000.0)] = Field(
         description="its distance ahead of accelerometer y; negative: behind"
