@@ -36,7 +36,7 @@ from sinssim.sensors.aiding.gnss import GnssSection
 _SOURCES = ("flight", "parked", "great_circle", "motion", "one_component")
 """The tables of which a scenario has exactly one."""
 
-_IN_SPACE = ("vibration", "isolator", "truth", "imu", "compensation", "aiding", "navigation", "filter")
+_IN_SPACE = ("vibration", "isolator", "truth", "imu", "compensation", "aiding", "navigation", "filter", "output")
 """The tables of a run in three dimensions, which a one-component run does not have."""
 
 
