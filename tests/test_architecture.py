@@ -23,6 +23,7 @@ LAYERS = [
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe
     "sensors.noise", "sensors.imu.error_term", "sensors.imu.terms", "sensors.imu.datasheet", "sensors.imu.grades",
+    "sensors.sets.geometry",
     "scenario.content", "scenario.mistakes", "section", "scenario.toml_file",
     "truth.trajectory", "truth.sample_times", "truth.block", "sensors.aiding",
     "truth.flight.aircraft", "truth.flight.autopilot", "truth.flight.dead_reckoning", "truth.flight.leg",

@@ -16,6 +16,7 @@ from sinssim.alignment.disturbed import inertial_curve
 from sinssim.estimation.from_scenario import filter_states
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.content import package_content
+from sinssim.scenario.sections.sensor_set import Redundant
 from sinssim.simulation.execute import rehearse, run
 from sinssim.truth.curve import Curve
 
@@ -35,6 +36,8 @@ def main() -> None:
     )
     with tempfile.TemporaryDirectory(prefix="sinssim-") as folder:
         run(scenario, Path(folder) / "run")
+    redundant = Redundant(type="redundant", windows_s=(1.0,))  # faults lie outside the rehearsal of their scenario
+    run(scenario.model_copy(update={"imu": scenario.imu.model_copy(update={"sensor_set": redundant})}))
 
     knots = np.arange(16) / 30.0
     position = earth.geodetic_to_ecef(0.8 + 3e-5 * knots, 0.2 + 1e-6 * knots**2, 1000.0 + 10.0 * knots)

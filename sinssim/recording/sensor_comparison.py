@@ -23,7 +23,7 @@ class SensorComparison:
     """Readings of one kind of sensor against the truth, along a run.
 
     Attributes:
-        key: key in entities and labels: "gyro", "accel", "single" or "attitude".
+        key: key in entities and labels: "gyro", "accel", "single", "single_gyro", "single_accel" or "attitude".
         title: name of the kind.
         names: k names of the lines: axes, or numbers.
         time: edges of the samples, (N+1,) s.
@@ -87,6 +87,20 @@ def compare_sensors(
     """
     time, imu = ideal.time, readings.imu
     drift, ug = ("deg/h", units.DEG_H), ("µg", units.UG)
+    deg_s, titles = ("deg/s", units.DEG), ["Gyros", "Accelerometers"]
+    if readings.single is not None and perfect.single is not None:
+        names = tuple(str(i) for i in range(1, readings.single.dtheta.shape[1] + 1))
+        titles = ["Angular rate from the single gyros", "Specific force from the single accelerometers"]
+        true, read = perfect.single.dtheta, readings.single.dtheta
+        error = _total(read, true)
+        yield SensorComparison(
+            "single_gyro", "Single gyros", names, time, error, None, ANGLES, drift, true, read, deg_s
+        )
+        true, read = perfect.single.dvel, readings.single.dvel
+        error = _total(read, true)
+        yield SensorComparison(
+            "single_accel", "Single accelerometers", names, time, error, None, SPEEDS, ug, true, read, ("m/s²", 1.0)
+        )
     if readings.accelerometers is not None and perfect.accelerometers is not None:
         names = tuple(str(i) for i in range(1, readings.accelerometers.shape[1] + 1))
         true, read = perfect.accelerometers, readings.accelerometers
@@ -108,12 +122,11 @@ def compare_sensors(
         error = rotation.rotation_vector_from_quaternion(off)
         yield SensorComparison("attitude", "Attitude sensor, inertial axes", AXES, time, error, None, ANGLES, drift)
     else:
-        title = "Gyros" if readings.accelerometers is None else "Angular rate from the accelerometers"
+        title = titles[0] if readings.accelerometers is None else "Angular rate from the accelerometers"
         left = None if compensated is None else _total(compensated.dtheta, ideal.dtheta)
         error = _total(imu.dtheta, ideal.dtheta)
-        deg_s = ("deg/s", units.DEG)
         yield SensorComparison("gyro", title, AXES, time, error, left, ANGLES, drift, ideal.dtheta, imu.dtheta, deg_s)
-    title = "Accelerometers" if readings.accelerometers is None else "Specific force from the accelerometers"
+    title = titles[1] if readings.accelerometers is None else "Specific force from the accelerometers"
     left = None if compensated is None else _total(compensated.dvel, ideal.dvel)
     error = _total(imu.dvel, ideal.dvel)
     yield SensorComparison("accel", title, AXES, time, error, left, SPEEDS, ug, ideal.dvel, imu.dvel, ("m/s²", 1.0))

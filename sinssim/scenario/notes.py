@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.sensor_set import Redundant
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
@@ -47,6 +48,23 @@ def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
         to = None if fault.type == "spike" else fault.to_s
         if to is not None and to > end:
             yield f"imu.faults.{number}.to_s = {to:g}: the {fault.type} ends with the run, at {end:.6g} s."
+    yield from _windows_without_effect(imu, end)
+
+
+def _windows_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
+    """Yield notes on given windows of a redundant set's monitoring that are never tested."""
+    own = imu.sensor_set
+    if not (isinstance(own, Redundant) and "windows_s" in own.model_fields_set):
+        return
+    if own.mode == "none":
+        yield 'imu.sensor_set.windows_s has no effect: there is no test with monitoring = "none".'
+        return
+    for number, window in enumerate(own.windows_s, start=1):
+        if window > end:
+            yield (
+                f"imu.sensor_set.windows_s.{number} = {window:g} has no effect: the window is longer than the run, "
+                f"which ends at {end:.6g} s."
+            )
 
 
 def _says(imu: ImuSection, name: str) -> bool:

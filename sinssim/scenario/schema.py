@@ -130,7 +130,8 @@ class Scenario(Section):
                 raise ValueError('[aiding.baro] is not used: add [filter], or navigation.vertical = "baro-loop"')
         if self.filter is not None and self.imu.sensor_set.type != "gyros":
             raise ValueError(
-                f'[filter] needs a sensor set with gyros; imu.sensor_set.type = "{self.imu.sensor_set.type}" has none'
+                f"[filter] needs three gyros and three accelerometers; imu.sensor_set.type = "
+                f'"{self.imu.sensor_set.type}" is another set'
             )
         return self
 
@@ -224,7 +225,8 @@ class Scenario(Section):
             )
         if self.compensation is not None and kind != "gyros":
             raise ValueError(
-                f'[compensation] is for three gyros and three accelerometers; imu.sensor_set.type = "{kind}" has none'
+                f"[compensation] is for three gyros and three accelerometers; imu.sensor_set.type = "
+                f'"{kind}" is another set'
             )
         return self
 

@@ -14,7 +14,7 @@ from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, SixAccelerometers
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 
 
 def plan_lines(scenario: Scenario) -> Iterator[str]:
@@ -125,8 +125,38 @@ def sensor_words(section: ImuSection) -> str:
             return (
                 f"three accelerometers and an attitude sensor, {given(sensor, 'type') or 'with the drift of its grade'}"
             )
+        case Redundant() as redundant:
+            return f"{redundant_words(redundant)}, {_MONITORING[redundant.mode]}"
         case _:
             return "three accelerometers and three gyros"
+
+
+_MONITORING = {
+    "none": "not monitored",
+    "detect": "monitored: faults are detected",
+    "exclude": "monitored: faulty sensors are excluded",
+}
+_LAYOUTS = {
+    "cone-4": "on a cone",
+    "cone-5": "on a cone",
+    "dodecahedron": "perpendicular to the faces of a dodecahedron",
+    "skewed-triads": "in two triads turned by 60° against each other",
+}
+
+
+def redundant_words(section: Redundant) -> str:
+    """Describe the sensors of a redundant set.
+
+    Args:
+        section: the set.
+
+    Returns:
+        A few words.
+    """
+    count = len(section.axes)
+    number = {4: "four", 5: "five", 6: "six"}.get(count, str(count))
+    where = "along given directions" if section.directions is not None else _LAYOUTS[section.layout or "dodecahedron"]
+    return f"{number} single gyros and {number} single accelerometers {where}"
 
 
 def given(section: BaseModel, *without: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from sinssim.errors import SinssimError
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
+from sinssim.recording.store.redundancy_summary import redundancy_numbers
 from sinssim.recording.store.summary import (
     NO_NUMBERS,
     diverged,
@@ -27,6 +28,7 @@ from sinssim.recording.store.summary import (
 )
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.route import check_route, check_route_flown
+from sinssim.scenario.sections.sensor_set import Redundant
 from sinssim.simulation.execute_one_component import compute_one_component
 from sinssim.simulation.finish import about, keep
 from sinssim.simulation.initial_error import initial_state_with_errors
@@ -98,6 +100,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
     cached = _fly(run, folder is not None, stages)
     check_route_flown(run.scenario, run.time, run.truth)
     of_filter = drawn = None
+    of_redundancy: dict[str, Any] = {}
     with ExitStack() as stack:
         writer = None
         if folder is not None:
@@ -120,9 +123,13 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                 for name in run.scenario.navigation.algorithms
             }
             run.failures = {**run.failures, **diverged(run.errors)}
+            section = run.scenario.imu.sensor_set
+            if isinstance(section, Redundant):
+                found = redundancy_numbers(section, run.readings.monitored, run.without_monitoring)
+                of_redundancy = {"redundancy": plain(found)}
         if writer is not None:
             with stages("record"):
-                writer.navigated(run.solutions, run.errors, run.failures)
+                writer.navigated(run.solutions, run.errors, run.failures, run.without_monitoring)
         passages = singularities(run.solutions)
         if run.scenario.filter is not None:
             if writer is not None:
@@ -148,6 +155,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "algorithms": plain(numbers),
         "singularities": plain(passages),
         "failures": failures(run.failures),
+        **of_redundancy,
         **({} if of_filter is None else {"filter": of_filter}),
     }
     run.directory = None if folder is None else keep(folder, run, run_report(run, run.summary, drawn))

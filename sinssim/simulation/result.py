@@ -81,7 +81,7 @@ class Run:
         """What the sensors would have read without errors."""
         from sinssim.sensors.sets.reading import Readings, read
 
-        if self.readings.accelerometers is None and self.readings.attitude is None:
+        if all(one is None for one in (self.readings.accelerometers, self.readings.attitude, self.readings.single)):
             return Readings(self.ideal)
         return read(self.trajectory, self.ideal, self.scenario.imu, self.scenario.seed, self.true_errors)[0]
 
@@ -116,9 +116,35 @@ class Run:
         with thread_pool(os.cpu_count()) as pool:
             return dict(zip(self.solutions, pool.map(error_of, self.solutions.values()), strict=True))
 
+    @cached_property
+    def without_monitoring(self) -> NavError | None:
+        """Errors of the first algorithm with a solution if a redundant set's faulty sensors had been used to the end.
+
+        None if no sensor was excluded, because the solution is then the same, or if there is no solution with them.
+        """
+        from sinssim.errors import RunError
+        from sinssim.scenario.sections.sensor_set import Redundant
+        from sinssim.sensors.sets.reading import unmonitored
+        from sinssim.simulation.navigation import height_reference, solve
+        from sinssim.strapdown.nav_error import navigation_error
+
+        section = self.scenario.imu.sensor_set
+        if not (isinstance(section, Redundant) and any(kind.excluded for kind in self.readings.monitored)):
+            return None
+        alone = self.scenario.navigation.model_copy(update={"algorithms": tuple(self.solutions)[:1]})
+        height = height_reference(self.scenario, self.trajectory, self.truth.height)
+        imu = unmonitored(self.readings, section.axes)
+        scenario = self.scenario.model_copy(update={"navigation": alone})
+        try:
+            (solution,) = solve(scenario, self.trajectory, imu, None, height)[0].values()
+        except RunError:
+            return None
+        truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
+        return navigation_error(truth, solution, self.trajectory.ellipsoid)
+
     def forget(self) -> None:
         """Free what can be computed again; the next access computes it, with the same bits."""
-        for name in ("truth", "ideal", "perfect", "sensed", "solutions", "errors"):
+        for name in ("truth", "ideal", "perfect", "sensed", "solutions", "errors", "without_monitoring"):
             vars(self).pop(name, None)
 
     @cached_property

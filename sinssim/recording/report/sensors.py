@@ -14,9 +14,11 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
+from sinssim.recording.report.redundancy import single_errors
 from sinssim.recording.scales import suiting
 from sinssim.recording.sensor_comparison import SensorComparison
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SixAccelerometers
+from sinssim.scenario.sections.faults import faulty_sensors
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, Redundant, SixAccelerometers
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
@@ -51,13 +53,13 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
     """
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
     name = f"<strong>{words(section.grade)}</strong>"
-    if isinstance(section.sensor_set, Gyros):
+    if isinstance(section.sensor_set, Gyros | Redundant):
         of = f"Grade {name}: {words(grade.description)}."
     else:  # the grade's description is that of a unit with gyros
         of = f"Accelerometers of the grade {name}."
     yield (
-        f"<p>{of} The error of each axis was drawn with the seed {scenario.seed} from a normal distribution of the "
-        "given 1σ, or is given by the scenario.</p>"
+        f"<p>{of} The error of each {'sensor' if true.single_sensors else 'axis'} was drawn with the seed "
+        f"{scenario.seed} from a normal distribution of the given 1σ, or is given by the scenario.</p>"
     )
     errors = true.imu
     shift = ("null shift by gas flow, at most", _null_shift(errors), units.DEG_H, "deg/h")
@@ -67,13 +69,18 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
     match section.sensor_set:
         case SixAccelerometers(arm_m=arm):
             yield f"<h3>Six accelerometers</h3>{_six(section, true.accelerometers, arm)}{noise}"
+        case Redundant():
+            singles = (single_errors(true.single_sensors, section, kind) for kind in ("gyro", "accel"))
+            yield "<h3>Single gyros</h3>" + next(singles) + _noises(*_of_noise(errors.gyro, "gyro"))
+            yield "<h3>Single accelerometers</h3>" + next(singles) + noise
         case AttitudeSensor():
             sensor = _attitude_sensor(section, true.attitude_sensor)
             yield _pair(f"<h3>Attitude sensor</h3>{sensor}", f"<h3>Accelerometers</h3>{accelerometers}")
         case _:
             yield _pair(f"<h3>Gyros</h3>{gyros}", f"<h3>Accelerometers</h3>{accelerometers}")
     if section.faults:
-        yield f"<p>Faults: {'; '.join(map(_fault, section.faults))}.</p>"
+        numbered = isinstance(section.sensor_set, Redundant)
+        yield f"<p>Faults: {'; '.join(_fault(fault, numbered) for fault in section.faults)}.</p>"
     if scenario.compensation is not None:
         assert true.calibration is not None
         left = imperfect_calibration(errors, true.calibration)  # known errors: true errors minus remaining errors
@@ -98,11 +105,14 @@ def _null_shift(errors: ImuErrors) -> float:
     return float(np.abs(errors.null_shift.bias(between)).max())
 
 
-def _fault(fault: Fault) -> str:
+def _fault(fault: Fault, numbered: bool) -> str:
+    kinds = (("gyro", "gyro"), ("accel", "accelerometer"))
+    named = [f"{name} {number}" for kind, name in kinds for number in sorted(faulty_sensors(fault, kind)) if numbered]
+    of = f" of {', '.join(named)}" if named else ""
     if fault.type == "spike":
-        return f"a spike at {fault.at_s:g} s"
+        return f"a spike{of} at {fault.at_s:g} s"
     end = "to the end" if fault.to_s is None else f"to {fault.to_s:g} s"
-    return f"{fault.type.replace('-', ' ')} from {fault.from_s:g} s {end}"
+    return f"{fault.type.replace('-', ' ')}{of} from {fault.from_s:g} s {end}"
 
 
 def _pair(left: str, right: str) -> str:
@@ -162,6 +172,8 @@ def _plots(kinds: Sequence[SensorComparison]) -> Iterator[str]:
     drawn = {kind.key: list(_of_kind(kind)) for kind in kinds}
     if single := drawn.pop("single", None):
         yield _pair(*single)
+    if single := drawn.pop("single_gyro", None):
+        yield _pair("".join(single), "".join(drawn.pop("single_accel")))
     yield _pair(*("".join(column) for column in drawn.values()))
 
 

@@ -191,7 +191,7 @@ def _module(file: Path) -> ModuleType:
     """Run a view's file.
 
     The module has two optional constants: `KIND`, the kind of recording that it shows ("run" by default, or "study"),
-    and `NEEDS`, a label that a run must have for the view, for example "filter".
+    and `NEEDS`, a label that a run must have for the view, for example "filter" or "redundancy".
     """
     spec = importlib.util.spec_from_file_location(f"sinssim_view_{file.stem}", file)
     assert spec is not None

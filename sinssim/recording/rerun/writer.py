@@ -17,6 +17,7 @@ from sinssim.recording import style
 from sinssim.recording.rerun import log_run as pictures
 from sinssim.recording.rerun.log_coordinates import draw_coordinates
 from sinssim.recording.rerun.log_filter import draw_filter
+from sinssim.recording.rerun.log_redundancy import alarm_events, draw_monitoring, draw_with_and_without
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
@@ -33,6 +34,7 @@ from sinssim.recording.store.streams import (
     nav_stream,
     set_streams,
     truth_stream,
+    unmonitored_stream,
 )
 from sinssim.strapdown.nav_error import NavError
 from sinssim.system.memory import give_back_memory
@@ -133,6 +135,9 @@ class RunWriter:
             kinds: the readings by kind of sensor, to be drawn.
         """
         self._submit(self._to_rerun, self._draw_sensors, kinds)
+        if readings.monitored:
+            self._submit(self._to_rerun, self._draw_monitoring, readings)
+            self._events += alarm_events(readings.monitored)
         for kind, found in (("ideal", perfect), ("measured", readings)):
             for stream in set_streams(kind, found):
                 self._stream(stream)
@@ -141,7 +146,11 @@ class RunWriter:
             self._stream(imu_stream("compensated", compensated))
 
     def navigated(
-        self, solutions: dict[str, NavSolution], errors: dict[str, NavError], failed: dict[str, RunError]
+        self,
+        solutions: dict[str, NavSolution],
+        errors: dict[str, NavError],
+        failed: dict[str, RunError],
+        without_monitoring: NavError | None = None,
     ) -> None:
         """Write the solutions of the algorithms and their errors.
 
@@ -149,6 +158,7 @@ class RunWriter:
             solutions: by algorithm.
             errors: by algorithm.
             failed: errors of the algorithms without a usable solution.
+            without_monitoring: errors of the first algorithm without monitoring, None if they are the same.
         """
         self._run = replace(self._run, algorithms=tuple(solutions))
         for name, error in failed.items():
@@ -161,6 +171,9 @@ class RunWriter:
             for stream in self._coordinates.of(name, solution.time, solution):
                 self._stream(stream)
             self._stream(error_stream(name, errors[name].at, solution))
+        if without_monitoring is not None and errors:
+            self._submit(self._to_rerun, self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
+            self._stream(unmonitored_stream(without_monitoring))
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, _give_back_memory)
 
@@ -222,6 +235,12 @@ class RunWriter:
             self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"], _PATH_WIDTH
         )
         self._learn(labels)
+
+    def _draw_monitoring(self, readings: Readings) -> None:
+        self._learn(draw_monitoring(self._recording, readings.imu.time, readings.monitored))
+
+    def _draw_with_and_without(self, own: tuple[str, NavError], without: NavError) -> None:
+        self._learn(draw_with_and_without(self._recording, own, without))
 
     def _draw_events(self) -> None:
         self._recording.events(self._events)

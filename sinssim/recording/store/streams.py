@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.scenario.sections.faults import CHANNELS
+from sinssim.scenario.sections.faults import CHANNELS, channels_of
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import Channel
 
 if TYPE_CHECKING:
+    from sinssim.sensors.sets.monitor import Monitored
     from sinssim.sensors.sets.reading import Readings
 
 
@@ -133,9 +134,26 @@ def set_streams(kind: str, readings: Readings) -> list[Stream]:
         readings: readings of the set.
 
     Returns:
-        `accelerometers_<kind>`, N rows, for six accelerometers; `attitude_<kind>`, N+1 rows, for an attitude sensor.
+        `accelerometers_<kind>`, N rows, for six accelerometers; `attitude_<kind>`, N+1 rows, for an attitude sensor;
+        `gyros_<kind>` and `accelerometers_<kind>`, N rows, and `redundancy`, N rows, if it is monitored, for a
+        redundant set.
     """
     found, time = [], readings.imu.time
+    if (single := readings.single) is not None:
+        count, flags = single.dtheta.shape[1], single.flags
+        names = channels_of(count)
+        for i, (name, word, unit, rows) in enumerate(
+            (("gyros", "dtheta", "rad", single.dtheta), ("accelerometers", "dvel", "mps", single.dvel))
+        ):
+            vectors = [Vector(word, tuple(f"{word}_{j}_{unit}" for j in range(1, count + 1)), rows)]
+            if flags is not None:
+                mine = slice(i * count, (i + 1) * count)
+                columns = tuple(f"flags_{channel}" for channel in names[mine])
+                vectors.append(Vector("flags", columns, flags[:, mine].astype(np.float64)))
+            found.append(Stream(f"{name}_{kind}", time[1:], tuple(vectors)))
+    if readings.monitored:
+        vectors = [vector for one in readings.monitored for vector in _tests(one)]
+        found.append(Stream("redundancy", time[1:], tuple(vectors)))
     if readings.accelerometers is not None:
         columns = tuple(f"dvel_{i}_mps" for i in range(1, readings.accelerometers.shape[1] + 1))
         found.append(Stream(f"accelerometers_{kind}", time[1:], (Vector("dvel", columns, readings.accelerometers),)))
@@ -143,6 +161,36 @@ def set_streams(kind: str, readings: Readings) -> list[Stream]:
         columns = ("q_ib_w", "q_ib_x", "q_ib_y", "q_ib_z")
         found.append(Stream(f"attitude_{kind}", time, (Vector("attitude", columns, readings.attitude),)))
     return found
+
+
+def _tests(found: Monitored) -> Iterator[Vector]:
+    """Yield the statistics of the parity tests, their threshold, and which sensors are used."""
+    windows = ["sample", *(f"{window:.6g}s" for window in found.windows[1:])]
+    columns = tuple(f"{found.kind}_statistic_{window}" for window in windows)
+    yield Vector(f"{found.kind}_statistic", columns, found.statistic.T)
+    yield Vector(f"{found.kind}_threshold", (f"{found.kind}_threshold",), found.threshold[:, np.newaxis])
+    columns = tuple(f"{found.kind}_used_{number}" for number in range(1, found.used.shape[1] + 1))
+    yield Vector(f"{found.kind}_used", columns, found.used.astype(np.float64))
+
+
+def unmonitored_stream(error: NavError) -> Stream:
+    """Return the stream `error_without_monitoring`: errors if a redundant set's faulty sensors had been used.
+
+    Args:
+        error: errors of the first algorithm.
+
+    Returns:
+        N+1 rows.
+    """
+    return Stream(
+        "error_without_monitoring",
+        error.time,
+        (
+            Vector("position", ("position_n_m", "position_e_m", "position_d_m"), error.position_ned),
+            Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), error.velocity_ned),
+            Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), error.attitude),
+        ),
+    )
 
 
 def nav_stream(name: str, solution: NavSolution) -> Stream:

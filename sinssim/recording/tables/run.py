@@ -10,6 +10,7 @@ from rich import box
 from rich.table import Table
 
 from sinssim.recording.store.filter_summary import sentences
+from sinssim.recording.store.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import defaults_taken, keys_without_effect
@@ -56,6 +57,9 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
     if flags := flagged_words(summary["flagged_samples"], samples):
         lines.append(flags)
+    if "redundancy" in summary:
+        numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
+        lines += redundancy_sentences(summary["redundancy"], numbers)
     lines += (*keys_without_effect(scenario.imu, summary["end_s"]), *defaults_taken(scenario.imu, summary["end_s"]))
     lines += [f"{name} has no result: {failure['text']}" for name, failure in failures.items()]
     lines += [event["text"] for events in summary["singularities"].values() for event in events]

@@ -2,17 +2,47 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.section import NotNegative, Positive, Section, Vector3
+from sinssim.errors import shortened
+from sinssim.section import NotNegative, Positive, Section
 from sinssim.sensors.imu.datasheet import not_absurd
+from sinssim.sensors.sets.geometry import MOST
 
-SensorChannel = Literal["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
-"""One gyro or accelerometer; x is forward, y right, z down."""
+CHANNELS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
+"""The channels of a block of three gyros and three accelerometers."""
 
-CHANNELS: tuple[SensorChannel, ...] = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
+
+def channels_of(count: int) -> tuple[str, ...]:
+    """Return the names of a redundant set's sensors.
+
+    Args:
+        count: number of gyros, and of accelerometers.
+
+    Returns:
+        "gyro_1", …, "accel_1", ….
+    """
+    return tuple(f"{kind}_{number}" for kind in ("gyro", "accel") for number in range(1, count + 1))
+
+
+def _sensor(name: str) -> str:
+    if name not in CHANNELS and not re.fullmatch(r"(gyro|accel)_([1-9]|1[0-9])", name):
+        raise ValueError(
+            f"{shortened(name)!r} is not known. Known: {', '.join(CHANNELS)}; of a redundant set gyro_1, accel_1, …"
+        )
+    return name
+
+
+SensorChannel = Annotated[str, AfterValidator(_sensor)]
+"""One gyro or accelerometer: by its axis, x forward, y right, z down, or by its number in a redundant set."""
+
+PerSensor = Annotated[tuple[float, ...], Field(min_length=3, max_length=MOST)]
+"""One number for each axis of a block, or for each sensor of a redundant set."""
+
+_WHICH = "which sensors, of a redundant set gyro_1 and so on; default: all"
 
 
 class _Lasting(Section):
@@ -32,14 +62,14 @@ class Dropout(_Lasting):
     """Samples are lost: they read zero and are flagged."""
 
     type: Literal["dropout"]
-    channels: tuple[SensorChannel, ...] = Field(default=CHANNELS, min_length=1, description="which sensors")
+    channels: tuple[SensorChannel, ...] | None = Field(default=None, min_length=1, description=_WHICH)
 
 
 class Freeze(_Lasting):
     """The last sample is repeated and flagged; the increments in the meantime are lost."""
 
     type: Literal["freeze"]
-    channels: tuple[SensorChannel, ...] = Field(default=CHANNELS, min_length=1, description="which sensors")
+    channels: tuple[SensorChannel, ...] | None = Field(default=None, min_length=1, description=_WHICH)
 
 
 class Spike(Section):
@@ -47,8 +77,8 @@ class Spike(Section):
 
     type: Literal["spike"]
     at_s: Positive = Field(description="time within the sample")
-    gyro_arcsec: Vector3 | None = Field(default=None, description="added to the sample's angle increments")
-    accel_mm_s: Vector3 | None = Field(default=None, description="added to its velocity increments")
+    gyro_arcsec: PerSensor | None = Field(default=None, description="added to the sample's angle increments")
+    accel_mm_s: PerSensor | None = Field(default=None, description="added to its velocity increments")
 
     @field_validator("gyro_arcsec", "accel_mm_s")
     @classmethod
@@ -66,8 +96,8 @@ class BiasStep(_Lasting):
     """The biases change by a step."""
 
     type: Literal["bias-step"]
-    gyro_deg_h: Vector3 | None = Field(default=None, description="added to the gyros' biases")
-    accel_ug: Vector3 | None = Field(default=None, description="added to the accelerometers' biases")
+    gyro_deg_h: PerSensor | None = Field(default=None, description="added to the gyros' biases")
+    accel_ug: PerSensor | None = Field(default=None, description="added to the accelerometers' biases")
 
     @field_validator("gyro_deg_h", "accel_ug")
     @classmethod
@@ -102,6 +132,59 @@ class Jitter(_Lasting):
 
     type: Literal["jitter"]
     sigma_ms: Positive = Field(description="1σ of each time stamp, at most a tenth of the interval between samples")
+
+
+def check_sensors(fault: Fault, where: str, count: int | None) -> None:
+    """Raise for a fault of sensors that a set does not have.
+
+    Args:
+        fault: the fault.
+        where: key of its table.
+        count: number of sensors of each kind of a redundant set; None for a block of three gyros and three
+            accelerometers.
+
+    Raises:
+        ValueError: a channel, or the number of values.
+    """
+    known = CHANNELS if count is None else channels_of(count)
+    for channel in getattr(fault, "channels", None) or ():
+        if channel not in known:
+            raise ValueError(f"{where}.channels: {channel!r} is not known. Known: {', '.join(known)}")
+    for key, value in sizes(fault).items():
+        if len(value) != (count or 3):
+            each = "one per axis: 3" if count is None else f"one per sensor of the redundant set: {count}"
+            raise ValueError(f"{where}.{key} = {list(value)} has {len(value)} numbers; give {each}")
+
+
+def faulty_sensors(fault: Fault, kind: str) -> set[int]:
+    """Return the single sensors of a redundant set that a fault names.
+
+    Args:
+        fault: the fault.
+        kind: "gyro" or "accel".
+
+    Returns:
+        Numbers of the sensors, from 1; none for a fault of all sensors.
+    """
+    numbers = (c.removeprefix(f"{kind}_") for c in getattr(fault, "channels", None) or ())
+    named = {int(number) for number in numbers if number.isdigit()}
+    for key, value in sizes(fault).items():
+        if key.startswith(kind):
+            named |= {number for number, size in enumerate(value, start=1) if size}
+    return named
+
+
+def sizes(fault: Fault) -> dict[str, tuple[float, ...]]:
+    """Return the keys of a fault that have one number for each sensor, and their values.
+
+    Args:
+        fault: the fault.
+
+    Returns:
+        By key; empty for a fault without any.
+    """
+    keys = ("gyro_arcsec", "accel_mm_s", "gyro_deg_h", "accel_ug")
+    return {key: value for key in keys if (value := getattr(fault, key, None)) is not None}
 
 
 Fault = Annotated[Dropout | Freeze | Spike | BiasStep | Saturation | Jitter, Field(discriminator="type")]

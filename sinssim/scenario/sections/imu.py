@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
-from sinssim.scenario.sections.faults import Fault
+from sinssim.scenario.sections.faults import Fault, check_sensors, faulty_sensors
 from sinssim.scenario.sections.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, Redundant, SensorSet, SixAccelerometers
 from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3, exclude_each_other
 from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
 from sinssim.sensors.imu.error_term import ErrorTerm
@@ -148,6 +148,50 @@ class ImuSection(_Terms):
                     raise ValueError(
                         f"{key} follows from the physics in laser_gyro, which is also given: keep one of them"
                     )
+        return self
+
+    @model_validator(mode="after")
+    def _faults_are_of_this_set(self) -> Self:
+        redundant = self.sensor_set if isinstance(self.sensor_set, Redundant) else None
+        count = None if redundant is None else len(redundant.axes)
+        for number, fault in enumerate(self.faults, start=1):
+            check_sensors(fault, f"faults.{number}", count)
+        if redundant is None or count is None or redundant.mode != "exclude":
+            return self
+        for kind in ("gyro", "accel"):
+            faulty = sorted(set().union(*(faulty_sensors(fault, kind) for fault in self.faults)))
+            if len(faulty) > count - 3:
+                raise ValueError(
+                    f"faults: {len(faulty)} of the {count} sensors of the kind {kind!r} are faulty (numbers "
+                    f"{', '.join(map(str, faulty))}), so that fewer than three sound ones are left and there is no "
+                    f'estimate without them; at most {count - 3} can be faulty with sensor_set.monitoring = "exclude"'
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _redundant_sensors_have_what_they_need(self) -> Self:
+        if not isinstance(self.sensor_set, Redundant):
+            return self
+        for fixed, sigma in _FIXED_OR_DRAWN:
+            if getattr(self, fixed) is not None:
+                raise ValueError(
+                    f'{fixed} has one number per axis of a triad, but sensor_set.type = "redundant" has single sensors '
+                    f"with random errors: give {sigma}; a fault of type bias-step gives one sensor a bias"
+                )
+        for name in ("accel_arms_mm", "accel_delay_ms"):
+            if getattr(self, name) != type(self).model_fields[name].default:
+                raise ValueError(f'{name} needs a block of two triads: remove it, or sensor_set.type = "redundant"')
+        if self.laser_gyro is not None and self.laser_gyro.gas_flow_mps:
+            raise ValueError(
+                "laser_gyro.gas_flow_mps gives all gyros the same bias, which the monitoring of redundant sensors "
+                'would find as a fault: remove it, or sensor_set.type = "redundant"'
+            )
+        for number, window in enumerate(self.sensor_set.windows_s, start=1):
+            if window * self.rate_hz < 1.5:
+                raise ValueError(
+                    f"sensor_set.windows_s.{number} = {window:g} is not longer than a sample, which is tested anyway; "
+                    f"at rate_hz = {self.rate_hz:g} a window has at least {2.0 / self.rate_hz:g} s"
+                )
         return self
 
     @model_validator(mode="after")

@@ -1,12 +1,15 @@
-"""The [imu.sensor_set] table: which of the textbook chapter's three sensor sets (section 8.1) the block holds."""
+"""The [imu.sensor_set] table: one of the textbook chapter's three sensor sets (section 8.1), or a redundant set."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sinssim.section import NotNegative, Positive, Section, Vector3, exclude_each_other
+from sinssim.data import Array
+from sinssim.section import Duration, NotNegative, Positive, Section, Vector3, exclude_each_other
+from sinssim.sensors.sets.geometry import FEWEST, READY, checked_directions, not_isolable
 
 _FIXED_OR_DRAWN = (("bias_arcsec", "bias_sigma_arcsec"), ("drift_deg_h", "drift_sigma_deg_h"))
 
@@ -47,4 +50,60 @@ class AttitudeSensor(Section):
         return self
 
 
-SensorSet = Annotated[Gyros | SixAccelerometers | AttitudeSensor, Field(discriminator="type")]
+class Redundant(Section):
+    """More single-axis gyros and accelerometers than three, along the same directions, monitored against each other."""
+
+    type: Literal["redundant"] = Field(description="a set that survives the failure of a sensor")
+    layout: Literal["cone-4", "cone-5", "dodecahedron", "skewed-triads"] | None = Field(
+        default=None, description='a ready set; default: "dodecahedron", if no directions are given'
+    )
+    directions: tuple[Vector3, ...] | None = Field(
+        default=None,
+        description="4 to 12 unit vectors along the sensitive axes, each forward, right, down, instead of a ready set; "
+        "each is the direction of one gyro and of one accelerometer",
+    )
+    monitoring: Literal["none", "detect", "exclude"] | None = Field(
+        default=None,
+        description='"none": all sensors are used whatever they read; "detect": faults are reported; "exclude": a '
+        'faulty sensor is found and no longer used; default: "exclude", "detect" where no fault can be isolated',
+    )
+    windows_s: tuple[Duration, ...] = Field(
+        default=(1.0, 10.0, 100.0),
+        max_length=8,
+        description="lengths of the sums that are tested beside each sample, for slow faults; in order",
+    )
+    false_alarm_probability: Annotated[float, Field(ge=1e-15, le=0.1)] = Field(
+        default=1e-9, description="probability that a test finds a fault where there is none"
+    )
+    missed_detection_probability: Annotated[float, Field(ge=1e-9, le=0.5)] = Field(
+        default=1e-3, description="probability that a test misses the smallest fault that the report states"
+    )
+
+    @property
+    def axes(self) -> Array:
+        """The sensitive axes, unit vectors, (m, 3)."""
+        return READY[self.layout or "dodecahedron"] if self.directions is None else checked_directions(self.directions)
+
+    @property
+    def mode(self) -> Literal["none", "detect", "exclude"]:
+        """What the monitoring does, with the default filled in."""
+        return self.monitoring or ("detect" if not_isolable(self.axes) else "exclude")
+
+    @model_validator(mode="after")
+    def _one_set_of_directions(self) -> Self:
+        if self.layout is not None and self.directions is not None:
+            raise ValueError("layout and directions both give the sensitive axes: keep one of them")
+        axes = self.axes
+        if self.monitoring == "exclude" and (why := not_isolable(axes)):
+            more = ", or take five sensors or more" if len(axes) == FEWEST else ""
+            raise ValueError(
+                f'monitoring = "exclude" cannot find the faulty sensor of this set: {why}; give monitoring = '
+                f'"detect"{more}'
+            )
+        for shorter, longer in pairwise(self.windows_s):
+            if not shorter < longer:
+                raise ValueError(f"windows_s = {list(self.windows_s)} must increase, each longer than the one before")
+        return self
+
+
+SensorSet = Annotated[Gyros | SixAccelerometers | AttitudeSensor | Redundant, Field(discriminator="type")]

@@ -263,7 +263,7 @@ def fault(section: FaultSection) -> Fault:
     elif section.type == "jitter":
         amount[0] = section.sigma_ms * 1e-3
     else:
-        amount[[CHANNELS.index(channel) for channel in section.channels]] = 1.0
+        amount[[CHANNELS.index(channel) for channel in section.channels or CHANNELS]] = 1.0
     return Fault(section.type, section.from_s, np.inf if section.to_s is None else section.to_s, amount)
 
 

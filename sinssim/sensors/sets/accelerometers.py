@@ -15,7 +15,7 @@ from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw, warm_up
 
 # Each further triad of accelerometers has its own seed, far from those of scenarios.
-_APART = 1 << 32
+APART = 1 << 32
 
 
 def draw_accelerometers(section: ImuSection, count: int, seed: int = 0) -> list[TriadErrors]:
@@ -34,7 +34,7 @@ def draw_accelerometers(section: ImuSection, count: int, seed: int = 0) -> list[
     """
     if count % 3:
         raise InputError(f"the number of accelerometers must be a multiple of three, not {count}.")
-    return [draw(section, seed + triad * _APART).accel for triad in range(count // 3)]
+    return [draw(section, seed + triad * APART).accel for triad in range(count // 3)]
 
 
 def emulate_accelerometers(
@@ -92,7 +92,7 @@ def emulate_accelerometers(
         axis = k % 3
         own = force[:, k] @ axes_about(sensitive, axis).T
         block = ImuErrors(accel=triads[k // 3], warm_up=warm_up(section))
-        imu = emulate(ImuData(time, np.zeros_like(own), own), block, seed + k // 3 * _APART)
+        imu = emulate(ImuData(time, np.zeros_like(own), own), block, seed + k // 3 * APART)
         measured[:, k] = imu.dvel[:, axis]
     return measured
 

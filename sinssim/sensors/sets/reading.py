@@ -1,20 +1,24 @@
-"""Readings of the three sensor sets of section 8.1 on the same motion, at any rate."""
+"""Readings of the three sensor sets of section 8.1 on the same motion, at any rate, and of a redundant set."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim import sensors
 from sinssim.data import Array, ImuData
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import SixAccelerometers
+from sinssim.scenario.sections.sensor_set import Redundant, SixAccelerometers
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.attitude_sensor import inertial_attitude, sense_attitude
 from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
+from sinssim.sensors.sets.monitor import Monitored, combine, monitor
+from sinssim.sensors.sets.single_sensors import SingleSensors, emulate_single_sensors, perfect_readings
 from sinssim.sensors.sets.true_errors import TrueErrors, draw_true_errors
 
 if TYPE_CHECKING:
@@ -32,6 +36,8 @@ class Readings:
         accelerometers: increments of single accelerometers, (N, 6) m/s, for a set without gyros, else None.
         arm: arm of that set's cube, m.
         rate: inertial angular rate at the start, (3,) rad/s, which that set needs as initial value.
+        single: readings of the single sensors of a redundant set, else None.
+        monitored: what the monitoring of such a set found for gyros and accelerometers; empty without monitoring.
     """
 
     imu: ImuData
@@ -39,6 +45,8 @@ class Readings:
     accelerometers: Array | None = None
     arm: float = 0.0
     rate: Array | None = None
+    single: SingleSensors | None = None
+    monitored: tuple[Monitored, ...] = ()
 
     def at(self, ratio: int) -> Readings:
         """Return the readings at a lower rate.
@@ -101,6 +109,8 @@ def read(
     true = draw_true_errors(section, seed) if errors is None else errors
     if isinstance(section.sensor_set, SixAccelerometers):
         return _read_six(trajectory, ideal, section, seed, true, section.sensor_set.arm_m)
+    if isinstance(section.sensor_set, Redundant):
+        return _read_redundant(ideal, section, seed, true, section.sensor_set)
     measured = sensors.emulate(rectified(trajectory, ideal, true.imu), true.imu, seed)
     if true.attitude_sensor is None:
         return Readings(ideal), Readings(measured)
@@ -108,6 +118,52 @@ def read(
     read_out = sense_attitude(ideal.time, attitude, true.attitude_sensor, seed)
     without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
     return Readings(ideal, attitude), Readings(without_gyros, read_out)
+
+
+def _read_redundant(
+    ideal: ImuData, section: ImuSection, seed: int, errors: TrueErrors, of: Redundant
+) -> tuple[Readings, Readings]:
+    single = emulate_single_sensors(ideal, section, errors.single_sensors, seed)
+    found = () if of.mode == "none" else monitor(section, ideal.time, single)
+    used: list[Array | None] = [one.used for one in found] if found else [None, None]
+    dtheta, dvel = (combine(rows, of.axes, use) for rows, use in zip((single.dtheta, single.dvel), used, strict=True))
+    imu = ImuData(single.time, dtheta, dvel, axis_flags(single, used))
+    return Readings(ideal, single=perfect_readings(ideal, of.axes)), Readings(imu, single=single, monitored=found)
+
+
+def unmonitored(readings: Readings, directions: Array) -> ImuData:
+    """Return the increments that a redundant set gives without monitoring: the estimate from all sensors.
+
+    Args:
+        readings: readings of a redundant set.
+        directions: sensitive axes, (m, 3).
+
+    Returns:
+        Increments in the block's axes.
+    """
+    single = readings.single
+    assert single is not None
+    dtheta, dvel = combine(single.dtheta, directions), combine(single.dvel, directions)
+    return ImuData(single.time, dtheta, dvel, axis_flags(single, [None, None]))
+
+
+def axis_flags(single: SingleSensors, used: Sequence[Array | None]) -> NDArray[np.uint8] | None:
+    """Return the flags of the estimate: on each axis those of all sensors of the kind that are used.
+
+    Args:
+        single: readings of the single sensors.
+        used: whether each gyro and each accelerometer is used in each sample, (N, m) each; None for all.
+
+    Returns:
+        (N, 6); None if the sensors set no flags.
+    """
+    if single.flags is None:
+        return None
+    of_kind = []
+    for flags, use in zip(np.split(single.flags, 2, axis=1), used, strict=True):
+        kept = flags if use is None else np.where(use, flags, np.uint8(0))
+        of_kind.append(np.bitwise_or.reduce(kept, axis=1))
+    return np.repeat(np.stack(of_kind, axis=1), 3, axis=1)
 
 
 def _read_six(

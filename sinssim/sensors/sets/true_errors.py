@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, SixAccelerometers
+from sinssim.scenario.sections.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 from sinssim.sensors.imu.compensation import draw_calibration
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, draw_attitude_sensor
+from sinssim.sensors.sets.single_sensors import draw_single_sensors
 
 
 @dataclass(frozen=True)
@@ -22,12 +23,14 @@ class TrueErrors:
         calibration: calibration values of these errors, None without a calibration.
         accelerometers: errors of the six single accelerometers in threes, for a set that has them.
         attitude_sensor: errors of the attitude sensor, for a set that has one.
+        single_sensors: errors of the single sensors in threes, for a redundant set.
     """
 
     imu: ImuErrors
     calibration: ImuErrors | None = None
     accelerometers: tuple[TriadErrors, ...] = ()
     attitude_sensor: AttitudeSensorErrors | None = None
+    single_sensors: tuple[ImuErrors, ...] = ()
 
 
 def draw_true_errors(section: ImuSection, seed: int = 0, compensation: CompensationSection | None = None) -> TrueErrors:
@@ -44,6 +47,9 @@ def draw_true_errors(section: ImuSection, seed: int = 0, compensation: Compensat
     Raises:
         InputError: the seed cannot be used.
     """
+    if isinstance(section.sensor_set, Redundant):
+        blocks = draw_single_sensors(section, len(section.sensor_set.axes), seed)
+        return TrueErrors(blocks[0], single_sensors=blocks)
     imu = draw(section, seed)
     return TrueErrors(
         imu,

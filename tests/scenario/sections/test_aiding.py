@@ -147,7 +147,10 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
     [
         (TEXT[: TEXT.index("[filter]")], "[aiding] needs a [filter] that uses it"),
         (TEXT[: TEXT.index("[aiding.gnss]")] + TEXT[TEXT.index("[filter]") :], "[filter] needs an aiding sensor"),
-        (TEXT + '\n[imu.sensor_set]\ntype = "accelerometers"\narm_m = 1.0\n', "[filter] needs a sensor set with gyros"),
+        (
+            TEXT + '\n[imu.sensor_set]\ntype = "accelerometers"\narm_m = 1.0\n',
+            "[filter] needs three gyros and three accel",
+        ),
         (
             TEXT[: TEXT.index("[aiding.gnss]")] + "[aiding]\n" + TEXT[TEXT.index("[filter]") :],
             "it has no sensor; give one or more of the tables gnss, baro, magnetometer, airspeed, odometer",

@@ -1,0 +1,127 @@
+"""Single gyros and accelerometers with errors: the readings of a redundant set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array, ImuData
+from sinssim.scenario.sections.faults import Fault as FaultSection
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.sensor_set import Redundant
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.errors import Fault, ImuErrors, draw, fault
+from sinssim.sensors.sets.accelerometers import APART, axes_about
+from sinssim.sensors.sets.geometry import along
+from sinssim.units import ARCSEC, DEG_H, UG
+
+_UNITS = {"gyro_arcsec": ARCSEC, "accel_mm_s": 1e-3, "gyro_deg_h": DEG_H, "accel_ug": UG}
+
+
+@dataclass(frozen=True)
+class SingleSensors:
+    """Increments of the m single gyros and the m single accelerometers of a redundant set.
+
+    Attributes:
+        time: edges of the samples, (N+1,) s; stamps with jitter if there is any.
+        dtheta: angle increments along the sensitive axes, (N, m) rad.
+        dvel: velocity increments along the sensitive axes, (N, m) m/s.
+        flags: flags of the gyros and of the accelerometers, (N, 2m), as in `ImuData`; None without limits and faults.
+    """
+
+    time: Array
+    dtheta: Array
+    dvel: Array
+    flags: NDArray[np.uint8] | None = None
+
+
+def draw_single_sensors(section: ImuSection, count: int, seed: int = 0) -> tuple[ImuErrors, ...]:
+    """Return the errors of single sensors, drawn in threes like those of a triad.
+
+    Args:
+        section: the [imu] section of a scenario.
+        count: number of gyros, and of accelerometers.
+        seed: the run's seed; the first three have the draws of the triads of a usual block.
+
+    Returns:
+        A block without faults for every three gyros and three accelerometers; sensor i is axis i mod 3 of block i // 3.
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    sound = section.model_copy(update={"faults": ()})
+    return tuple(draw(sound, seed + number * APART) for number in range(-(-count // 3)))
+
+
+def perfect_readings(ideal: ImuData, directions: Array) -> SingleSensors:
+    """Return the readings of sensors without errors.
+
+    Args:
+        ideal: ideal increments of a block.
+        directions: sensitive axes, unit vectors in the block's axes, (m, 3).
+
+    Returns:
+        The readings.
+    """
+    return SingleSensors(ideal.time, along(ideal.dtheta, directions), along(ideal.dvel, directions))
+
+
+def emulate_single_sensors(
+    ideal: ImuData, section: ImuSection, blocks: tuple[ImuErrors, ...], seed: int = 0
+) -> SingleSensors:
+    """Return the measured increments of the single sensors of a redundant set.
+
+    Each has all the errors that the section gives a sensor of a triad. A gyro and an accelerometer are emulated as one
+    axis of a block whose two other axes are perpendicular to it, so that misalignment tilts it towards them.
+
+    Args:
+        ideal: ideal increments of a block.
+        section: the [imu] section of a scenario, whose sensor set is redundant.
+        blocks: result of `draw_single_sensors`.
+        seed: the run's seed.
+
+    Returns:
+        The readings.
+
+    Raises:
+        InputError: as of `emulate`.
+    """
+    assert isinstance(section.sensor_set, Redundant)
+    directions = section.sensor_set.axes
+    count = len(directions)
+    dtheta, dvel = np.empty((len(ideal), count)), np.empty((len(ideal), count))
+    flags: NDArray[np.uint8] | None = None
+    time = ideal.time
+    for i, direction in enumerate(directions):
+        axis, of = i % 3, blocks[i // 3]
+        block = axes_about(direction, axis)
+        own = ImuData(ideal.time, along(ideal.dtheta, block), along(ideal.dvel, block))
+        faults = tuple(_of_one(given, i, axis, count) for given in section.faults)
+        read = emulate(own, replace(of, faults=faults), seed + i // 3 * APART)
+        dtheta[:, i], dvel[:, i] = read.dtheta[:, axis], read.dvel[:, axis]
+        if i == 0:
+            time = read.time  # all sensors of the set have the same stamps
+        if read.flags is not None:
+            flags = np.zeros((len(ideal), 2 * count), np.uint8) if flags is None else flags
+            flags[:, i], flags[:, count + i] = read.flags[:, axis], read.flags[:, 3 + axis]
+    return SingleSensors(time, dtheta, dvel, flags)
+
+
+def _of_one(section: FaultSection, number: int, axis: int, count: int) -> Fault:
+    """Return a fault as one sensor of the set has it, in the channels of the block that emulates the sensor."""
+    if section.type in ("saturation", "jitter"):
+        return fault(section)
+    amount = np.zeros(6)
+    if section.type in ("dropout", "freeze"):
+        for first, kind in ((0, "gyro"), (3, "accel")):
+            if section.channels is None or f"{kind}_{number + 1}" in section.channels:
+                amount[first + axis] = 1.0
+        return Fault(section.type, section.from_s, np.inf if section.to_s is None else section.to_s, amount)
+    for key, unit in _UNITS.items():
+        if (values := getattr(section, key, None)) is not None:
+            amount[axis + 3 * key.startswith("accel")] = values[number] * unit
+    if section.type == "spike":
+        return Fault("spike", section.at_s, section.at_s, amount)
+    return Fault("bias-step", section.from_s, np.inf if section.to_s is None else section.to_s, amount)

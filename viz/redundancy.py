@@ -1,0 +1,59 @@
+"""Redundant sensors: test statistics with their threshold, sensors in use, errors with and without monitoring."""
+
+from __future__ import annotations
+
+import rerun.blueprint as rrb
+
+from sinssim.recording.rerun.views import RunInfo
+
+NEEDS = "redundancy"
+
+
+def blueprint(run: RunInfo) -> rrb.Blueprint:
+    """Return the view.
+
+    Args:
+        run: the run to show.
+
+    Returns:
+        The layout: a column for the gyros and one for the accelerometers, and the errors below.
+    """
+
+    def plot(name: str, *entities: str, axis: rrb.ScalarAxis | None = None, legend: bool = True) -> rrb.TimeSeriesView:
+        return rrb.TimeSeriesView(
+            origin="/redundancy",
+            contents=[f"/{entity}" for entity in entities],
+            name=name,
+            axis_x=run.axis_x(),
+            axis_y=axis or run.axis_y(*entities),
+            plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
+        )
+
+    def column(kind: str, name: str, unit: str) -> rrb.Vertical:
+        high = 2.0 * float(run.label(f"redundancy_{kind}_threshold", "1"))
+        window, of = run.label("sensor_window", "1 s"), f"redundancy/{kind}"
+        count = run.range_of(f"{of}/used")[1]
+        return rrb.Vertical(
+            plot(
+                f"{name}: test statistic by window, and threshold", f"{of}/statistic", f"{of}/threshold",
+                axis=rrb.ScalarAxis(range=(0.0, high)),
+            ),
+            plot(
+                f"{name} in use", f"{of}/used", axis=rrb.ScalarAxis(range=(0.0, count + 1.0)), legend=False
+            ),
+            plot(f"{name}: error, mean over {window} [{unit}]", f"sensors/single_{kind}/error"),
+            row_shares=[3, 2, 3],
+        )  # fmt: skip
+
+    rows: list[rrb.Horizontal] = [
+        rrb.Horizontal(column("gyro", "Gyros", "deg/h"), column("accel", "Accelerometers", "µg"))
+    ]
+    if name := run.label("redundancy_algorithm"):
+        length, angle = run.label("redundancy_horizontal"), run.label("redundancy_attitude")
+        rows.append(
+            rrb.Horizontal(
+                plot(f"{name}: horizontal error [{length}]", "redundancy/horizontal"),
+                plot(f"{name}: attitude error [{angle}]", "redundancy/attitude"),
+            )
+        )
+    return rrb.Blueprint(rrb.Vertical(*rows, row_shares=[3, 1][: len(rows)]), collapse_panels=True)
