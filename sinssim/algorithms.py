@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, shortened
 
 
 @dataclass(frozen=True)
@@ -200,6 +200,30 @@ def whole_ratio(fast: float, slow: float) -> int | None:
     return whole if whole >= 1 and abs(ratio - whole) <= min(_WHOLE * whole, _NEAR) else None
 
 
+def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
+    """Return the fast, medium and slow rate of a list of three rates or of two.
+
+    Args:
+        rates_hz: fast, medium and slow rate; or the rate of attitude, and that of velocity and position.
+
+    Returns:
+        Three rates, Hz.
+
+    Raises:
+        InputError: there are other than two or three numbers.
+    """
+    try:
+        found = tuple(float(rate) for rate in rates_hz)
+    except (TypeError, ValueError):
+        found = ()
+    if isinstance(rates_hz, str | bytes) or len(found) not in (2, 3) or not all(map(math.isfinite, found)):
+        raise InputError(
+            f"rates_hz = {shortened(str(rates_hz))} must be three finite numbers, Hz: the rates of the fast, medium "
+            "and slow part; or two: the rate of attitude, and that of velocity and position."
+        )
+    return found[0], found[1], found[-1]
+
+
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
     """Return the whole ratios of the data's rate to the fast, the fast to the medium, and the medium to the slow rate.
 
@@ -213,8 +237,6 @@ def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int,
     Raises:
         InputError: the rates do not divide; the message gives the nearest rates that do.
     """
-    if len(rates_hz) != 3:
-        raise InputError(f"rates_hz = {rates_hz} must be three rates: fast, medium and slow, Hz.")
     ratios = []
     above, above_name = data_hz, "the data's rate"
     for name, rate in zip(("fast", "medium", "slow"), rates_hz, strict=True):

@@ -27,7 +27,8 @@ class Frame:
         takes_route: whether it is oriented along a route.
         passes_poles: whether it can be used at the Earth's poles.
         has_azimuth: whether its x axis has a direction of its own in the local level.
-        has_three_rates: whether the three-rate schedule works in it.
+        has_three_rates: whether the three-rate schedule works in it, whose file has the same name under
+            `sinssim/strapdown/three_rate/`.
     """
 
     sentence: str
@@ -50,11 +51,13 @@ FRAME_REGISTRY: dict[str, Frame] = {
         "local level that does not rotate about the vertical relative to the Earth; also over the poles",
         "azimuth",
         has_azimuth=True,
+        has_three_rates=True,
     ),
     "free-azimuth": Frame(
         "local level that does not rotate about the vertical in inertial space; also over the poles",
         "azimuth",
         has_azimuth=True,
+        has_three_rates=True,
     ),
     "transverse": Frame(
         "local level oriented along a great circle: spherical coordinates with the route as equator, "
@@ -62,8 +65,11 @@ FRAME_REGISTRY: dict[str, Frame] = {
         "azimuth",
         takes_route=True,
         has_azimuth=True,
+        has_three_rates=True,
     ),
-    "inertial": Frame("Earth-centred inertial, with geodetic output", "inertial", has_radii=False),
+    "inertial": Frame(
+        "Earth-centred inertial, with geodetic output", "inertial", has_radii=False, has_three_rates=True
+    ),
 }
 """All navigation frames by name."""
 
@@ -72,7 +78,14 @@ FRAMES: dict[str, str] = {name: frame.sentence for name, frame in FRAME_REGISTRY
 CURVATURES: dict[str, str] = {
     "exact": "radii of curvature of the ellipsoid",
     "simplified": "the chapter's first-order radii (8.16), in error by up to 4.5e-5",
+    "spherical": "e² dropped: R1 = R2 = a, the equatorial radius, in error by up to 6.7e-3",
+    "no-height": "height dropped: R1 and R2 of the ellipsoid's surface, in error by h/a, 1.7e-3 at 11 km",
+    "spherical-no-height": "e² and height dropped: the equatorial radius everywhere",
 }
+"""Radii of curvature R1 + h of the meridian and R2 + h of the prime vertical."""
+
+OF_TRUTH = "truth"
+"""The navigator's ellipsoid if it is that of the truth."""
 
 VERTICALS: dict[str, str] = {
     "free": "pure inertial height, unstable: an error grows 277-fold in an hour",
@@ -116,7 +129,7 @@ def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:
 
 
 def check_curvature(frame: str, curvature: str) -> None:
-    """Raise for simplified radii of curvature in a frame without radii.
+    """Raise for other than exact radii of curvature in a frame without radii.
 
     Args:
         frame: one of `FRAMES`.
@@ -140,11 +153,11 @@ def check_three_rates(algorithm: str, frame: str) -> None:
         frame: one of `FRAMES`.
 
     Raises:
-        InputError: the schedule needs an attitude algorithm that advances sample by sample, and the level frame.
+        InputError: the schedule needs an attitude algorithm that advances sample by sample, and a frame with one.
     """
     if not FRAME_REGISTRY[frame].has_three_rates:
         able = listed(frames_that(lambda entry: entry.has_three_rates))
-        raise InputError(f"rates_hz: the three-rate schedule works in the frame {able}, not in {frame}.")
+        raise InputError(f"rates_hz: the three-rate schedule works in the frames {able}, not in {frame}.")
     if not REGISTRY[algorithm].sample_by_sample:
         raise InputError(
             f"rates_hz: the fast part advances the attitude sample by sample, but {algorithm} by several at once; "

@@ -268,13 +268,13 @@ def strict_inline(function: F) -> F:
     return _jit(function, fastmath=False, forceinline=True, _nrt=False)
 
 
-def with_constants(function: Any, name: str, **constants: int | bool) -> Any:
-    """Return a copy of an `inline` function with other values of its file's constants.
+def with_constants(function: Any, name: str, **constants: Any) -> Any:
+    """Return a copy of an `inline` function with other values of its file's constants, or with other functions.
 
     Args:
         function: the compiled function; it is returned unchanged if it uses none of the constants.
         name: a name unique among the copies.
-        **constants: values for global names of the function.
+        **constants: values for global names of the function: numbers, or compiled functions that it calls.
 
     Returns:
         The compiled copy.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from sinssim.frames import OF_TRUTH
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.sensor_set import Redundant
@@ -99,6 +100,23 @@ def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
                 f"aiding.{name}.latency_s = {sensor.latency_s:g}: no reading arrives before the end of the run at "
                 f"{end:.0f} s."
             )
+
+
+def earth_of_the_navigator(scenario: Scenario) -> Iterator[str]:
+    """Yield a note if the navigator has other constants of the Earth than the truth.
+
+    Args:
+        scenario: the scenario.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    own, true = scenario.navigation.ellipsoid, scenario.truth.ellipsoid
+    if own not in (OF_TRUTH, true):
+        yield (
+            f'navigation.ellipsoid = "{own}" over a true Earth "{true}": both give the start the same latitude, '
+            "longitude and height, and the position error is the difference of these numbers."
+        )
 
 
 def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:

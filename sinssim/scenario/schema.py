@@ -140,12 +140,13 @@ class Scenario(Section):
         if self.filter is None:
             return self
         section, of = self.navigation, type(self.navigation).model_fields
-        for key in ("frame", "curvature", "rates_hz"):
-            if getattr(section, key) != of[key].default:
+        for key in ("frame", "ellipsoid", "curvature", "rates_hz"):
+            own = section.ellipsoid == self.truth.ellipsoid if key == "ellipsoid" else False
+            if getattr(section, key) != of[key].default and not own:
                 raise ValueError(
                     f"navigation.{key} = {_written(getattr(section, key))} does not apply to [filter], which navigates "
-                    'in the frame "level" with exact curvature and entirely at the rate of the samples: remove '
-                    f"navigation.{key}, or [filter]"
+                    'in the frame "level" on the ellipsoid of [truth], with exact curvature and entirely at the rate '
+                    f"of the samples: remove navigation.{key}, or [filter]"
                 )
         if FILTER_ALGORITHM not in section.algorithms:
             raise ValueError(

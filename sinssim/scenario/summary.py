@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.height import height_words
-from sinssim.scenario.notes import defaults_taken, keys_without_effect, times_not_reached
+from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect, times_not_reached
 from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
@@ -75,6 +75,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"filter      {states}; {given(scenario.filter, 'states') or 'all by default'}"
     yield f"seed        {scenario.seed}"
     for sentence in (
+        *earth_of_the_navigator(scenario),
         *times_not_reached(scenario, duration),
         *keys_without_effect(scenario.imu, duration),
         *defaults_taken(scenario.imu, duration),

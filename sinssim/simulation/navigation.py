@@ -92,7 +92,7 @@ def solve(
                 algorithm=algorithm,
                 frame=section.frame,
                 gravity=section.gravity,
-                ellipsoid=trajectory.ellipsoid.name,
+                ellipsoid=section.ellipsoid_over(trajectory.ellipsoid.name),
                 curvature=section.curvature,
                 vertical=vertical,
                 height=None if vertical == "free" else height,

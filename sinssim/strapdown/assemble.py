@@ -7,7 +7,7 @@ block of intervals (see `sinssim.strapdown.increments.block_turns`), from the fi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -62,20 +62,25 @@ def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | N
     return file.engine(frame) if hasattr(file, "engine") else None
 
 
-def engines(template: Callable[..., None], frame: str) -> Callable[[str], Callable[..., None]]:
+def engines(
+    template: Callable[..., None], frame: str, forms: Mapping[str, Mapping[str, Callable[..., Any]]] | None = None
+) -> Callable[..., Callable[..., None]]:
     """Return a function that makes and caches a frame's engines.
 
     Args:
         template: the frame's engine as a plain function over the parts' names.
         frame: the frame's name in the names of its engines.
+        forms: by the name of a form of the engine, functions in place of the template's own.
 
     Returns:
-        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, that returns the compiled engine. The engine
-        fills the arrays of the solution, whose first rows hold the initial state.
+        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, and of a form's ("" for the template's own
+        functions), that returns the compiled engine. The engine fills the arrays of the solution, whose first rows hold
+        the initial state.
     """
 
     @cache
-    def engine(algorithm: str) -> Callable[..., None]:
-        return bind(template, f"{frame}_{algorithm.replace('-', '_')}", **parts(algorithm))
+    def engine(algorithm: str, form: str = "") -> Callable[..., None]:
+        name = "_".join((frame, algorithm, *([form] if form else []))).replace("-", "_")
+        return bind(template, name, **parts(algorithm), **(forms[form] if forms and form else {}))
 
     return engine

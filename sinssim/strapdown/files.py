@@ -65,6 +65,19 @@ class FrameFile(Protocol):
         """Raise `RunError` if the solution left the region in which the frame can be used."""
 
 
+class ThreeRateFile(Protocol):
+    """The function in the file of a frame's three-rate schedule."""
+
+    def solve(
+        self, problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool
+    ) -> None:
+        """Fill the rows of the solution after the first, which are the slow instants.
+
+        The increments of the problem are those of the fast part, and the next two arguments are ratios of the rates.
+        Results of the slow part are extrapolated or held.
+        """
+
+
 @cache
 def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
     """Return the file of an attitude algorithm.
@@ -113,6 +126,25 @@ def frame_file(frame: str) -> FrameFile:
     module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{FRAME_REGISTRY[frame].file}")
     _check(f"frame {frame}", module, path, FrameFile, compiled=False)
     return cast(FrameFile, module)
+
+
+@cache
+def three_rate_file(frame: str) -> ThreeRateFile:
+    """Return the file of a frame's three-rate schedule.
+
+    Args:
+        frame: one of `sinssim.FRAMES` with `has_three_rates`.
+
+    Returns:
+        The module.
+
+    Raises:
+        InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
+    """
+    what = f"three-rate schedule of the frame {frame}"
+    module, path = _loaded(what, f"sinssim.strapdown.three_rate.{FRAME_REGISTRY[frame].file}")
+    _check(what, module, path, ThreeRateFile, compiled=False)
+    return cast(ThreeRateFile, module)
 
 
 def _loaded(what: str, name: str) -> tuple[ModuleType, str]:

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule
-from sinssim.arguments import vector
+from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
 from sinssim.checks import checked_increments, checked_initial
-from sinssim.data import ImuData, NavSolution, NavState
+from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number
 from sinssim.earth.kernels import parameters
 from sinssim.earth.models import ellipsoid_by_name
@@ -26,10 +25,9 @@ from sinssim.frames import (
     frames_that,
     listed,
 )
-from sinssim.strapdown import three_rate
 from sinssim.strapdown.assemble import own_engine
 from sinssim.strapdown.attitude.singularity import singularity_events
-from sinssim.strapdown.files import frame_file
+from sinssim.strapdown.files import frame_file, three_rate_file
 from sinssim.strapdown.frames.problem import Problem, check_solution
 from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, checked_channel, height_reference
 from sinssim.strapdown.increments.fit import is_uniform, weight_table
@@ -45,7 +43,7 @@ def navigate(
     gravity: str = "normal",
     ellipsoid: str = "wgs84",
     curvature: str = "exact",
-    rates_hz: tuple[float, float, float] | None = None,
+    rates_hz: tuple[float, ...] | None = None,
     vertical: str = "free",
     height: ArrayLike | HeightReadings | None = None,
     baro_time_constant: float = BARO_TIME_CONSTANT,
@@ -64,9 +62,11 @@ def navigate(
         frame: navigation frame, one of `FRAMES`.
         gravity: one of `GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid, one of `ELLIPSOIDS`.
-        curvature: "exact" radii of curvature or "simplified", eq. (8.16).
+        curvature: radii of curvature, one of `sinssim.frames.CURVATURES`: "exact", "simplified" (8.16), or with e² or
+            the height dropped.
         rates_hz: rates of the fast, medium and slow part, Hz; each is a whole fraction of the one before, the fast one
-            of the data's rate. None runs everything at the data's rate, to a higher order. See `three_rate`.
+            of the data's rate. Two rates are those of attitude, and of velocity and position. None runs everything at
+            the data's rate, to a higher order. See `three_rate`.
         vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
         height: reference height above the ellipsoid at every imu.time, (N+1,) m, for the last two; for the loop also
             the readings of an altimeter, which apply from their arrival on.
@@ -110,13 +110,12 @@ def navigate(
         )
     per_row, per_medium, per_slow = entry.samples, 1, 1
     if rates_hz is not None:
-        fast, medium, slow = vector("rates_hz (fast, medium and slow)", rates_hz, 3, "Hz").tolist()
-        rates_hz = fast, medium, slow
+        rates_hz = three_rates(rates_hz)
         check_three_rates(algorithm, frame)
         if not uniform:
             raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
         ratio, per_medium, per_slow = schedule(rates_hz, len(dtheta) / float(time[-1] - time[0]))
-        dtheta, dvel = three_rate.summed(dtheta, ratio), three_rate.summed(dvel, ratio)
+        dtheta, dvel = _summed(dtheta, ratio), _summed(dvel, ratio)
         edges = slice(0, len(dtheta) * ratio + 1, ratio)
         time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
         per_row = per_medium * per_slow
@@ -140,13 +139,13 @@ def navigate(
     azimuth = np.empty(rows if FRAME_REGISTRY[frame].has_azimuth else 0)
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
     problem = Problem(
-        algorithm, time, dtheta, dvel, weights, uniform, earth, gravity_model, curvature == "simplified",
+        algorithm, time, dtheta, dvel, weights, uniform, earth, gravity_model, curvature,
         NUMBERS[vertical], reference, climb, baro_time_constant, route,
         latitude, longitude, height_out, velocity, q_nb, defect, azimuth,
     )  # fmt: skip
     in_frame, own = frame_file(frame), own_engine(algorithm, frame)
     if rates_hz is not None:
-        three_rate.solve(problem, per_medium, per_slow, slow_quantities == "extrapolate")
+        three_rate_file(frame).solve(problem, frame, per_medium, per_slow, slow_quantities == "extrapolate")
     elif own is not None:
         own(problem, frame)
     else:
@@ -173,10 +172,16 @@ def navigate(
     return replace(solution, events=singularity_events(solution, without_singularity))
 
 
+def _summed(increments: Array, ratio: int) -> Array:
+    """Return sums of `ratio` consecutive increments, (N // ratio, 3); remaining samples at the end are dropped."""
+    whole = len(increments) // ratio
+    return np.ascontiguousarray(increments[: whole * ratio].reshape(whole, ratio, 3).sum(axis=1))
+
+
 def check_used(
     frame: str,
     curvature: str,
-    rates_hz: tuple[float, float, float] | None,
+    rates_hz: tuple[float, ...] | None,
     slow_quantities: str,
     route: tuple[float, float, float, float] | None,
 ) -> None:

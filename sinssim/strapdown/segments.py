@@ -90,7 +90,7 @@ class Segments:
         dtheta, dvel = np.ascontiguousarray(samples.dtheta), np.ascontiguousarray(samples.dvel)
         weights = self._weights if self._uniform else self._weights[start : start + len(dtheta)]
         problem = Problem(
-            self._algorithm, time, dtheta, dvel, weights, self._uniform, self._earth, self._gravity, False,
+            self._algorithm, time, dtheta, dvel, weights, self._uniform, self._earth, self._gravity, "exact",
             FREE, _NO_REFERENCE, _NO_REFERENCE, 1.0, None, latitude, longitude, height, velocity, q_nb, defect,
             np.empty(0), first - start,
         )  # fmt: skip

@@ -14,6 +14,7 @@ import numpy as np
 
 from sinssim.algorithms import family
 from sinssim.formatting import number_text
+from sinssim.frames import listed
 from sinssim.strapdown.coning_drift import drift, leading_term
 from sinssim.studies.motions import MotionFacts
 from sinssim.studies.results import Row, StudyResult, Verdict
@@ -144,6 +145,10 @@ def _velocity_rate(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
         said.append(f"{motion}: {', '.join(words)}")
     if not said:
         return _undecided("any result")
+    loads = {row.pace: row.operations_per_step for row in rows if row.schedule_hz and row.operations_per_step > 0.0}
+    numbers |= {f"{pace}: operations per step": load for pace, load in loads.items()}
+    if loads:
+        said.append(f"operations per fast step: {', '.join(f'{pace} {load:.0f}' for pace, load in loads.items())}")
     enough = {rate: ratio < NEGLIGIBLE for rate, (ratio, _) in worst.items()}
     verdict = "confirmed" if all(enough.values()) else "partly" if enough[20.0] else "refuted"
     judged = ", ".join(
@@ -206,11 +211,11 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     arc.
 
     The chapter's algorithms, which make a step of every sample, decide; rotation vectors of several samples per step
-    are listed beside them.
+    are listed beside them. The whole navigation decides; the attitude alone is compared, too.
     """
     numbers: dict[str, float] = {}
     said = []
-    won, margins = [], []
+    won, margins, alone = [], [], []
     for motion, found in _by(rows, lambda row: row.motion).items():
         best: dict[str, Row] = {}
         for row in _needed(found, FEW_TENTHS_ARCSEC).values():
@@ -222,6 +227,12 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
             return _undecided("quaternions and another of the chapter's families within 0.3′")
         won.append(chapter[0] == "quaternions")
         margins.append(min(_load(best[f]) for f in chapter if f != "quaternions") / _load(best["quaternions"]) - 1.0)
+        attitude = _attitude_loads(found)
+        others = [load for group, load in attitude.items() if group in _OTHERS]
+        if "quaternions" in attitude and others:
+            alone.append(min(others) / attitude["quaternions"] - 1.0)
+        for group, load in attitude.items():
+            numbers[f"{motion}: {group}, attitude alone, 1000 operations/s"] = load / 1e3
         for group, row in best.items():
             numbers[f"{motion}: {group}, 1000 operations/s"] = _load(row) / 1e3
             numbers[f"{motion}: {group}, µs/s"] = row.ns_per_step * row.rate_hz / 1e3
@@ -235,14 +246,25 @@ def _cheapest(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
     verdict = "confirmed" if all(won) else "partly" if any(won) else "refuted"
     reason = (
         f"Quaternions need the fewest operations on {sum(won)} of {len(won)} motions; the best of the others "
-        f"takes {100.0 * min(margins):+.1f} % to {100.0 * max(margins):+.1f} %. Operations of the whole navigation per "
-        "second of motion, for 0.3′:"
+        f"takes {100.0 * min(margins):+.1f} % to {100.0 * max(margins):+.1f} %"
+        + (f", of the attitude alone {100.0 * min(alone):+.1f} % to {100.0 * max(alone):+.1f} %" if alone else "")
+        + ". Operations of the whole navigation per second of motion, for 0.3′:"
     )
     return verdict, reason, tuple(said), numbers
 
 
 def _load(row: Row) -> float:
     return row.operations_per_step * row.rate_hz
+
+
+def _attitude_loads(rows: list[Row]) -> dict[str, float]:
+    """Return, by family, the least operations per second of the attitude alone that keep it within 0.3′."""
+    least: dict[str, float] = {}
+    for row in _needed(rows, FEW_TENTHS_ARCSEC).values():
+        group, load = _FAMILIES.get(family(row.algorithm)), row.attitude_operations_per_step * row.rate_hz
+        if group and load < least.get(group, np.inf):
+            least[group] = load
+    return least
 
 
 def _orthogonality(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
@@ -294,27 +316,39 @@ def _euler_limit(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
 
 
 def _simplified_radii(rows: list[Row], facts: dict[str, MotionFacts]) -> Outcome:
-    """Find the gyro bias that causes the same position error as the simplified radii."""
+    """Find, for each form of simplified radii, the gyro bias that causes the same position error."""
     numbers: dict[str, float] = {}
     said = []
-    equivalent: list[float] = []
+    worst: dict[str, float] = {}
     for motion, found in _by(rows, lambda row: row.motion).items():
-        simplified = [r for r in found if r.curvature == "simplified" and r.sensors == "ideal"]
+        forms = [r for r in found if r.curvature != "exact" and r.sensors == "ideal"]
         biased = [r for r in found if r.curvature == "exact" and r.sensors == "gyro-0_01-deg-h"]
-        if not simplified or not biased:
+        if not forms or not biased:
             return _undecided("simplified radii with perfect sensors, and exact radii with the block gyro-0_01-deg-h")
-        error, by_bias = simplified[0].max_horizontal_error_m, biased[0].max_horizontal_error_m
-        equivalent.append(0.01 * error / by_bias)
-        numbers[f"{motion}: simplified radii, m"] = error
+        by_bias = biased[0].max_horizontal_error_m
         numbers[f"{motion}: gyros of 0.01 deg/h, m"] = by_bias
-        numbers[f"{motion}: equivalent gyro bias, deg/h"] = equivalent[-1]
-        said.append(f"{motion}: {error:.3g} m, as much as gyros of {equivalent[-1]:.2g} deg/h")
+        words = []
+        for row in forms:
+            error = row.max_horizontal_error_m
+            equivalent = 0.01 * error / by_bias
+            worst[row.curvature] = max(worst.get(row.curvature, 0.0), equivalent)
+            numbers[f"{motion}: {row.curvature}, m"] = error
+            numbers[f"{motion}: {row.curvature}, equivalent gyro bias, deg/h"] = equivalent
+            words.append(f"{row.curvature} {number_text(error)} m, as much as {number_text(equivalent, 2)} deg/h")
+        said.append(f"{motion}: {'; '.join(words)}")
     if not said:
         return _undecided("any result")
-    verdict = "confirmed" if max(equivalent) >= GOOD_GYRO_DEG_H else "refuted"
+    costly = [value >= GOOD_GYRO_DEG_H for value in worst.values()]
+    verdict = "confirmed" if all(costly) else "partly" if any(costly) else "refuted"
+    numbers |= {f"{form}: largest equivalent gyro bias, deg/h": value for form, value in worst.items()}
+    shown = [f"{form} ({number_text(value, 2)})" for form, value in worst.items()]
+    as_much = [text for text, much in zip(shown, costly, strict=True) if much]
+    less = [text for text, much in zip(shown, costly, strict=True) if not much]
+    judged = [f"{listed(as_much)} cost as much or more"] if as_much else []
+    judged += [f"{listed(less)} cost less"] if less else []
     reason = (
-        f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h; the error of (8.16) equals that of {max(equivalent):.2g} "
-        "deg/h at most. Largest position error with (8.16) and perfect sensors:"
+        f"A high-quality gyro has {GOOD_GYRO_DEG_H:g} deg/h. By their largest error, deg/h in brackets, "
+        f"{'; '.join(judged)}. Largest position error with perfect sensors, and the gyro bias with the same error:"
     )
     return verdict, reason, tuple(said), numbers
 

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,10 @@ import numpy as np
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, RunError, SinssimError
-from sinssim.frames import check_three_rates
+from sinssim.frames import OF_TRUTH, check_three_rates
 from sinssim.strapdown.nav_error import navigation_error
-from sinssim.studies import cost, motions
-from sinssim.studies.results import Case, ErrorGrowth, Row, StudyResult, fit_orders
+from sinssim.studies import attitude_cost, cost, motions
+from sinssim.studies.results import Case, Engine, ErrorGrowth, Row, StudyResult, fit_orders
 from sinssim.studies.schema import Part, Study, StudyMotion, with_set
 from sinssim.system.memory import machine_memory
 from sinssim.system.threads import thread_pool
@@ -135,16 +135,19 @@ def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = 
 
 def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
     study = comparison.study
-    engines = list(dict.fromkeys((a, f) for part in study.parts for a in part.algorithms for f in part.frames))
+    engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
     expected = {id(m): motions.expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
     for part, motion in _pairs(study):
         _check_part(part)
         if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
             _check_length(part, motion, expected[id(motion)])
-    for number, (algorithm, frame) in enumerate(engines):
+    for number, (algorithm, frame, schedule) in enumerate(engines):
         progress(f"Timing {algorithm}", 0.0)
-        comparison.costs[algorithm, frame] = cost.measure_cost(algorithm, frame)
+        comparison.costs[algorithm, frame, schedule] = cost.measure_cost(algorithm, frame, schedule)
         progress(f"Timing {algorithm}", 0.02 * number / len(engines))
+    for algorithm in dict.fromkeys(algorithm for algorithm, *_ in engines):
+        progress(f"Timing the attitude of {algorithm}", 0.02)
+        comparison.attitude_costs += attitude_cost.attitude_costs(algorithm)
     flown: set[tuple[str | None, tuple[str, ...]]] = set()
     plan = []
     for part, motion in _pairs(study):
@@ -202,6 +205,12 @@ def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
     return ((part, motion) for part in study.parts for motion in part.motions)
 
 
+def _engines(part: Part) -> Iterator[Engine]:
+    """Yield algorithm, frame and schedule of every cost of a part."""
+    schedules = dict.fromkeys(schedule or () for _, schedule, _ in part.pace)
+    return itertools.product(part.algorithms, part.frames, schedules)
+
+
 def _check_part(part: Part) -> None:
     """Raise for algorithms and frames that cannot run at a schedule's rates."""
     if not part.schedules_hz:
@@ -231,13 +240,17 @@ def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
                 )
 
 
-def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[tuple[str, str], cost.Cost]) -> float:
+def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engine, cost.Cost]) -> float:
     """Estimate how long a block takes."""
     threads = min(2, os.cpu_count() or 1)
-    each = len(part.gravities) * len(part.curvatures) * len(part.sensors) * len(part.variants)
-    ns = sum(costs[algorithm, frame].ns_per_step for algorithm in part.algorithms for frame in part.frames)
-    samples = sum(duration * rate for rate, *_ in part.pace)
-    seconds = (samples * ns * 1e-9 * each + _CASE_SECONDS * part.cases) / threads
+    each = len(part.gravities) * len(part.curvatures) * len(part.ellipsoids) * len(part.sensors) * len(part.variants)
+    ns = sum(
+        duration * rate * costs[algorithm, frame, schedule or ()].ns_per_step
+        for rate, schedule, _ in part.pace
+        for algorithm in part.algorithms
+        for frame in part.frames
+    )
+    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / threads
     vibrating = 1 + 40 * bool(motion.vibration)
     seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
     return seconds
@@ -274,10 +287,10 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
         cases = []
         for rate, schedule, slow in part.pace:
             slower = readings.at(round(part.highest_hz / rate))
-            for algorithm, frame, gravity, curvature in part.engines:
+            for algorithm, frame, gravity, curvature, ellipsoid in part.engines:
                 case = Case(
                     part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate,
-                    schedule or (), slow,
+                    schedule or (), slow, ellipsoid,
                 )  # fmt: skip
                 cases.append((case, slower))
         futures = {pool.submit(_navigate, case, slower, part, truth, comparison): case for case, slower in cases}
@@ -331,7 +344,7 @@ def _navigate(
     from sinssim.units import ARCSEC
 
     imu = readings.imu
-    step = comparison.costs[case.algorithm, case.frame]
+    step = comparison.costs[case.algorithm, case.frame, case.schedule_hz]
     about: dict[str, Any] = {
         **asdict(case),
         "samples": len(imu),
@@ -339,12 +352,16 @@ def _navigate(
         "ns_per_step": step.ns_per_step,
         "operations_per_step": step.operations.total,
     }
+    for alone in comparison.attitude_costs:
+        if alone.algorithm == case.algorithm and not alone.by_functions:
+            about["attitude_ns_per_step"] = alone.ns_per_step
+            about["attitude_operations_per_step"] = alone.operations.total
     trajectory = truth.trajectory
     options = {
         "algorithm": case.algorithm,
         "frame": case.frame,
         "gravity": case.gravity,
-        "ellipsoid": trajectory.ellipsoid.name,
+        "ellipsoid": trajectory.ellipsoid.name if case.ellipsoid == OF_TRUTH else case.ellipsoid,
         "curvature": case.curvature,
         "rates_hz": case.schedule_hz or None,
         "slow_quantities": case.slow or "hold",
@@ -362,16 +379,8 @@ def _navigate(
         ) from mistake
     rows = len(solution.time)
     keep = np.unique(np.linspace(0, rows - 1, min(rows, _INSTANTS)).round().astype(np.intp))
-    thin = type(solution)(
-        solution.time[keep],
-        solution.latitude[keep],
-        solution.longitude[keep],
-        solution.height[keep],
-        solution.velocity_ned[keep],
-        solution.q_nb[keep],
-        solution.defect[keep],
-        solution.algorithm,
-    )
+    arrays = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
+    thin = replace(solution, events=(), **{name: getattr(solution, name)[keep] for name in arrays})
     error = navigation_error(trajectory.state(thin.time), thin, trajectory.ellipsoid)
     numbers: dict[str, Any] = {**error_numbers(error)}
     row = Row(

@@ -10,7 +10,7 @@ from sinssim.studies.schema import Part, Study
 
 Label = Callable[[Row], str]
 
-_DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "sensors", "variant")
+_DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "ellipsoid", "sensors", "variant")
 _SHOWN_HZ = 50.0
 _RATES_FOR_LINES = 3  # number of rates from which errors are drawn over the rate
 

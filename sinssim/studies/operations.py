@@ -12,7 +12,7 @@ import builtins
 import math
 import types
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -46,32 +46,36 @@ class Operations:
 
 
 class _Number:
-    """A float that counts the operations it takes part in."""
+    """A float that counts the operations it takes part in, and remembers how it was made if `tracing`."""
 
-    __slots__ = ("value",)
+    __slots__ = ("kind", "made_of", "times", "value")
     tally: ClassVar[Counter[str]] = Counter()
+    tracing: ClassVar[bool] = False
 
-    def __init__(self, value: float) -> None:
+    def __init__(self, value: float, kind: str = "", made_of: tuple[Any, ...] = (), times: int = 1) -> None:
         self.value = value
+        self.kind, self.times = kind, times
+        self.made_of = made_of if _Number.tracing else ()
+        if kind:
+            _Number.tally[kind] += times
 
     def __float__(self) -> float:
         return self.value
 
     def __neg__(self) -> _Number:
-        return _Number(-self.value)
+        return _Number(-self.value, "", (self,))
 
     def __pos__(self) -> _Number:
         return self
 
     def __abs__(self) -> _Number:
-        return _Number(abs(self.value))
+        return _Number(abs(self.value), "", (self,))
 
     def __bool__(self) -> bool:
         return bool(self.value)
 
     def __pow__(self, power: int) -> _Number:
-        _Number.tally["multiply"] += power - 1
-        return _Number(self.value**power)
+        return _Number(self.value**power, "multiply", (self,), power - 1)
 
 
 def _value(number: Any) -> float:
@@ -81,16 +85,15 @@ def _value(number: Any) -> float:
 def _counting(kind: str, operation: Callable[[float, float], float]) -> Any:
     def method(left: _Number, right: Any) -> _Number:
         # x / 12.0 is compiled to a multiplication
-        _Number.tally["multiply" if kind == "divide" and type(right) is not _Number else kind] += 1
-        return _Number(operation(left.value, _value(right)))
+        made = "multiply" if kind == "divide" and type(right) is not _Number else kind
+        return _Number(operation(left.value, _value(right)), made, (left, right))
 
     return method
 
 
 def _reflected(kind: str, operation: Callable[[float, float], float]) -> Any:
     def method(right: _Number, left: Any) -> _Number:
-        _Number.tally[kind] += 1
-        return _Number(operation(left, right.value))
+        return _Number(operation(left, right.value), kind, (right,))
 
     return method
 
@@ -116,8 +119,7 @@ def _function(kind: str, plain: Callable[..., float]) -> Callable[..., Any]:
     def counted(*arguments: Any) -> Any:
         if not any(type(a) is _Number for a in arguments):
             return plain(*arguments)
-        _Number.tally[kind] += 1
-        return _Number(plain(*map(_value, arguments)))
+        return _Number(plain(*map(_value, arguments)), kind, arguments)
 
     return counted
 
@@ -126,7 +128,7 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
     **{getattr(math, n): _function("function", getattr(math, n)) for n in ("sin", "cos", "tan", "asin", "acos")},
     **{getattr(math, n): _function("function", getattr(math, n)) for n in ("atan", "atan2", "exp", "log", "hypot")},
     math.sqrt: _function("root", math.sqrt),
-    math.copysign: lambda x, y: _Number(math.copysign(_value(x), _value(y))),
+    math.copysign: lambda x, y: _Number(math.copysign(_value(x), _value(y)), "", (x, y)),
     math.floor: lambda x: math.floor(_value(x)),
     builtins.round: lambda x: round(_value(x)),
     builtins.float: lambda x: x,
@@ -192,7 +194,24 @@ def _uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
     return quiet
 
 
-def count(kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[str, ...] = ()) -> tuple[Operations, Any]:
+def _needed(results: Iterable[Any]) -> Counter[str]:
+    """Return the operations on which numbers depend, each once, by kind."""
+    tally: Counter[str] = Counter()
+    seen: set[int] = set()
+    open_ = [number for number in results if type(number) is _Number]
+    while open_:
+        number = open_.pop()
+        if id(number) not in seen:
+            seen.add(id(number))
+            if number.kind:
+                tally[number.kind] += number.times
+            open_ += [one for one in number.made_of if type(one) is _Number]
+    return tally
+
+
+def count(
+    kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[str, ...] = (), needed: bool = False
+) -> tuple[Operations, Any]:
     """Run a kernel uncompiled and count its operations.
 
     Args:
@@ -200,6 +219,8 @@ def count(kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[st
         arguments: its arguments; float arrays among them receive its results as from the compiled kernel.
         samples: number of samples in them.
         apart: names of functions whose calls by the kernel are not counted.
+        needed: whether only those operations are counted on which the arrays depend in the end; the compiler drops the
+            others.
 
     Returns:
         Operations per sample, and the return value of the kernel.
@@ -219,7 +240,13 @@ def count(kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[st
     for name in apart:
         if name in plain.__globals__:
             plain.__globals__[name] = _uncounted(plain.__globals__[name])
-    result = plain(*counted)
+    _Number.tracing = needed
+    try:
+        result = plain(*counted)
+    finally:
+        _Number.tracing = False
+    if needed:
+        _Number.tally = _needed(number for _, numbers in arrays for number in numbers.ravel())
     for array, numbers in arrays:
         array[...] = np.array([_value(x) for x in numbers.ravel()], dtype=np.float64).reshape(array.shape)
     operations = Operations(**{kind: _Number.tally[kind] / samples for kind in _KINDS})

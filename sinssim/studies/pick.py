@@ -23,7 +23,7 @@ ALLOWED_ARCSEC = 18.0
 """The chapter's few tenths of a minute of arc: 0.3′."""
 HARDLY_WORSE = 1.1
 
-_ENGINE = ("algorithm", "frame", "gravity", "curvature")
+_ENGINE = ("algorithm", "frame", "gravity", "curvature", "ellipsoid")
 
 
 @dataclass(frozen=True)

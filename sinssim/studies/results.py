@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.frames import OF_TRUTH
 
 if TYPE_CHECKING:
+    from sinssim.studies.attitude_cost import AttitudeCost
     from sinssim.studies.cost import Cost
     from sinssim.studies.motions import MotionFacts
     from sinssim.studies.schema import Study
 
 NAN = float("nan")
+
+Engine = tuple[str, str, tuple[float, ...]]
+"""What a cost belongs to: algorithm, frame and schedule."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,7 @@ class Case:
         rate_hz: sample rate.
         schedule_hz: rates of the three-rate schedule, empty if everything runs at the sample rate.
         slow: treatment of its slow quantities between slow instants, "hold" or "extrapolate".
+        ellipsoid: the engine's; "truth" for that of the motion.
     """
 
     part: str
@@ -43,6 +49,7 @@ class Case:
     rate_hz: float
     schedule_hz: tuple[float, ...]
     slow: str
+    ellipsoid: str = OF_TRUTH
 
     @property
     def pace(self) -> str:
@@ -64,7 +71,9 @@ class Row(Case):
         max_defect: largest loss of norm or orthogonality.
         passages: number of passages of the attitude through an algorithm's singularity.
         max_damage_arcsec: largest damage by such a passage.
-        ns_per_step, operations_per_step: cost per sample in this algorithm and frame, at the sample rate.
+        ns_per_step, operations_per_step: cost per sample in this algorithm, frame and schedule, at the sample rate.
+        attitude_ns_per_step, attitude_operations_per_step: those of the attitude alone with its matrix; NaN for an
+            algorithm that iterates attitude, velocity and position together.
     """
 
     status: str = "done"
@@ -88,6 +97,8 @@ class Row(Case):
     max_damage_arcsec: float = 0.0
     ns_per_step: float = NAN
     operations_per_step: float = NAN
+    attitude_ns_per_step: float = NAN
+    attitude_operations_per_step: float = NAN
 
 
 @dataclass(frozen=True)
@@ -186,7 +197,8 @@ class StudyResult:
         rows: one row for each finished case.
         histories: growth of the errors by case.
         motions: numbers of each motion by its part's title and its name.
-        costs: cost by algorithm and frame.
+        costs: cost of the whole navigation by algorithm, frame and schedule, which is empty for one rate.
+        attitude_costs: cost of the attitude alone.
         orders: orders of convergence.
         verdicts: the claims.
         picks: recommended engines, part by part.
@@ -198,7 +210,8 @@ class StudyResult:
     rows: list[Row] = field(default_factory=list)
     histories: dict[Case, ErrorGrowth] = field(default_factory=dict)
     motions: dict[tuple[str, str], MotionFacts] = field(default_factory=dict)
-    costs: dict[tuple[str, str], Cost] = field(default_factory=dict)
+    costs: dict[Engine, Cost] = field(default_factory=dict)
+    attitude_costs: list[AttitudeCost] = field(default_factory=list)
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
     picks: list[Pick] = field(default_factory=list)
@@ -276,4 +289,4 @@ def fit_orders(rows: list[Row]) -> list[Order]:
 
 
 def _engine(row: Row) -> tuple[str, ...]:
-    return row.algorithm, row.frame, row.gravity, row.curvature, row.variant
+    return row.algorithm, row.frame, row.gravity, row.curvature, row.ellipsoid, row.variant

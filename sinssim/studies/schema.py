@@ -14,9 +14,10 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
-from sinssim.errors import unknown_name
-from sinssim.frames import CURVATURES, FRAME_REGISTRY
-from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, Vertical
+from sinssim.algorithms import schedule as whole_rates
+from sinssim.errors import InputError, unknown_name
+from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH
+from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
 from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
@@ -32,7 +33,7 @@ CLAIMS: dict[str, str] = {
     "cheapest": "quaternions are the cheapest at equal accuracy",
     "orthogonality": "the two quaternions of (8.19) guarantee orthogonality",
     "euler-limit": "the integration of Euler angles has no ±90° limit",
-    "simplified-radii": "the simplified radii (8.16) can cost as much as a high-quality gyro",
+    "simplified-radii": "simplified radii of curvature can cost as much as a high-quality gyro",
     "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
     "gyro-free": "without gyros the position error grows with the square of time and worse",
     "coning-drift": (
@@ -125,7 +126,6 @@ def _variant(name: str) -> str:
 
 Claim = Annotated[str, AfterValidator(_claim)]
 Variant = Annotated[str, AfterValidator(_variant)]
-Schedule = tuple[Rate, Rate, Rate]
 
 
 class Part(Section):
@@ -146,7 +146,9 @@ class Part(Section):
     )
     rates_hz: tuple[Rate, ...] = Field(default=(), description="sample rates; each divides the highest")
     schedules_hz: tuple[Schedule, ...] = Field(
-        default=(), description="three-rate schedules: fast, medium and slow, each dividing the one before"
+        default=(),
+        description="schedules: fast, medium and slow rate, or those of attitude, and of velocity and position; each "
+        "divides the one before",
     )
     slow_quantities: tuple[Literal["hold", "extrapolate"], ...] = Field(
         default=("hold",),
@@ -155,7 +157,12 @@ class Part(Section):
     )
     frames: tuple[Frame, ...] = Field(default=("level",), min_length=1, description="navigation frames")
     gravities: tuple[Gravity, ...] = Field(default=("normal",), min_length=1, description="the engine's gravity model")
-    curvatures: tuple[Curvature, ...] = Field(default=("exact",), min_length=1, description="radii of curvature")
+    curvatures: tuple[Curvature, ...] = Field(
+        default=("exact",), min_length=1, description=f"radii of curvature: {', '.join(CURVATURES)}"
+    )
+    ellipsoids: tuple[OwnEllipsoid, ...] = Field(
+        default=(OF_TRUTH,), min_length=1, description=f'the engine\'s Earth; "{OF_TRUTH}": that of the motion'
+    )
     vertical: Vertical = Field(default="baro-loop", description="height channel; its reference is the true height")
 
     @field_validator("algorithms")
@@ -172,8 +179,8 @@ class Part(Section):
         return tuple(found)
 
     @field_validator(
-        "algorithms", "sensors", "frames", "gravities", "curvatures", "variants", "rates_hz", "schedules_hz",
-        "slow_quantities", "decides",
+        "algorithms", "sensors", "frames", "gravities", "curvatures", "ellipsoids", "variants", "rates_hz",
+        "schedules_hz", "slow_quantities", "decides",
     )  # fmt: skip
     @classmethod
     def _once(cls, values: tuple[object, ...], info: ValidationInfo) -> tuple[object, ...]:
@@ -195,12 +202,10 @@ class Part(Section):
         if not self.rates_hz and not self.schedules_hz:
             raise ValueError("rates_hz, for example rates_hz = [100.0], or schedules_hz is needed")
         for schedule in self.schedules_hz:
-            for fast, slow in itertools.pairwise(schedule):
-                if whole_ratio(fast, slow) is None:
-                    raise ValueError(
-                        f"schedules_hz: {slow:g} Hz does not divide {fast:g} Hz; each rate of a schedule (fast, "
-                        "medium, slow) is a whole fraction of the one before"
-                    )
+            try:
+                whole_rates(schedule, schedule[0])
+            except InputError as error:
+                raise ValueError(f"schedules_hz: {str(error).removeprefix('rates_hz: ')}") from error
         for rate in (*self.rates_hz, *(schedule[0] for schedule in self.schedules_hz)):
             if whole_ratio(self.highest_hz, rate) is None:
                 near = self.highest_hz / max(2, round(self.highest_hz / rate))
@@ -213,10 +218,11 @@ class Part(Section):
     @model_validator(mode="after")
     def _everything_is_used(self) -> Self:
         without = [name for name in self.frames if not FRAME_REGISTRY[name].has_radii]
-        if "simplified" in self.curvatures and without:
+        idle_radii = [name for name in self.curvatures if name != "exact"]
+        if idle_radii and without:
             raise ValueError(
-                f'curvatures = ["simplified"] would have no effect in frames = ["{without[0]}"], which has no radii of '
-                f"curvature: put the {without[0]} frame in a separate part"
+                f'curvatures = ["{idle_radii[0]}"] would have no effect in frames = ["{without[0]}"], which has no '
+                f"radii of curvature: put the {without[0]} frame in a separate part"
             )
         if "extrapolate" in self.slow_quantities and not self.schedules_hz:
             raise ValueError(
@@ -247,9 +253,9 @@ class Part(Section):
         return (*((rate, None, "") for rate in self.rates_hz), *schedules)
 
     @property
-    def engines(self) -> tuple[tuple[str, str, str, str], ...]:
-        """Every combination of algorithm, frame, gravity and curvature."""
-        return tuple(itertools.product(self.algorithms, self.frames, self.gravities, self.curvatures))
+    def engines(self) -> tuple[tuple[str, str, str, str, str], ...]:
+        """Every combination of algorithm, frame, gravity, curvature and ellipsoid."""
+        return tuple(itertools.product(self.algorithms, self.frames, self.gravities, self.curvatures, self.ellipsoids))
 
     @property
     def cases(self) -> int:
@@ -297,6 +303,3 @@ class Study(Section):
                     f"{count} parts have the title {title!r}; give each part its own title, by which results are found"
                 )
         return self
-
-
-assert set(CURVATURES) == {"exact", "simplified"}  # `claims` compares these two

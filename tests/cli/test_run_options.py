@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from sinssim import ImuData, navigate
 from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
+from sinssim.frames import FRAMES
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.sections.compensation import CompensationSection
@@ -37,18 +38,44 @@ def scenario(navigation: dict[str, Any], **more: Any) -> Scenario:
     return Scenario.model_validate(data)
 
 
-def test_three_rates_as_navigate_has_them() -> None:
-    rates = (50.0, 25.0, 5.0)
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("rates", [(50.0, 25.0, 5.0), (50.0, 5.0)])
+def test_three_rates_as_navigate_has_them(frame: str, rates: tuple[float, ...]) -> None:
     errors = {}
     for slow in ("hold", "extrapolate"):
-        result = run(scenario({"rates_hz": rates, "slow_quantities": slow}))
+        result = run(scenario({"rates_hz": rates, "slow_quantities": slow, "frame": frame}))
         solution = result.solutions["quaternion"]
         assert np.allclose(np.diff(solution.time), 0.2, rtol=0, atol=1e-9)
         first = result.trajectory.state(result.ideal.time[0])
-        direct = navigate(result.ideal, first, rates_hz=rates, slow_quantities=slow)
+        direct = navigate(result.ideal, first, rates_hz=rates, slow_quantities=slow, frame=frame)
         assert np.array_equal(solution.latitude, direct.latitude)
         errors[slow] = result.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
     assert errors["extrapolate"] < errors["hold"]
+
+
+@pytest.mark.parametrize("frame", ["level", "inertial"])
+def test_navigator_on_another_ellipsoid_as_navigate_has_it(frame: str) -> None:
+    result = run(scenario({"ellipsoid": "krasovsky-1940", "frame": frame}, truth={"ellipsoid": "pz-90.11"}))
+    solution = result.solutions["quaternion"]
+    first = result.trajectory.state(result.ideal.time[0])
+    direct = navigate(result.ideal, first, ellipsoid="krasovsky-1940", frame=frame)
+    assert np.array_equal(solution.latitude, direct.latitude)
+    assert solution.latitude[0] == first.latitude  # the same numbers at the start
+    own = run(scenario({"frame": frame}, truth={"ellipsoid": "pz-90.11"}))
+    same = run(scenario({"frame": frame, "ellipsoid": "pz-90.11"}, truth={"ellipsoid": "pz-90.11"}))
+    assert np.array_equal(own.solutions["quaternion"].latitude, same.solutions["quaternion"].latitude)
+    most = {name: r.summary["algorithms"]["quaternion"]["max_horizontal_error_m"] for name, r in
+            (("own", own), ("other", result))}  # fmt: skip
+    assert most["own"] < 1e-3 < 0.1 < most["other"]
+
+
+def test_navigator_on_another_ellipsoid_is_said(tmp_path: Path) -> None:
+    from sinssim.scenario.notes import earth_of_the_navigator
+
+    (note,) = earth_of_the_navigator(scenario({"ellipsoid": "chapter"}))
+    assert 'navigation.ellipsoid = "chapter" over a true Earth "wgs84"' in note
+    assert not list(earth_of_the_navigator(scenario({"ellipsoid": "wgs84"})))
+    assert not list(earth_of_the_navigator(scenario({})))
 
 
 def test_height_loop_goes_by_the_barometer() -> None:
@@ -107,13 +134,10 @@ def test_route_of_the_transverse_frame() -> None:
         (100.0, {"rates_hz": [100.0, 30.0, 10.0]}, "navigation.rates_hz: the medium rate, 30 Hz, does not divide"),
         (100.0, {"rates_hz": [80.0, 40.0, 10.0]}, "navigation.rates_hz: the fast rate, 80 Hz, does not divide"),
         (50.0, {"rates_hz": [100.0, 50.0, 10.0]}, "the fast rate, 100 Hz, does not divide the data's rate, 50 Hz"),
-        (100.0, {"rates_hz": [100.0, 50.0]}, "navigation.rates_hz"),
+        (100.0, {"rates_hz": [100.0, 30.0]}, "the medium rate, 30 Hz, does not divide the fast rate, 100 Hz, a whole"),
+        (100.0, {"rates_hz": [100.0]}, "or two, of attitude and of velocity and position; it has 1"),
+        (100.0, {"rates_hz": [100.0, 50.0, 10.0, 5.0]}, "must have three rates, of the fast, medium and slow part, or"),
         (100.0, {"rates_hz": [100.0, -50.0, 10.0]}, "navigation.rates_hz"),
-        (
-            100.0,
-            {"rates_hz": [100.0, 50.0, 10.0], "frame": "wander"},
-            "navigation.rates_hz: the three-rate schedule works in",
-        ),
         (
             100.0,
             {"rates_hz": [100.0, 50.0, 10.0], "algorithms": ["quaternion", "rotation-vector-2"]},

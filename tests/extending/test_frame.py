@@ -33,5 +33,8 @@ def test_page(tmp_path: Path) -> None:
     assert looped < 0.02
     assert lines[2].startswith("functional-iteration has its own engine for each frame, but none for earth")
     assert 'frame = "earth-fixed" has no radii of curvature; level, wander' in lines[3]
-    assert "the three-rate schedule works in the frame level, not in earth-fixed" in lines[4]
+    assert (
+        "the three-rate schedule works in the frames level, wander, free-azimuth, transverse and inertial, not in"
+        in lines[4]
+    )
     assert "earth-fixed" in copy.command("list", "frames")

@@ -146,7 +146,12 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         ("rate_hz = 100.0", 'grade = "laser-standart"', 0, "Did you mean 'laser-standard'? Known: consumer, ideal,"),
         ('"euler"]', '"euler"]\nframe = "levl"', 1, "unknown frame 'levl'. Did you mean 'level'? Known: "),
         ('"euler"]', '"euler"]\nvertical = "baro"', 1, "unknown vertical channel 'baro'. Did you mean"),
-        ('"euler"]', '"euler"]\ncurvature = "round"', 1, "unknown curvature 'round'. Known: exact, simplified"),
+        (
+            '"euler"]',
+            '"euler"]\ncurvature = "round"',
+            1,
+            "unknown curvature 'round'. Known: exact, no-height, simplified",
+        ),
         ('"euler"', '"quaternion"', -1, "algorithms contains an algorithm twice"),
         ('["quaternion", "euler"]', "[]", 0, "navigation.algorithms must have at least 1 entry, and has 0"),
     ],

@@ -52,6 +52,7 @@ def test_velocity_rate(at_10, at_20, expected):
             schedule_hz=(200.0, rate, rate),
             max_horizontal_error_m=error,
             max_velocity_error_mps=error / 1e3,
+            operations_per_step=600.0 + rate,
         )
 
     real = row(
@@ -61,6 +62,8 @@ def test_velocity_rate(at_10, at_20, expected):
     found = verdict("velocity-rate", slow(10.0, at_10), slow(20.0, at_20), real)
     assert found.verdict == expected
     assert found.numbers["flight: 10 Hz, m"] == at_10
+    assert found.numbers["200/20/20: operations per step"] == 620.0
+    assert found.points[-1] == "operations per fast step: 200/10/10 610, 200/20/20 620"
 
 
 @pytest.mark.parametrize(
@@ -97,6 +100,22 @@ def test_cheapest(operations, expected):
     )
     assert found.verdict == expected  # neither the inaccurate one nor the one beyond the chapter decides
     assert found.numbers["flight: quaternions, 1000 operations/s"] == pytest.approx(operations / 10.0)
+    assert "attitude alone" not in found.reason
+
+
+def test_cheapest_attitude_alone():
+    """Beside the whole navigation, which decides: the least of each family by the attitude's own operations."""
+    good = {"max_attitude_error_arcsec": 1.0, "ns_per_step": 100.0, "operations_per_step": 1000.0}
+    found = verdict(
+        "cheapest",
+        row("quaternion-3", **good, attitude_operations_per_step=200.0),
+        row("quaternion-4", **{**good, "operations_per_step": 990.0}, attitude_operations_per_step=250.0),
+        row("poisson-3", **{**good, "operations_per_step": 1010.0}, attitude_operations_per_step=300.0),
+        row("euler", **{**good, "operations_per_step": 1200.0}, attitude_operations_per_step=500.0),
+    )
+    assert found.verdict == "confirmed"
+    assert "of the attitude alone +50.0 % to +50.0 %" in found.reason
+    assert found.numbers["flight: Euler angles, attitude alone, 1000 operations/s"] == pytest.approx(50.0)
 
 
 @pytest.mark.parametrize(("defect", "expected"), [(1e-13, "confirmed"), (1e-6, "partly")])
@@ -114,15 +133,20 @@ def test_euler_limit(damage, expected):
     assert found.numbers["quaternion, arcsec"] == 1e-3
 
 
-@pytest.mark.parametrize(("metres", "equivalent", "expected"), [(10.0, 1e-4, "refuted"), (500.0, 5e-3, "confirmed")])
-def test_simplified_radii(metres, equivalent, expected):
-    found = verdict(
-        "simplified-radii",
-        row(curvature="simplified", max_horizontal_error_m=metres),
-        row(sensors="gyro-0_01-deg-h", max_horizontal_error_m=1000.0),
-    )
+@pytest.mark.parametrize(
+    ("metres", "spherical", "expected"),
+    [(10.0, None, "refuted"), (500.0, None, "confirmed"), (10.0, 700.0, "partly"), (10.0, 349.0, "refuted"),
+     (350.0, 351.0, "confirmed")],
+)  # fmt: skip
+def test_simplified_radii(metres, spherical, expected):
+    forms = [row(curvature="simplified", max_horizontal_error_m=metres)]
+    if spherical:
+        forms.append(row(curvature="spherical", max_horizontal_error_m=spherical))
+    found = verdict("simplified-radii", *forms, row(sensors="gyro-0_01-deg-h", max_horizontal_error_m=1000.0))
     assert found.verdict == expected
-    assert found.numbers["flight: equivalent gyro bias, deg/h"] == pytest.approx(equivalent)
+    assert found.numbers["flight: simplified, equivalent gyro bias, deg/h"] == pytest.approx(metres * 1e-5)
+    if spherical:
+        assert found.numbers["spherical: largest equivalent gyro bias, deg/h"] == pytest.approx(spherical * 1e-5)
 
 
 @pytest.mark.parametrize(

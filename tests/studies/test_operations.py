@@ -85,6 +85,28 @@ def test_what_stands_apart_is_not_counted_where_the_kernel_itself_calls_it():
     assert out[0] == 19.0
 
 
+def test_only_what_is_needed():
+    """Of two sums and two products of three numbers each, those that no result depends on."""
+
+    @kernel
+    def wasteful(a, b, out):
+        for i in range(3):
+            unused = a[i] * b[i] + 1.0
+            out[0] = a[i] * a[i] - abs(-b[i]) ** 2 + 0.0 * (i * 1.0)
+        out[1] = unused
+
+    out = np.zeros(2)
+    arguments = (np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0]), out)
+    every, _ = count(wasteful, arguments, 1)
+    assert (every.multiply, every.add) == (9, 9)
+    needed, _ = count(wasteful, arguments, 1, needed=True)
+    # the last pass alone: a², b², their difference and + 0; then a b + 1
+    assert (needed.multiply, needed.add) == (3, 3)
+    np.testing.assert_array_equal(out, [-27.0, 19.0])
+    again, _ = count(wasteful, arguments, 1)
+    assert again == every
+
+
 def test_poisson_costs_its_products_and_no_output():
     """Poisson's fourth-order step beside that of the second: two more products and sums for s and c, twice."""
     second, fourth = (cost.count_operations(f"poisson-{n}", "level") for n in (2, 4))
@@ -104,6 +126,28 @@ def test_counted_navigation_is_the_compiled_one(algorithm, frame):
     np.testing.assert_allclose(counted.latitude, compiled.latitude, rtol=0, atol=1e-15)
     np.testing.assert_allclose(counted.velocity_ned, compiled.velocity_ned, rtol=0, atol=1e-11)
     assert 200 < operations.total < 10_000
+
+
+@pytest.mark.parametrize("frame", ["level", "wander", "inertial"])
+def test_counted_schedule_is_the_compiled_one(frame):
+    operations, counted = cost._counted("quaternion", frame, (4, 5))
+    imu, initial = cost._data(cost._COUNTED_SAMPLES)
+    compiled = navigate(imu, initial, frame=frame, rates_hz=(100.0, 25.0, 5.0))
+    np.testing.assert_array_equal(counted.time, compiled.time)
+    np.testing.assert_allclose(counted.q_nb, compiled.q_nb, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(counted.velocity_ned, compiled.velocity_ned, rtol=0, atol=1e-11)
+    assert operations == cost.measure_cost("quaternion", frame, (200.0, 50.0, 10.0)).operations
+
+
+@pytest.mark.parametrize("frame", ["level", "inertial"])
+def test_a_schedule_costs_its_parts(frame):
+    """Fast + medium/r + slow/(r s): from three schedules follows a fourth."""
+    ratios = [(1, 1), (2, 1), (2, 2)]
+    shares = np.array([[1.0, 1.0 / r, 1.0 / (r * s)] for r, s in ratios])
+    parts = np.linalg.solve(shares, [cost.count_operations("quaternion", frame, pair).total for pair in ratios])
+    assert np.all(parts > 20.0)
+    expected = parts @ [1.0, 1.0 / 10.0, 1.0 / 50.0]
+    assert cost.count_operations("quaternion", frame, (10, 5)).total == pytest.approx(expected, abs=2.0)
 
 
 def test_several_samples_a_step_take_fewer_operations_a_sample():

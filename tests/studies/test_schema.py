@@ -74,7 +74,10 @@ def test_studies_are_no_scenarios() -> None:
         ("parts.1.rates_hz=[]", ["rates_hz"]),
         ("parts.1.rates_hz=[100.0, 100.0]", ["rates_hz", "100.0 Hz 2 times"]),
         ("parts.1.rates_hz=[0.0]", ["at least 1e-06"]),
-        ("parts.1.schedules_hz=[[100.0, 40.0, 10.0]]", ["40 Hz does not divide 100 Hz", "fast, medium"]),
+        (
+            "parts.1.schedules_hz=[[100.0, 40.0, 10.0]]",
+            ["medium rate, 40 Hz, does not divide the fast rate, 100 Hz", "use 50 or 33.3333333 Hz"],
+        ),
         ('parts.1.algorithms=["quaternoin"]', ["unknown algorithm 'quaternoin'", "Did you mean 'quaternion'"]),
         ('parts.1.algorithms=["euler", "euler"]', ["'euler' 2 times"]),
         ('parts.1.algorithms=["measured-attitude"]', ['variants = ["attitude-sensor"]']),

@@ -24,6 +24,8 @@ class Listing(StrEnum):
     ALGORITHMS = "algorithms"
     FRAMES = "frames"
     GRAVITY = "gravity"
+    CURVATURES = "curvatures"
+    ELLIPSOIDS = "ellipsoids"
     GRADES = "grades"
     VIEWS = "views"
     AIDING = "aiding"
@@ -78,6 +80,14 @@ def names_of(kind: Listing) -> Mapping[str, str]:
             from sinssim.earth.models import GRAVITY_MODELS
 
             return GRAVITY_MODELS
+        case Listing.CURVATURES:
+            from sinssim.frames import CURVATURES
+
+            return CURVATURES
+        case Listing.ELLIPSOIDS:
+            from sinssim.earth.models import describe_ellipsoids
+
+            return describe_ellipsoids()
         case Listing.GRADES:
             from sinssim.sensors.imu.grades import GRADES
 

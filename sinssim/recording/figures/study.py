@@ -280,7 +280,7 @@ def _short(value: float) -> str:
 
 @styled
 def costs(comparison: StudyResult) -> Figure:
-    """Draw the cost of one navigation step of each algorithm: operations, and processor time.
+    """Draw the cost of one step of each algorithm, frame and schedule: operations, and processor time.
 
     Args:
         comparison: the study.
@@ -289,8 +289,8 @@ def costs(comparison: StudyResult) -> Figure:
         The figure.
     """
     measured = list(comparison.costs.values())
-    frames = {cost.frame for cost in measured}
-    names = [cost.algorithm if len(frames) == 1 else f"{cost.algorithm} · {cost.frame}" for cost in measured]
+    several = [key for key in ("frame", "pace") if len({getattr(cost, key) for cost in measured}) > 1]
+    names = [" · ".join([cost.algorithm, *(getattr(cost, key) for key in several)]) for cost in measured]
     figure = new_figure(8.5, 0.9 + 0.24 * len(names))
     left, right = figure.subplots(1, 2, sharey=True)
     colors = [color_of(cost.algorithm) for cost in measured]

@@ -28,6 +28,7 @@ from sinssim.recording.scales import duration_words
 from sinssim.recording.store.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scenario.height import height_words
+from sinssim.scenario.notes import earth_of_the_navigator
 from sinssim.scenario.summary import sensor_words
 
 if TYPE_CHECKING:
@@ -145,6 +146,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         f"{duration_words(duration)} in the frame “{navigation.frame}”."
     )
     yield f"Height of the inertial solutions: {height_words(scenario)}."
+    yield from earth_of_the_navigator(scenario)
     if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
         yield flags
     if "redundancy" in summary:

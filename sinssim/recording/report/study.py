@@ -18,6 +18,7 @@ from sinssim.studies.naming import (
     sensors_of,
     varying,
 )
+from sinssim.studies.operations import Operations
 from sinssim.studies.results import ERRORS, Row, StudyResult, Verdict
 from sinssim.studies.schema import Part
 
@@ -29,6 +30,8 @@ _METRICS = (
     ("final_attitude_error_arcsec", "final, ″"),
     ("max_defect", "defect max"),
 )
+
+_KINDS = ("+ −", "×", "÷", "√", "sin, cos, …", "all")
 
 _STYLE = """
 .verdict { display: inline-block; min-width: 5.6rem; text-align: center; border-radius: 3px; padding: 0 .5rem;
@@ -104,7 +107,7 @@ def _picks(comparison: StudyResult) -> str:
     return picks.replace("<td class=name>", '<td class="text">') + (
         "<p class=note>The engine with the least computation among those accurate enough on every motion: horizontal "
         "error at most 0.1 nmi/h, or 1.1 of the least on that motion, and attitude error at most 0.3′, or 1.1 of the "
-        "least. Processor time as measured below, at the sample rate; a schedule takes less than that.</p>"
+        "least. Processor time as measured below, of each schedule with its own rates.</p>"
     )
 
 
@@ -235,28 +238,68 @@ def _passages(rows: list[Row]) -> str:
 def _costs(comparison: StudyResult) -> list[str]:
     lines = []
     for cost in comparison.costs.values():
-        o = cost.operations
+        per_second = f"{cost.ns_per_step * cost.schedule_hz[0] * 1e-3:.1f}" if cost.schedule_hz else "–"
         lines.append(
             (
                 _swatch(cost.algorithm) + words(cost.algorithm),
                 words(cost.frame),
-                *(f"{value:.0f}" for value in (o.add, o.multiply)),
-                *(f"{value:.1f}" for value in (o.divide, o.root, o.function)),
-                f"{o.total:.0f}",
+                words(cost.pace),
+                *_operations(cost.operations),
                 f"{cost.ns_per_step:.0f}",
                 f"{1e3 / cost.ns_per_step:.2f}",
+                per_second,
             )
         )
-    heads = ("algorithm", "frame", "+ −", "×", "÷", "√", "sin, cos, …", "all", "ns per step", "million steps/s")
+    heads = ("algorithm", "frame", "rates, Hz", *_KINDS, "ns per step", "million steps/s", "µs per s of motion")
     return [
+        "<h3>Whole navigation</h3>",
         "<p class=note>A step is the whole navigation of one sample: attitude, velocity and position, Coriolis and "
-        "gravity. Operations are counted by running the code of the step on numbers that count their operations, as "
-        "written and along the branches taken; the compiled code may need fewer. The unit quaternion and the defect in "
-        "a row of the solution are not counted. Time is the processor time of one core for the whole call with its "
-        "checks and output rows, the minimum of several calls.</p>",
+        "gravity. Of a schedule it is one step of the fast part with its share of the medium and the slow part; the "
+        "cost depends on the ratios of the rates alone, and holding and extrapolating cost the same. Operations are "
+        "counted by running the code of the step on numbers that count their operations, as written and along the "
+        "branches taken; the compiled code may need fewer. The unit quaternion and the defect in a row of the solution "
+        "are not counted. Time is the processor time of one core for the whole call with its checks and output rows, "
+        "the minimum of several calls. The engine of one rate compensates the increments in blocks, several in one "
+        "operation of the processor, and has a higher order; that of a schedule does not.</p>",
         to_svg(figures.costs(comparison), "costs"),
-        table(heads, lines, 2),
+        table(heads, lines, 3),
+        *_attitude_costs(comparison),
     ]
+
+
+def _attitude_costs(comparison: StudyResult) -> list[str]:
+    """Return the table of the costs of the attitude alone."""
+    if not comparison.attitude_costs:
+        return []
+    lines = [
+        (
+            _swatch(cost.algorithm) + words(cost.name),
+            *_operations(cost.operations),
+            f"{cost.matrix.total:.0f}",
+            f"{cost.matrix.function:.0f}",
+            f"{cost.ns_per_step:.1f}",
+        )
+        for cost in comparison.attitude_costs
+    ]
+    heads = ("algorithm", *_KINDS, "of these, B", "sin, cos of B", "ns per step")
+    return [
+        "<h3>Attitude alone</h3>",
+        "<p class=note>A step is the compensation of the angle increments, the attitude, and the matrix B that "
+        "resolves forces, computed for every sample; velocity and position are left out. Only operations that attitude "
+        "and B depend on are counted. B follows from a quaternion by products and is itself the variable of Poisson’s "
+        "equation. Euler angles need sines and cosines: the engine has them from its step by the addition theorems; "
+        "the other line has six functions for each B. A sine counts as one operation, but takes the time of many.</p>",
+        table(heads, lines, 1),
+    ]
+
+
+def _operations(o: Operations) -> tuple[str, ...]:
+    """Return the cells of the numbers of operations, in the order of `_KINDS`."""
+    return (
+        *(f"{value:.0f}" for value in (o.add, o.multiply)),
+        *(f"{value:.1f}" for value in (o.divide, o.root, o.function)),
+        f"{o.total:.0f}",
+    )
 
 
 def _motions(comparison: StudyResult) -> str:

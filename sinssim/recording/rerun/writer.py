@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.rerun import log_run as pictures
@@ -92,10 +93,11 @@ class RunWriter:
             write = self._recording.document
             self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
             self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events)
-            self._coordinates = _coordinate_streams(scenario, trajectory, truth)
+            own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
+            self._coordinates = _coordinate_streams(scenario, own, truth)
             for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
                 self._stream(stream)
-            for stream in self._coordinates.of("truth", time, truth):
+            for stream in _coordinate_streams(scenario, trajectory.ellipsoid, truth).of("truth", time, truth):
                 self._stream(stream)
             for stream in channel_streams(trajectory.channels):
                 self._stream(stream)
@@ -254,13 +256,13 @@ class RunWriter:
         self._recording.document(RUN_ENTITY, self._run.to_json())
 
 
-def _coordinate_streams(scenario: Scenario, trajectory: Trajectory, truth: NavState) -> CoordinateStreams:
-    """Return what makes the streams in the coordinates that a scenario records."""
+def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState) -> CoordinateStreams:
+    """Return what makes the streams in the coordinates that a scenario records, of a motion on an ellipsoid."""
     route = scenario.navigation.route_deg
     start = (float(truth.latitude[0]), float(truth.longitude[0]))
     pole = route_pole(None if route is None else tuple(np.radians(route)), *start, truth.velocity_ned[0])
     begin = start if route is None else (float(np.radians(route[0])), float(np.radians(route[1])))
-    return CoordinateStreams(scenario.coordinates, scenario.output.angles, trajectory.ellipsoid, pole, begin)
+    return CoordinateStreams(scenario.coordinates, scenario.output.angles, ellipsoid, pole, begin)
 
 
 def _give_back_memory() -> None:

@@ -37,6 +37,14 @@ def results(comparison: StudyResult) -> dict[str, Any]:
             {"part": part, "motion": name, **asdict(facts)} for (part, name), facts in comparison.motions.items()
         ],
         "costs": [{**asdict(cost), "operations_per_step": cost.operations.total} for cost in comparison.costs.values()],
+        "attitude_costs": [
+            {
+                **asdict(cost),
+                "operations_per_step": cost.operations.total,
+                "matrix_operations_per_step": cost.matrix.total,
+            }
+            for cost in comparison.attitude_costs
+        ],
         "orders": [asdict(order) for order in comparison.orders],
         "cases": [asdict(row) for row in comparison.rows],
         "versions": versions(),

@@ -13,7 +13,7 @@ from sinssim.recording.store.filter_summary import sentences
 from sinssim.recording.store.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
-from sinssim.scenario.notes import defaults_taken, keys_without_effect
+from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,7 +53,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         table.add_column(heading, justify="right", no_wrap=True)
     for name, errors in {**summary["algorithms"], **aided}.items():
         table.add_row(name, *_cells(errors, failed=name in failures))
-    lines = [f"Height of the inertial solutions: {height_words(scenario)}."]
+    lines = [f"Height of the inertial solutions: {height_words(scenario)}.", *earth_of_the_navigator(scenario)]
     samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
     if flags := flagged_words(summary["flagged_samples"], samples):
         lines.append(flags)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, BeforeValidator
 
 from sinssim.algorithms import SCENARIO_ALGORITHMS
 from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS
@@ -13,9 +13,11 @@ from sinssim.errors import unknown_name
 from sinssim.frames import (
     CURVATURES,
     FRAMES,
+    OF_TRUTH,
     SLOW_QUANTITIES,
     VERTICALS,
 )
+from sinssim.section import Rate
 
 
 def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
@@ -29,8 +31,24 @@ def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
     return check
 
 
+def _three_of_two(rates: Any) -> Any:
+    """Return the three rates of a list of two, in which velocity and position have the same."""
+    if not isinstance(rates, list | tuple):
+        return rates
+    if len(rates) not in (2, 3):
+        raise ValueError(
+            f"must have three rates, of the fast, medium and slow part, or two, of attitude and of velocity and "
+            f"position; it has {len(rates)}"
+        )
+    return (*rates, rates[1]) if len(rates) == 2 else rates
+
+
+Schedule = Annotated[tuple[Rate, Rate, Rate], BeforeValidator(_three_of_two)]
+"""Fast, medium and slow rate, Hz; two are those of attitude, and of velocity and position."""
 Gravity = Annotated[str, AfterValidator(known_name("gravity model", GRAVITY_MODELS))]
 EllipsoidName = Annotated[str, AfterValidator(known_name("ellipsoid", ELLIPSOIDS))]
+OwnEllipsoid = Annotated[str, AfterValidator(known_name("ellipsoid", (OF_TRUTH, *ELLIPSOIDS)))]
+"""The navigator's ellipsoid: by name, or that of the truth."""
 Algorithm = Annotated[str, AfterValidator(known_name("algorithm", SCENARIO_ALGORITHMS))]
 Frame = Annotated[str, AfterValidator(known_name("frame", FRAMES))]
 Curvature = Annotated[str, AfterValidator(known_name("curvature", CURVATURES))]

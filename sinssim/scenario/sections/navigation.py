@@ -13,6 +13,7 @@ from sinssim.frames import (
     BARO_TIME_CONSTANT,
     CURVATURES,
     FRAME_REGISTRY,
+    OF_TRUTH,
     SLOW_QUANTITIES,
     VERTICALS,
     check_curvature,
@@ -25,6 +26,8 @@ from sinssim.scenario.sections.choices import (
     Curvature,
     Frame,
     Gravity,
+    OwnEllipsoid,
+    Schedule,
     SlowQuantities,
     Vertical,
 )
@@ -32,7 +35,6 @@ from sinssim.section import (
     Latitude,
     Longitude,
     Offset,
-    Rate,
     Section,
     Speed,
     Spread,
@@ -80,7 +82,15 @@ class NavigationSection(Section):
     )
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
-    curvature: Curvature = Field(default="exact", description=f"radii of curvature: {' or '.join(CURVATURES)}")
+    ellipsoid: OwnEllipsoid = Field(
+        default=OF_TRUTH,
+        description="ellipsoid, gravity and Earth rate of the navigator, see `sinssim list ellipsoids`; "
+        f'"{OF_TRUTH}": those of [truth]. It starts with the true latitude, longitude and height as numbers, and its '
+        "error is the difference of these numbers",
+    )
+    curvature: Curvature = Field(
+        default="exact", description=f"radii of curvature: {', '.join(CURVATURES)}; see `sinssim list curvatures`"
+    )
     vertical: Vertical = Field(
         default="free",
         description=f"height channel: {', '.join(VERTICALS)}; default: baro-loop for [flight], [great_circle] and "
@@ -91,9 +101,10 @@ class NavigationSection(Section):
         description='time constant of vertical = "baro-loop"; the loop holds the '
         "error of a reading until the next one arrives, and opens if that is overdue",
     )
-    rates_hz: tuple[Rate, Rate, Rate] | None = Field(
+    rates_hz: Schedule | None = Field(
         default=None,
-        description="rates of the fast, medium and slow part; each divides the one before, the fast one the IMU's",
+        description="rates of the fast, medium and slow part, or of attitude, and of velocity and position; each "
+        "divides the one before, the fast one the IMU's",
     )
     slow_quantities: SlowQuantities = Field(
         default="hold",
@@ -105,6 +116,10 @@ class NavigationSection(Section):
         "default: the great circle along the initial velocity",
     )
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
+
+    def ellipsoid_over(self, true: str) -> str:
+        """Return the name of the navigator's ellipsoid over a true Earth of the given name."""
+        return true if self.ellipsoid == OF_TRUTH else self.ellipsoid
 
     @model_validator(mode="after")
     def _algorithms_once(self) -> Self:

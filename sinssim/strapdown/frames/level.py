@@ -33,6 +33,7 @@ from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
 from sinssim.strapdown.frames.problem import Problem, ran_away
+from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
@@ -223,13 +224,13 @@ def _navigate(
         q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
 
 
-engine = engines(_navigate, "level")
+engine = engines(_navigate, "level", FORMS)
 
 
 def solve(problem: Problem, frame: str) -> None:
     """Navigate in the level frame; see `sinssim.strapdown.files.FrameFile`."""
     p = problem
-    engine(p.algorithm)(
+    engine(p.algorithm, p.form)(
         p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.first, p.earth, p.gravity, p.simplified, *p.channel,
         *p.solution,
     )  # fmt: skip

@@ -24,7 +24,7 @@ class Problem(NamedTuple):
         uniform: whether all intervals are equal.
         earth: parameters of the ellipsoid.
         gravity: number of the gravity model.
-        simplified: whether the radii of curvature are those of (8.16).
+        curvature: radii of curvature, one of `sinssim.frames.CURVATURES`.
         vertical: number of the vertical channel, see `frames.vertical`.
         height_reference: reference height of the vertical channel, (N+1,) m; empty for a free one.
         climb_reference: reference down velocity of the vertical channel, (N+1,) m/s; empty unless the height is held.
@@ -48,7 +48,7 @@ class Problem(NamedTuple):
     uniform: bool
     earth: EarthParameters
     gravity: int
-    simplified: bool
+    curvature: str
     vertical: int
     height_reference: Array
     climb_reference: Array
@@ -62,6 +62,16 @@ class Problem(NamedTuple):
     defect: Array
     azimuth: Array
     first: int = 0
+
+    @property
+    def simplified(self) -> bool:
+        """Whether the radii of curvature are those of (8.16), which the engines have beside the exact ones."""
+        return self.curvature == "simplified"
+
+    @property
+    def form(self) -> str:
+        """The form of the engine with these radii, one of `radii.FORMS`; "" for exact ones and those of (8.16)."""
+        return "" if self.curvature in ("exact", "simplified") else self.curvature
 
     @property
     def channel(self) -> tuple[int, Array, Array, float]:

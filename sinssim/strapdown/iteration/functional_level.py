@@ -5,6 +5,8 @@ The level frame is the transverse frame with the Earth's pole. See `functional_i
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from math import atan2, cos, sin, sqrt
 
 import numpy as np
@@ -13,7 +15,7 @@ from numpy.typing import NDArray
 from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters
-from sinssim.jit import kernel
+from sinssim.jit import bind, kernel
 from sinssim.rotation.kernels import dcm_from_quaternion_k, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.strapdown.frames.azimuth import (
     TRANSVERSE,
@@ -27,6 +29,7 @@ from sinssim.strapdown.frames.azimuth import (
 )
 from sinssim.strapdown.frames.kernels import continued_k
 from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import BARO_LOOP, HELD, NO_HEIGHT, loop_gains_k, next_error_k
 from sinssim.strapdown.iteration.windows import (
     MOST_ITERATIONS,
@@ -207,6 +210,15 @@ def _navigate(
     state[13], state[14], state[15], state[16] = q0, q1, q2, q3
 
 
+@cache
+def _engine(form: str) -> Callable[..., None]:
+    """Return the engine with the radii of a form, one of `FORMS`, or of the exact and simplified ones for ""."""
+    if not form:
+        return _navigate
+    plain = getattr(_navigate, "py_func")  # noqa: B009 - of the compiled function
+    return bind(plain, f"functional_{form.replace('-', '_')}", earth_k=FORMS[form]["earth_k"])
+
+
 def solve(problem: Problem, frame: str) -> None:
     """Navigate in a local-level frame.
 
@@ -232,7 +244,7 @@ def solve(problem: Problem, frame: str) -> None:
     of_x = p.azimuth if len(p.azimuth) else np.empty(len(p.time))  # the level frame's own is zero
     of_x[0] = azimuth
     for block in windows(p.time, p.uniform):
-        _navigate(
+        _engine(p.form)(
             *block, p.time, p.dtheta, p.dvel, p.earth, p.gravity, p.simplified, *p.channel, rule, axis, state,
             *p.solution, of_x,
         )  # fmt: skip

@@ -178,6 +178,7 @@ def test_tables_that_do_not_go_together(tmp_path: Path, text: str, said: str) ->
             'navigation.frame = "inertial" does not apply to [filter], which navigates in the frame',
         ),
         ('frame = "wander"', "remove navigation.frame, or [filter]"),
+        ('ellipsoid = "chapter"', 'navigation.ellipsoid = "chapter" does not apply to [filter]'),
         ('curvature = "simplified"', 'navigation.curvature = "simplified" does not apply to [filter]'),
         ("rates_hz = [100.0, 50.0, 10.0]", "navigation.rates_hz = [100.0, 50.0, 10.0] does not apply to [filter]"),
         ('algorithms = ["euler"]', 'does not apply to [filter], which navigates by "quaternion": add "quaternion"'),

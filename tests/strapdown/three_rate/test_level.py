@@ -158,8 +158,12 @@ def test_euler_reports_its_singularity_at_three_rates():
         ((50, 25, 10), r"slow rate, 10 Hz.*medium rate, 25 Hz.*use 12\.5 or 8\.33333333 Hz"),
         ((100, 50, 10), r"fast rate, 100 Hz.*use 50 Hz"),
         ((50, 25, 0), "slow rate, 0.0 Hz, must be positive"),
-        ((50, float("nan"), 1), "must be 3 finite numbers, Hz"),
-        ((50, 25), "must be 3 finite numbers, Hz"),
+        ((50, float("nan"), 1), "must be three finite numbers, Hz.* or two: the rate of attitude"),
+        ((50,), "must be three finite numbers, Hz"),
+        ((50, 25, 5, 1), "must be three finite numbers, Hz"),
+        ("50", "must be three finite numbers, Hz"),
+        (50.0, "must be three finite numbers, Hz"),
+        ((50, 20), r"medium rate, 20 Hz.*fast rate, 50 Hz.*use 25 or 16\.6666667 Hz"),
         ((50, 25, 0.05), r"100 samples, are shorter .* slow rate, 0\.05 Hz"),
     ],
 )
@@ -171,7 +175,6 @@ def test_rates_that_do_not_divide(rates, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"frame": "wander"}, "frame level, not in wander"),
         ({"algorithm": "rotation-vector-2"}, "sample by sample, but rotation-vector-2"),
         ({"algorithm": "functional-iteration"}, "sample by sample, but functional-iteration"),
         ({"slow_quantities": "held"}, "unknown treatment of slow quantities 'held'.*hold"),
@@ -180,6 +183,22 @@ def test_rates_that_do_not_divide(rates, message):
 def test_what_three_rates_cannot_do(options, message):
     with pytest.raises(InputError, match=message):
         run(STurn(duration=2).fly(50), (50, 25, 5), **options)
+
+
+def test_two_rates_are_those_of_attitude_and_of_the_rest(flight):
+    two, three = run(flight, [100, 10]), run(flight, (100, 10, 10))
+    np.testing.assert_array_equal(two.velocity_ned, three.velocity_ned)
+    np.testing.assert_array_equal(two.time, three.time)
+
+
+def test_a_frame_without_a_schedule_is_refused(monkeypatch):
+    from dataclasses import replace
+
+    from sinssim.frames import FRAME_REGISTRY
+
+    monkeypatch.setitem(FRAME_REGISTRY, "wander", replace(FRAME_REGISTRY["wander"], has_three_rates=False))
+    with pytest.raises(InputError, match=r"works in the frames level, free-azimuth, .*, not in wander"):
+        run(STurn(duration=2).fly(50), (50, 25, 5), frame="wander")
 
 
 def test_three_rates_need_equal_intervals():

@@ -22,16 +22,15 @@ from __future__ import annotations
 from math import cos, pi, sin
 from typing import NamedTuple
 
-import numpy as np
-
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k
-from sinssim.jit import inline
+from sinssim.jit import inline, with_constants
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k
 from sinssim.strapdown.frames.level import curvatures_k
 from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.interval import FrameTurn
 from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
@@ -174,33 +173,20 @@ def _navigate(
         q_nb[row + 1, 0], q_nb[row + 1, 1], q_nb[row + 1, 2], q_nb[row + 1, 3] = q0, q1, q2, q3
 
 
-engine = engines(_navigate, "three_rate")
+engine = engines(
+    _navigate,
+    "three_rate",
+    {
+        form: {"_slow_k": with_constants(_slow_k, f"slow_{form.replace('-', '_')}", curvatures_k=parts["curvatures_k"])}
+        for form, parts in FORMS.items()
+    },
+)
 
 
-def solve(problem: Problem, fast_per_medium: int, medium_per_slow: int, extrapolate: bool) -> None:
-    """Navigate in the level frame at three rates.
-
-    Args:
-        problem: the problem; its increments are those of the fast part, its rows the slow instants.
-        fast_per_medium, medium_per_slow: ratios of the rates.
-        extrapolate: whether the results of the slow part are extrapolated instead of held.
-    """
+def solve(problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool) -> None:
+    """Navigate at three rates; see `sinssim.strapdown.files.ThreeRateFile`."""
     p = problem
-    engine(p.algorithm)(
+    engine(p.algorithm, p.form)(
         p.time, p.dtheta, p.dvel, p.weights, p.earth, p.gravity, p.simplified, *p.channel,
         fast_per_medium, medium_per_slow, extrapolate, *p.solution,
     )  # fmt: skip
-
-
-def summed(increments: Array, ratio: int) -> Array:
-    """Return sums of consecutive increments.
-
-    Args:
-        increments: (N, 3).
-        ratio: number of increments per sum.
-
-    Returns:
-        Sums, (N // ratio, 3); remaining samples at the end are dropped.
-    """
-    whole = len(increments) // ratio
-    return np.ascontiguousarray(increments[: whole * ratio].reshape(whole, ratio, 3).sum(axis=1))
