@@ -6,6 +6,7 @@ import ast
 import graphlib
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -117,6 +118,12 @@ def test_imports_point_left(file: Path) -> None:
         if name != "sinssim" and other != own:
             right = LAYERS.index(other) < LAYERS.index(own)
             assert right, f"{file.relative_to(PACKAGE)}, line {line}: {own} must not import {name}"
+
+
+def test_a_folder_holds_at_most_fourteen_modules() -> None:
+    """More than that is no longer found at a glance."""
+    held = Counter(file.parent.relative_to(PACKAGE).as_posix() for file in FILES if file.name != "__init__.py")
+    assert {folder: count for folder, count in held.items() if count > 14} == {}
 
 
 def test_no_circle_of_files() -> None:

@@ -16,7 +16,7 @@ from sinssim.alignment.disturbed import inertial_curve
 from sinssim.estimation.from_scenario import filter_states
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.content import package_content
-from sinssim.scenario.sections.sensor_set import Redundant
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.simulation.execute import rehearse, run
 from sinssim.truth.curve import Curve
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from sinssim.frames import OF_TRUTH
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import Redundant
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad

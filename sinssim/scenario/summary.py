@@ -14,7 +14,7 @@ from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 
 
 def plan_lines(scenario: Scenario) -> Iterator[str]:

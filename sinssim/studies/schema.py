@@ -20,8 +20,8 @@ from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH
 from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.section import Duration, Name, Rate, Section, Sentence
 from sinssim.sensors.imu.grades import GRADES
 

@@ -27,7 +27,7 @@ from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.noise import flicker

@@ -12,8 +12,8 @@ from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.sensor_set import SixAccelerometers
+from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.within_imu.sensor_set import SixAccelerometers
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.strapdown import navigate

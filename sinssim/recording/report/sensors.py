@@ -17,8 +17,8 @@ from sinssim.recording.report.plot import Line
 from sinssim.recording.report.redundancy import single_errors
 from sinssim.recording.scales import suiting
 from sinssim.recording.sensor_comparison import SensorComparison
-from sinssim.scenario.sections.faults import faulty_sensors
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.faults import faulty_sensors
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, Redundant, SixAccelerometers
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
@@ -28,8 +28,8 @@ from sinssim.sensors.imu.terms import of_triad
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.scenario.sections.compensation import CompensationSection
-    from sinssim.scenario.sections.faults import Fault
     from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.scenario.sections.within_imu.faults import Fault
     from sinssim.sensors.imu.grades import TriadGrade
     from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors
     from sinssim.sensors.sets.true_errors import TrueErrors

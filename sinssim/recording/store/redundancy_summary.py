@@ -14,7 +14,7 @@ from sinssim.recording.store.summary import error_numbers
 from sinssim.sensors.sets.geometry import dilution
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.sensor_set import Redundant
+    from sinssim.scenario.sections.within_imu.sensor_set import Redundant
     from sinssim.sensors.sets.monitor import Alarm, Monitored
     from sinssim.strapdown.nav_error import NavError
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.scenario.sections.faults import CHANNELS, channels_of
+from sinssim.scenario.sections.within_imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import Channel
 

@@ -20,9 +20,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
-from sinssim.scenario.sections.faults import Fault, check_sensors, faulty_sensors
-from sinssim.scenario.sections.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Gyros, Redundant, SensorSet, SixAccelerometers
+from sinssim.scenario.sections.within_imu.faults import Fault, check_sensors, faulty_sensors
+from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.within_imu.sensor_set import (
+    AttitudeSensor,
+    Gyros,
+    Redundant,
+    SensorSet,
+    SixAccelerometers,
+)
 from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3, exclude_each_other
 from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
 from sinssim.sensors.imu.error_term import ErrorTerm

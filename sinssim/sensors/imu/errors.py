@@ -9,10 +9,10 @@ import numpy as np
 
 from sinssim.arguments import numbers
 from sinssim.data import Array
-from sinssim.scenario.sections.faults import CHANNELS
-from sinssim.scenario.sections.faults import Fault as FaultSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.within_imu.faults import CHANNELS
+from sinssim.scenario.sections.within_imu.faults import Fault as FaultSection
+from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.grades import TriadGrade, find_grade

@@ -21,7 +21,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import Redundant
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.sets.detection import smallest_fault, threshold
 from sinssim.sensors.sets.geometry import FEWEST, along, estimator, parity_matrix
 from sinssim.sensors.sets.single_sensors import SingleSensors

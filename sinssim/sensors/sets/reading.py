@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sinssim import sensors
 from sinssim.data import Array, ImuData
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant, SixAccelerometers
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.attitude_sensor import inertial_attitude, sense_attitude

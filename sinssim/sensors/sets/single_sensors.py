@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
-from sinssim.scenario.sections.faults import Fault as FaultSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import Redundant
+from sinssim.scenario.sections.within_imu.faults import Fault as FaultSection
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import Fault, ImuErrors, draw, fault
 from sinssim.sensors.sets.accelerometers import APART, axes_about

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 from sinssim.sensors.imu.compensation import draw_calibration
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
