@@ -55,7 +55,8 @@ def test_a_run_keeps_what_was_estimated(smooth: bool) -> None:
     assert aided is not None
     kept = sum(array.nbytes for array in arrays((aided.sensed, aided.estimate, aided.error), set()))
     needed = needed_memory(scenario)
-    assert 0.3 * (needed.filter + needed.readings) < kept < needed.filter + needed.readings
+    least = 0.15 if smooth else 0.3  # smoothing itself works on more matrices than it leaves
+    assert least * (needed.filter + needed.readings) < kept < needed.filter + needed.readings
 
 
 def test_nothing_of_the_length_of_a_run_is_kept_twice() -> None:
