@@ -133,10 +133,11 @@ def navigate(
         reference = height.at(time)
     rows = len(time)
     # one block of memory, which the system provides in large pages; separate arrays would take a fifth more time
-    room = np.empty(11 * rows)
+    has_azimuth = FRAME_REGISTRY[frame].has_azimuth
+    room = np.empty((12 if has_azimuth else 11) * rows)
     latitude, longitude, height_out, defect = room[: 4 * rows].reshape(4, rows)
-    velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows :].reshape(rows, 4)
-    azimuth = np.empty(rows if FRAME_REGISTRY[frame].has_azimuth else 0)
+    velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows : 11 * rows].reshape(rows, 4)
+    azimuth = room[11 * rows :]
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
     problem = Problem(
         algorithm, time, dtheta, dvel, weights, uniform, earth, gravity_model, curvature,
@@ -152,7 +153,7 @@ def navigate(
         in_frame.solve(problem, frame)
     in_frame.check(problem, frame)
     check_solution(problem)
-    of_x = azimuth if len(azimuth) else None
+    of_x = azimuth if has_azimuth else None
     solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm, azimuth=of_x)
     if algorithm != "euler":
         return solution
