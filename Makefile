@@ -3,7 +3,7 @@
 # make test-slow  set up, run the slow tests: long studies and statistics
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure every bar of docs/performance.md
-# make docs   set up, write the reference of the scenario file from the schema
+# make docs   set up, write the reference of the scenario file, the page of questions and its diagrams
 #
 # Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and
 # again only when requirements.lock or pyproject.toml change. Another Python: make demo PYTHON=/path/to/python3.12
@@ -45,6 +45,8 @@ bench: $(KERNELS)
 
 docs: $(READY)
 	$(BIN)/python docs/scenario_reference.py
+	$(BIN)/python docs/questions.py
+	$(BIN)/python docs/diagrams.py
 
 setup: $(KERNELS)
 

@@ -44,24 +44,6 @@ class Section(BaseModel):
         return {key: _tuples(value) for key, value in data.items()} if isinstance(data, dict) else data
 
 
-def exclude_each_other(section: Section, fixed: str, sigma: str) -> None:
-    """Raise for an error of which both the value and the 1σ are stated.
-
-    Args:
-        section: a table of a scenario file.
-        fixed: key of the error itself.
-        sigma: key of the 1σ of a random error.
-
-    Raises:
-        ValueError: both are.
-    """
-    stated = getattr(section, sigma) != type(section).model_fields[sigma].default
-    if stated and getattr(section, fixed) is not None:
-        raise ValueError(
-            f"{fixed} (the error itself) and {sigma} (1σ of a random error) are both given: keep one of them"
-        )
-
-
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
 """Geodetic latitude, degrees north."""
 

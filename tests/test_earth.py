@@ -336,6 +336,50 @@ def test_how_far_the_gravity_models_lie_from_the_exact_one():
         assert worst[model][0] == pytest.approx(8.1e-9 * 20e3, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("model", "to_20_km", "at_100_km"),
+    [("order-1e-5", 2.0e-7, 1.6e-5), ("order-1e-4", 3.2e-5, 5.5e-4), ("order-1e-2", 5.3e-3, 6.0e-3)],
+)
+def test_orders_of_the_chapters_series_to_100_km(model, to_20_km, at_100_km):
+    """Largest error over all latitudes, relative to the field of the oracle: two digits, as the help states them."""
+    latitude = np.deg2rad(np.linspace(-90.0, 90.0, 181))[:, None]
+    errors = {}
+    for name, heights in (("low", np.linspace(0.0, 20e3, 21)), ("high", np.array([100e3]))):
+        north, down = oracle.WGS84.north_down(*np.broadcast_arrays(latitude, heights))
+        got = earth.gravity_ned(latitude, heights, model)
+        errors[name] = float((np.hypot(got[..., 0] - north, got[..., 2] - down) / np.hypot(north, down)).max())
+    assert errors["low"] == pytest.approx(to_20_km, rel=0.02)
+    assert errors["high"] == pytest.approx(at_100_km, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("model", "series"),
+    [
+        ("order-1e-5", lambda x: 1.0 - 2.0 * x + 3.0 * x * x),
+        ("order-1e-4", lambda x: 1.0 - 2.0 * x),
+        ("order-1e-2", lambda x: 1.0 - 2.0 * x),
+    ],
+)
+def test_series_over_a_sphere_at_rest(model, series):
+    """Gravity of a sphere is GM/(a + H)²: of it the series leave out 4x³, 3x² and 3x², x = H/a, and what follows."""
+    sphere = Ellipsoid("sphere", 6378137.0, 1e-9, 3.986004418e14, 1e-9)
+    for height in (1e3, 20e3, 100e3):
+        x = height / sphere.a
+        got = earth.gravity_ned(0.7, height, model, sphere)[2] * sphere.a**2 / sphere.gm
+        assert got == pytest.approx(series(x), abs=1e-8)
+        left = (1.0 + x) ** -2 - got
+        expected = -4.0 * x**3 + 5.0 * x**4 if model == "order-1e-5" else 3.0 * x**2 - 4.0 * x**3
+        assert left == pytest.approx(expected, rel=1e-3, abs=1e-8)
+
+
+def test_the_chapters_printed_rate_and_q_disagree():
+    chapter = earth.ELLIPSOIDS["chapter"]
+    of_rate = chapter.omega**2 * chapter.a / 9.78049
+    assert of_rate == pytest.approx(0.0034468, abs=5e-8)
+    assert of_rate / chapter.q - 1.0 == pytest.approx(-0.0060, abs=5e-5)
+    assert math.sqrt(chapter.q * 9.78049 / chapter.a) == pytest.approx(7.292e-5, rel=1e-4)
+
+
 def test_chapter_formulas_with_their_own_constants():
     """The three series of the chapter, written out here from Clairaut's constants, on the International ellipsoid."""
     e = ELLIPSOIDS["international-1924"]

@@ -97,8 +97,8 @@ class Expected(NamedTuple):
 def expected_errors(section: ImuSection) -> Expected:
     """Return means and standard deviations of the errors described by a sensor section.
 
-    A fixed error is a mean with zero standard deviation; a random error has the standard deviation of the section or
-    the grade.
+    The mean is the error that the section gives, otherwise zero. The standard deviation is that of the section; if the
+    section has none, it is zero beside a given error, otherwise that of the grade.
 
     Args:
         section: the [imu] section of a scenario.

@@ -3,8 +3,8 @@
 A level vehicle heading north navigates unaided from an exact initial state; see `sinssim.sensors.error_propagation` for
 the closed forms. Errors that act only in motion are evaluated for one manoeuvre: at the start the vehicle turns by 90°
 at 3°/s, or accelerates to 250 m/s northwards at g/4. All standard deviations are those of the horizontal error, the
-root of the sum of squares of north and east. A fixed error of the scenario counts as a standard deviation of its
-magnitude.
+root of the sum of squares of north and east. A given error of the scenario counts as a standard deviation of its
+magnitude, beside that of the random error about it.
 
 Symbols: b, k, M … are the standard deviations, S and h the step and impulse responses of `Schuler`, Δψ and V the turn
 and the speed, and t′ the time since the middle of the manoeuvre.
@@ -118,7 +118,7 @@ class Expectation:
 
     @property
     def drawn(self) -> bool:
-        """Whether every error is random, with no value fixed by the scenario."""
+        """Whether every error is random with the mean zero."""
         fixed = (stated(self.section, term)[0] for term in TERMS if term.drawn)
         return null_shift_of(self.section) is None and not any(np.any(value) for value in fixed)
 
@@ -152,7 +152,7 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
     terms, sizes = [], {}
     for term in TERMS:
         fixed, sigma = stated(section, term)
-        size = np.abs(fixed) + sigma  # one of them is zero
+        size = np.hypot(fixed, sigma)  # root of the mean square
         sizes[term.triad, term.field] = size
         if size.any() and (term.field != "correlation_time" or sizes[term.triad, "instability"]):
             terms.append(_term(term, float(size.max())))

@@ -307,6 +307,37 @@ def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread():
         assert errors.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * runs))
 
 
+def test_mean_and_sigma_of_one_error_have_the_statistics_of_the_paper():
+    """Sessions of a scenario with means and standard deviations against (11), (12), (16), (17), (19), (20), (22), (23).
+
+    Eight tests at four standard deviations: 5e-4 by chance.
+    """
+    roll, pitch, heading, runs = 0.05, -0.1, 1.2, 600
+    q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
+    ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 300.0).increments(1.0)
+    section = ImuSection(
+        grade="ideal",
+        rate_hz=1.0,
+        gyro_bias_deg_h=(0.03, -0.02, 0.01),
+        gyro_bias_sigma_deg_h=0.01,
+        accel_bias_ug=(100.0, -200.0, 150.0),
+        accel_bias_sigma_ug=50.0,
+        accel_scale_ppm=(100.0, 200.0, -300.0),
+    )
+    mean, sigma = (expected := expected_errors(section))
+    np.testing.assert_allclose(mean.gyro.bias, np.array([0.03, -0.02, 0.01]) * DEG_H)
+    np.testing.assert_allclose(sigma.gyro.bias, 0.01 * DEG_H)
+    readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
+    result = determine(*(np.array(part) for part in zip(*readings, strict=True)))
+    found = np.stack([result.heading - heading, result.roll - roll, result.pitch - pitch, result.latitude - LATITUDE])
+    attitude = Attitude(heading, roll, pitch)
+    theory = error_statistics(attitude, LATITUDE, expected.instrument_means, expected.instrument_sigmas)
+    for errors, by_mean, by_sigma in zip(found, theory.mean, theory.sigma, strict=True):
+        assert abs(by_mean) > 0.5 * by_sigma  # far from zero in 600 sessions
+        assert errors.mean() == pytest.approx(by_mean, abs=4 * by_sigma / np.sqrt(runs) + 1e-3 * abs(by_mean))
+        assert errors.std() == pytest.approx(by_sigma, rel=4 / np.sqrt(2 * runs))
+
+
 def test_bias_takes_over_on_a_map_as_at_each_of_its_points():
     sigma = expected_errors(ImuSection(gyro_quantum_arcsec=1.0)).sigma
     heading, latitude = np.array([0.1, 1.0, 2.0, 4.0]), np.radians([[10.0], [50.0], [80.0]])

@@ -302,6 +302,14 @@ def test_half_of_all_runs_is_said_of_what_differs_from_run_to_run() -> None:
     assert expect(ImuSection(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 0.0)), NORTHERN).drawn
 
 
+def test_a_mean_and_a_sigma_add_as_mean_squares() -> None:
+    both = {"gyro_bias_deg_h": (0.03, 0.0, 0.0), "gyro_bias_sigma_deg_h": 0.04}
+    found = {c.term: c.position for c in expect(ImuSection(grade="ideal", **both), NORTHERN).contributions}
+    one = {c.term: c.position for c in expect(block(gyro_bias_deg_h=(0.05, 0.04, 0.04)), NORTHERN).contributions}
+    assert found == pytest.approx(one, rel=1e-12)
+    assert not expect(ImuSection(grade="ideal", **both), NORTHERN).drawn
+
+
 def test_a_set_without_gyros_has_no_closed_forms() -> None:
     six = SixAccelerometers(type="accelerometers", arm_m=0.3)
     with pytest.raises(InputError, match=r'sensor_set\.type = "accelerometers" is a different set'):

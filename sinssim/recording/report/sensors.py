@@ -59,7 +59,8 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         of = f"Accelerometers of the grade {name}."
     yield (
         f"<p>{of} The error of each {'sensor' if true.single_sensors else 'axis'} was drawn with the seed "
-        f"{scenario.seed} from a normal distribution of the given 1σ, or is given by the scenario.</p>"
+        f"{scenario.seed} from a normal distribution of the given 1σ, added to the value that the scenario gives, if "
+        "any.</p>"
     )
     errors = true.imu
     shift = ("null shift by gas flow, at most", _null_shift(errors), units.DEG_H, "deg/h")
@@ -84,11 +85,11 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
     if scenario.compensation is not None:
         assert true.calibration is not None
         left = imperfect_calibration(errors, true.calibration)  # known errors: true errors minus remaining errors
-        none = find_grade("ideal")
+        none, known = find_grade("ideal"), scenario.compensation.uncertainties()
         yield "<h3>Residual errors after calibration</h3><p>Errors that the compensation does not remove.</p>"
         yield _pair(
-            _table(left.gyro, none.gyro, scenario.compensation, "gyro"),
-            _table(left.accel, none.accel, scenario.compensation, "accel"),
+            _table(left.gyro, none.gyro, known, "gyro"),
+            _table(left.accel, none.accel, known, "accel"),
         )
     if any(kind.error.any() for kind in kinds):
         yield "<h3>Errors of the readings</h3>"
@@ -145,19 +146,25 @@ def _six(section: ImuSection, triads: Sequence[TriadErrors], arm: float) -> str:
     )
 
 
+def _spread(given: bool, sigma: float | None, of_grade: float) -> str:
+    """Return the 1σ of an error; beside a given error it is zero by default, not that of the grade."""
+    if given:
+        return f"given ± {sigma:.6g}" if sigma else "given"
+    return f"{of_grade if sigma is None else sigma:.6g}"
+
+
 def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -> str:
     """Return the errors of the attitude sensor."""
     sensor = section.sensor_set
     assert isinstance(sensor, AttitudeSensor)
     assert errors is not None
-    bias = "given" if sensor.bias_arcsec is not None else f"{sensor.bias_sigma_arcsec or 0.0:.6g}"
+    bias = _spread(sensor.bias_arcsec is not None, sensor.bias_sigma_arcsec, 0.0)
     own = find_grade(section.grade).gyro.bias / units.DEG_H
-    drift = own if sensor.drift_sigma_deg_h is None else sensor.drift_sigma_deg_h
     rows = [
         ("initial error", "arcsec", *(signed(float(v), _DIGITS) for v in errors.bias / units.ARCSEC), bias),
         (
             "drift", "deg/h", *(signed(float(v), _DIGITS) for v in errors.drift / units.DEG_H),
-            "given" if sensor.drift_deg_h is not None else f"{drift:.6g}",
+            _spread(sensor.drift_deg_h is not None, sensor.drift_sigma_deg_h, own),
         ),
     ]  # fmt: skip
     return (
@@ -214,10 +221,8 @@ def _triad(errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], k
     """Return the rows of one triad: turn-on errors per axis, and their 1σ."""
 
     def spread(term: ErrorTerm) -> str:
-        if section.get(term.key) is not None:
-            return "given"
-        own = section.get(term.sigma_key)
-        return f"{getattr(grade, term.field, 0.0) / term.unit if own is None else own:.6g}"
+        of_grade = getattr(grade, term.field, 0.0) / term.unit
+        return _spread(section.get(term.key) is not None, section.get(term.sigma_key), of_grade)
 
     for term in of_triad(kind):
         error = getattr(errors, term.field)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
@@ -14,17 +15,22 @@ from sinssim.sensors.imu.terms import TERMS
 _SENSORS = {"gyro": "gyros", "accel": "accelerometers"}
 
 
-def _key(term: ErrorTerm) -> Any:
-    """Return type and default of one term's key."""
+def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of one term with their types and defaults: calibrated value, and 1σ of its error."""
+    number: Any = Annotated[float, Field(**dict[str, Any](term.limits))] if term.limits else float
+    several: Any = tuple.__class_getitem__((number,) * term.size)
+    value = "measured calibration value, removed as it is; its uncertainty is the next key"
+    yield term.key, (several | None, Field(default=None, description=value))
     error = f"1σ of the calibration error of the {_SENSORS[term.triad]}: {term.untold or term.explanation}"
-    return Annotated[float, Field(**dict[str, Any](term.sigma_limits))], Field(default=0.0, description=error)
+    sigma: Any = Annotated[float, Field(**dict[str, Any](term.sigma_limits))]
+    yield term.sigma_key, (sigma, Field(default=0.0, description=error))
 
 
 if TYPE_CHECKING:
     _Terms = Section
 else:
     _Terms = create_model(
-        "_Terms", __base__=Section, **{term.sigma_key: _key(term) for term in TERMS if term.calibrated}
+        "_Terms", __base__=Section, **{key: kind for term in TERMS if term.calibrated for key, kind in _keys(term)}
     )
 
 
@@ -32,7 +38,9 @@ class CompensationSection(_Terms):
     """Analytic compensation of the sensors' errors before navigation; with 0 everywhere it is perfect.
 
     It removes the errors that are constant in a run or depend on the temperature, and the effects of the
-    accelerometers' arms and delay.
+    accelerometers' arms and delay. An error with a measured calibration value is compensated by this value, whatever
+    the true error; any other by the true error of the run less a random one of the given 1σ. The filter assumes the 1σ
+    in both cases.
     """
 
     @model_validator(mode="before")
@@ -44,3 +52,16 @@ class CompensationSection(_Terms):
     @classmethod
     def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
         return not_absurd(str(info.field_name), value)
+
+    @model_validator(mode="after")
+    def _values_have_uncertainties(self) -> Self:
+        for term in TERMS:
+            if term.calibrated and getattr(self, term.key) is not None and term.sigma_key not in self.model_fields_set:
+                raise ValueError(
+                    f"{term.key} (the calibration value) needs its uncertainty: give {term.sigma_key}, 0 if exact"
+                )
+        return self
+
+    def uncertainties(self) -> CompensationSection:
+        """Return the section without its measured values, with the 1σ alone."""
+        return CompensationSection(**{t.sigma_key: getattr(self, t.sigma_key) for t in TERMS if t.calibrated})

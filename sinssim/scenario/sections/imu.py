@@ -1,13 +1,16 @@
 """The [imu] section of a scenario: grade, rate and place of the sensor block, and errors that differ from the grade.
 
-An error that differs from run to run can be given in two ways:
+An error that differs from run to run has a mean and a 1σ over all runs (M and σ of the ground-SINS paper):
 
-- `gyro_bias_sigma_deg_h = 0.01` is a 1σ: the errors of the three axes are drawn, each from its own seeded generator;
-- `gyro_bias_deg_h = [0.01, 0.0, 0.0]` is the error itself on the forward, right and down axis; nothing is drawn.
+- `gyro_bias_sigma_deg_h = 0.01` is the 1σ: the errors of the three axes are drawn about zero, each from its own seeded
+  generator;
+- `gyro_bias_deg_h = [0.01, 0.0, 0.0]` alone is the error itself on the forward, right and down axis; nothing is drawn;
+- both together draw the errors about the given values.
 
-By default the 1σ is that of the grade, or zero if grades do not define it. The random walks, the quanta and the
-instabilities describe noise and have one value for the three axes. The value 0 switches an error off; the draws of the
-other errors stay the same. `sinssim.sensors.imu.emulate` describes the errors and their order.
+If neither is given, the mean is zero and the 1σ that of the grade, or zero if grades do not define it. The random
+walks, the quanta and the instabilities describe noise and have one value for the three axes. The value 0 switches an
+error off; the draws of the other errors stay the same. `sinssim.sensors.imu.emulate` describes the errors and
+their order.
 
 The unit in a key may be another unit that datasheets use, for example `gyro_misalignment_mrad`,
 `accel_bias_sigma_mg` or `accel_vrw_mps_sqrt_h`; `sinssim.sensors.imu.terms` has the table.
@@ -29,7 +32,7 @@ from sinssim.scenario.sections.within_imu.sensor_set import (
     SensorSet,
     SixAccelerometers,
 )
-from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3, exclude_each_other
+from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3
 from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.grades import find_grade
@@ -39,9 +42,9 @@ Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]
 Place = Annotated[float, Field(ge=-1e4, le=1e4)]
 Places = tuple[Place, Place, Place]
 
-_SIGMA = "1σ of the random error of the same name, instead of the grade's"
+_SIGMA = "1σ of the random error of the same name, added to the given one; default: the grade's, 0 beside a given one"
 _OVER = "above the temperature of the calibration"
-_FIXED_OR_DRAWN = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
+_GIVEN_AND_SIGMA = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
 
 
 def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
@@ -123,20 +126,18 @@ class ImuSection(_Terms):
         find_grade(name)
         return name
 
-    @field_validator(*(fixed for fixed, _ in _FIXED_OR_DRAWN), mode="before")
+    @field_validator(*(fixed for fixed, _ in _GIVEN_AND_SIGMA), mode="before")
     @classmethod
     def _one_number_per_axis(cls, value: Any, info: ValidationInfo) -> Any:
         if isinstance(value, int | float):
-            sigma = dict(_FIXED_OR_DRAWN)[str(info.field_name)]
+            sigma = dict(_GIVEN_AND_SIGMA)[str(info.field_name)]
             raise ValueError(
                 f"the error itself needs a list with one number per axis; the 1σ of a random error is {sigma}"
             )
         return value
 
     @model_validator(mode="after")
-    def _fixed_or_drawn(self) -> Self:
-        for fixed, sigma in _FIXED_OR_DRAWN:
-            exclude_each_other(self, fixed, sigma)
+    def _values_fit_together(self) -> Self:
         if abs(self.accel_delay_ms) * 1e-3 * self.rate_hz > 1.0:
             raise ValueError(
                 f"accel_delay_ms = {self.accel_delay_ms:g} exceeds one interval between samples; at rate_hz = "
@@ -178,7 +179,7 @@ class ImuSection(_Terms):
     def _redundant_sensors_have_what_they_need(self) -> Self:
         if not isinstance(self.sensor_set, Redundant):
             return self
-        for fixed, sigma in _FIXED_OR_DRAWN:
+        for fixed, sigma in ((term.key, term.sigma_key) for term in TERMS if term.drawn):
             if getattr(self, fixed) is not None:
                 raise ValueError(
                     f'{fixed} has one number per axis of a triad, but sensor_set.type = "redundant" has single sensors '
@@ -207,7 +208,7 @@ class ImuSection(_Terms):
             for name, field in type(self).model_fields.items():
                 if "gyro" in name and getattr(self, name) != field.default:
                     raise ValueError(f'{name} is given, but sensor_set.type = "{kind}" has no gyros: remove it')
-            for fixed, sigma in _FIXED_OR_DRAWN:
+            for fixed, sigma in _GIVEN_AND_SIGMA:
                 if kind == "accelerometers" and getattr(self, fixed) is not None:
                     raise ValueError(
                         f"{fixed} has one number per axis of a triad, but sensor_set.type = "

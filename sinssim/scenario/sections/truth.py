@@ -44,4 +44,8 @@ class TruthSection(Section):
     """Gravity model and ellipsoid of the truth."""
 
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
-    ellipsoid: EllipsoidName = Field(default="wgs84", description=f"one of {', '.join(ELLIPSOIDS)}")
+    ellipsoid: EllipsoidName = Field(
+        default="wgs84",
+        description=f"one of {', '.join(ELLIPSOIDS)}; the constants of the chapter disagree: ω²a/g_e is 0.6 % less "
+        "than its q",
+    )

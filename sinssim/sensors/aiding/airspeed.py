@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.data import Array
-from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread, exclude_each_other
+from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lag import lagged
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
@@ -28,10 +28,10 @@ class AirspeedSection(AidingSensor):
     """An airspeed sensor, which measures the magnitude of the velocity through the air; the wind is unknown."""
 
     sigma_mps: Noise = Field(default=1.0, description="white noise")
-    bias_mps: Offset | None = Field(default=None, description="fixed constant error")
-    bias_sigma_mps: Spread = Field(default=0.0, description="1σ of this error, if it is random")
-    scale_ppm: Offset | None = Field(default=None, description="fixed relative error of the airspeed")
-    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    bias_mps: Offset | None = Field(default=None, description="given constant error")
+    bias_sigma_mps: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
+    scale_ppm: Offset | None = Field(default=None, description="given relative error of the airspeed")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
     lag_s: Moment = Field(default=0.0, description="time constant of the sensor's first-order lag")
     wind_sigma_mps: Spread = Field(
         default=10.0,
@@ -40,12 +40,6 @@ class AirspeedSection(AidingSensor):
     wind_correlation_time_s: CorrelationTime = Field(
         default=1200.0, description="correlation time of the wind, as modelled by the filter"
     )
-
-    @model_validator(mode="after")
-    def _fixed_or_drawn(self) -> Self:
-        exclude_each_other(self, "bias_mps", "bias_sigma_mps")
-        exclude_each_other(self, "scale_ppm", "scale_sigma_ppm")
-        return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return airspeeds (1 + k) V + b + ν, with V lagged.

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.data import Array
-from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread, exclude_each_other
+from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lag import lagged
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
@@ -24,14 +23,9 @@ class BarometerSection(AidingSensor):
     bias_m: Offset = Field(default=0.0, description="constant error that is unknown to the filter")
     bias_sigma_m: Spread = Field(default=10.0, description="1σ of the Gauss-Markov error of the pressure field")
     bias_correlation_time_s: CorrelationTime = Field(default=7200.0, description="correlation time of this error")
-    scale_ppm: Offset | None = Field(default=None, description="fixed relative error of the height")
-    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    scale_ppm: Offset | None = Field(default=None, description="given relative error of the height")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
     lag_s: Moment = Field(default=0.0, description="time constant of the sensor's first-order lag")
-
-    @model_validator(mode="after")
-    def _fixed_or_drawn(self) -> Self:
-        exclude_each_other(self, "scale_ppm", "scale_sigma_ppm")
-        return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return heights (1 + k) h + b + b(t) + ν, with h lagged.

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim import rotation
-from sinssim.section import Noise, Offset, Spread, exclude_each_other
+from sinssim.section import Noise, Offset, Spread
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
@@ -20,16 +19,11 @@ class MagnetometerSection(AidingSensor):
     """A magnetic compass, which measures the heading of the block after correction for declination."""
 
     sigma_deg: Noise = Field(default=0.5, description="white noise")
-    bias_deg: Offset | None = Field(default=None, description="fixed error of declination and mounting")
-    bias_sigma_deg: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    bias_deg: Offset | None = Field(default=None, description="given error of declination and mounting")
+    bias_sigma_deg: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
     deviation_sigma_deg: Spread = Field(
         default=0.0, description="1σ of each of the two coefficients of A sin ψ + B cos ψ (hard iron)"
     )
-
-    @model_validator(mode="after")
-    def _fixed_or_drawn(self) -> Self:
-        exclude_each_other(self, "bias_deg", "bias_sigma_deg")
-        return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return headings ψ + b + A sin ψ + B cos ψ + ν.

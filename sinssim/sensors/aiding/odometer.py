@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim import rotation
-from sinssim.section import LeverArm, Noise, Offset, Spread, exclude_each_other
+from sinssim.section import LeverArm, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lever_arm import state_at
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import (
@@ -26,14 +25,9 @@ class OdometerSection(AidingSensor):
     """An odometer, which measures the speed of a ground vehicle along the block's forward axis."""
 
     sigma_mps: Noise = Field(default=0.05, description="white noise")
-    scale_ppm: Offset | None = Field(default=None, description="fixed relative error of the speed")
-    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of this error, if it is random")
+    scale_ppm: Offset | None = Field(default=None, description="given relative error of the speed")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
     lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="wheel from the block: forward, right, down")
-
-    @model_validator(mode="after")
-    def _fixed_or_drawn(self) -> Self:
-        exclude_each_other(self, "scale_ppm", "scale_sigma_ppm")
-        return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return speeds (1 + k) v_x + ν, v_x being the forward velocity of the wheel.

@@ -24,9 +24,9 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, shortened
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw, stated
 from sinssim.sensors.imu.placement import at_the_elements
-from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, non_linearity, response_slope
+from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, TERMS, non_linearity, response_slope
 
 _BENT = [name for name in CALIBRATED if FIELDS[name].stage == "BENT"]  # the fields of the non-linear response
 _APART = 1 << 40  # offset of the seed, far from those of scenarios and of single accelerometers
@@ -146,11 +146,11 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
 
 
 def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int = 0) -> ImuErrors:
-    """Return the calibration values of one run: the block's errors in this run minus the errors of the calibration.
+    """Return the calibration values of one run: measured ones; for the others the true errors minus random ones.
 
     Args:
         errors: the block's true errors.
-        section: the [compensation] section of a scenario, with the 1σ of the calibration errors.
+        section: the [compensation] section of a scenario: 1σ of the calibration errors, and measured values.
         seed: the run's seed.
 
     Returns:
@@ -160,5 +160,15 @@ def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int 
         InputError: the seed cannot be used.
     """
     # The errors of a calibration are drawn like those of a block without noise, with their own seed.
-    wrong = draw(ImuSection(grade="ideal", **section.model_dump()), seed + _APART)
-    return imperfect_calibration(errors, wrong)
+    wrong = draw(ImuSection(grade="ideal", **section.uncertainties().model_dump(exclude_none=True)), seed + _APART)
+    calibration = imperfect_calibration(errors, wrong)
+    block = ImuSection(grade="ideal", **section.model_dump(exclude_none=True))
+    measured: dict[str, dict[str, Array]] = {"gyro": {}, "accel": {}}
+    for term in TERMS:
+        if term.calibrated and getattr(section, term.key) is not None:
+            measured[term.triad][term.field] = stated(block, term)[0]
+    return replace(
+        calibration,
+        gyro=replace(calibration.gyro, **measured["gyro"]),
+        accel=replace(calibration.accel, **measured["accel"]),
+    )

@@ -138,7 +138,7 @@ class ImuErrors:
 
 
 def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
-    """Return the errors of one run: fixed values as given, the others drawn from the section's or the grade's 1σ.
+    """Return the errors of one run: given values plus errors drawn from the section's or the grade's 1σ.
 
     Args:
         section: the [imu] section of a scenario.
@@ -198,8 +198,8 @@ def stated(section: ImuSection, term: ErrorTerm) -> tuple[Array, Array]:
         term: the error term.
 
     Returns:
-        The error itself if it is fixed, and its 1σ if it is random, SI, in the shape of its field of `TriadErrors`; the
-        other one is zero.
+        The given error, which is the mean over all runs, and the 1σ of the random error about it, SI, in the shape of
+        its field of `TriadErrors`. Beside a given error the 1σ is zero unless it is given, too.
     """
     if section.laser_gyro is not None and term.name in _OF_THE_RING:
         return np.asarray(getattr(laser_gyro(section.laser_gyro), _OF_THE_RING[term.name])), _NONE
@@ -208,11 +208,13 @@ def stated(section: ImuSection, term: ErrorTerm) -> tuple[Array, Array]:
     given = getattr(section, term.key)
     if not term.drawn:
         return np.asarray(of_grade if given is None else to_si(term.key, given)), _NONE
-    if given is not None:
-        return _shaped(term, np.array([to_si(term.key, value) for value in given])), _NONE
     sigma = getattr(section, term.sigma_key)
-    spread = of_grade if sigma is None else to_si(term.sigma_key, sigma)
-    return _NONE, _shaped(term, np.full(term.size, spread))
+    mean = _NONE if given is None else _shaped(term, np.array([to_si(term.key, value) for value in given]))
+    if sigma is None:
+        spread = of_grade if given is None else 0.0
+    else:
+        spread = to_si(term.sigma_key, sigma)
+    return mean, _shaped(term, np.full(term.size, spread))
 
 
 def _shaped(term: ErrorTerm, values: Array) -> Array:
@@ -228,7 +230,7 @@ def _triad(section: ImuSection, triad: str, seed: int) -> TriadErrors:
     values: dict[str, Any] = {}
     for term in of_triad(triad):
         fixed, sigma = stated(section, term)
-        value = sigma * _turn_on(seed, term) if np.any(sigma) else np.zeros_like(sigma) + fixed
+        value = fixed + sigma * _turn_on(seed, term) if np.any(sigma) else np.zeros_like(sigma) + fixed
         values[term.field] = value if term.drawn else float(value)
     return TriadErrors(**values)
 

@@ -33,7 +33,7 @@ class AttitudeSensorErrors:
 
 
 def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorErrors:
-    """Return the errors of one run's attitude sensor: fixed values as given, the others drawn.
+    """Return the errors of one run's attitude sensor: given values plus random ones.
 
     Args:
         section: the [imu] section of a scenario, whose sensor_set is an attitude sensor. By default its drift follows
@@ -53,11 +53,8 @@ def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorEr
     if any(value is not None for value in own.values()):
         section = section.model_copy(update=own)
     drift = draw(section, seed).gyro.bias
-    if sensor.bias_arcsec is not None:
-        bias = np.array(sensor.bias_arcsec)
-    else:
-        normal = [normals(seed, "attitude sensor bias", i, 1) for i in range(3)]
-        bias = (sensor.bias_sigma_arcsec or 0.0) * np.concatenate(normal)
+    normal = [normals(seed, "attitude sensor bias", i, 1) for i in range(3)]
+    bias = np.array(sensor.bias_arcsec or (0.0, 0.0, 0.0)) + (sensor.bias_sigma_arcsec or 0.0) * np.concatenate(normal)
     return AttitudeSensorErrors(bias * ARCSEC, drift, sensor.noise_arcsec * ARCSEC)
 
 

@@ -34,7 +34,7 @@ class TrueErrors:
 
 
 def draw_true_errors(section: ImuSection, seed: int = 0, compensation: CompensationSection | None = None) -> TrueErrors:
-    """Return the errors of one run's sensors: fixed values as given, the others drawn.
+    """Return the errors of one run's sensors: given values plus random ones.
 
     Args:
         section: the [imu] section of a scenario: the sensor set, and its errors.

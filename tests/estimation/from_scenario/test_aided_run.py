@@ -102,6 +102,11 @@ def test_after_a_calibration_the_filter_is_told_what_that_leaves():
     assert sigma.gyro.random_walk == pytest.approx(0.003 * np.pi / 180.0 / 60.0, rel=1e-9)  # no calibration knows it
 
 
+def test_of_a_measured_calibration_value_the_filter_is_told_the_uncertainty():
+    value = {"gyro_bias_deg_h": (0.5, -0.3, 0.2), "gyro_bias_sigma_deg_h": 0.002}
+    np.testing.assert_allclose(inertial_sigma(scenario(compensation=value)).gyro.bias, 0.002 * DEG_H, rtol=1e-9)
+
+
 def test_errors_of_aiding_sensors_become_states():
     s = scenario(
         aiding={

@@ -198,6 +198,13 @@ def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
     assert gyros[5] == ["tilt towards z", "arcsec", "2.000", "4.000", "", "given"]
     assert gyros[2][-1] == "150"  # 1σ of the grade, ppm
     assert accelerometers[1] == ["bias", "µg", "10.00", "20.00", "−30.00", "given"]
+    both = fixed | {"accel_bias_sigma_ug": 5.0}
+    told = run_report(
+        Run(scenario(parked=PARKED, imu=both)), {"status": "failed", "message": "no", "timing": {}, "versions": {}}
+    )
+    _, accelerometers = (t for t in Tables(told).tables if "x (forward)" in t[0])
+    assert accelerometers[1][-1] == "given ± 5"
+    assert accelerometers[1][2] != "10.00"
     assert accelerometers[2][-1] == "7"
     assert "Angle random walk 0.02 deg/√h" in told
     assert "Velocity random walk 33.9" in told  # 0.02 m/s/√h = 33.99 µg/√Hz

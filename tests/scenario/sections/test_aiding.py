@@ -103,10 +103,6 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         ("lever_arm_m =", "latency_s = -0.1\nlever_arm_m =", 0, "latency_s = -0.1 must be at least 0"),
         ("rate_hz = 2.0", "position = false\nvelocity = false", -1, "leave no reading"),
         ("[aiding.baro]", "[aiding.barro]", 0, "unknown key 'aiding.barro'. Did you mean 'aiding.baro'?"),
-        (
-            "bias_sigma_m = 5.0", "scale_ppm = 5.0\nscale_sigma_ppm = 3.0", -1,
-            "scale_ppm (the error itself) and scale_sigma_ppm (1σ of a random error) are both given",
-        ),
         ('"gyro scale"', '"gyro bias"', -1, "states contains 'gyro bias' twice; give each block once"),
         ('"gyro scale"', '"gyro scal"', 0, "unknown block of states 'gyro scal'. Did you mean 'gyro scale'? Known:"),
         ("smooth = true", "smoth = true", 0, "Did you mean 'filter.smooth'?"),

@@ -291,6 +291,28 @@ def test_odometer_reads_the_wheels_forward_velocity(flight):
     assert_sigma(noise.value[:, 0], 0.2)
 
 
+@pytest.mark.parametrize(
+    ("section", "mean", "sigma", "term"),
+    [
+        (OdometerSection, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "odometer scale"),
+        (BarometerSection, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "baro scale"),
+        (AirspeedSection, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "airspeed scale"),
+        (AirspeedSection, {"bias_mps": 2.0}, {"bias_sigma_mps": 0.5}, "airspeed bias"),
+        (MagnetometerSection, {"bias_deg": 2.0}, {"bias_sigma_deg": 0.5}, "magnetometer bias"),
+    ],
+)
+def test_mean_and_sigma_of_one_error(flight, section, mean, sigma, term):
+    for seed in range(3):
+        alone, drawn, both = (
+            float(section(**keys).read(Vehicle(flight, seed))[0].parameters[term][0])
+            for keys in (mean, sigma, {**mean, **sigma})
+        )
+        assert both == pytest.approx(alone + drawn, rel=1e-12)
+        assert drawn != 0.0
+    states = {state.block: state.sigma for state in section(**mean, **sigma).states()}
+    assert states[term][0] == pytest.approx(float(np.hypot(alone, alone / 4.0)), rel=1e-12)  # root of the mean square
+
+
 def test_airspeed_is_the_aircrafts_own_where_there_is_one(flight):
     exact = {"sigma_mps": 1e-12, "bias_mps": 2.0, "scale_ppm": -10_000.0, "wind_sigma_mps": 4.0}
     still_air = read(flight, AirspeedSection(**exact))

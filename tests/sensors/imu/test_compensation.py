@@ -104,7 +104,7 @@ def test_what_no_calibration_knows_passes_through() -> None:
 
 def test_a_calibration_is_wrong_by_what_its_section_says_in_every_known_term() -> None:
     quantities = [q for q in TERMS if q.drawn and q.field in CALIBRATED]
-    assert {q.sigma_key for q in quantities} == set(CompensationSection.model_fields)
+    assert {key for q in quantities for key in q.keys} == set(CompensationSection.model_fields)
     block = ImuSection(grade="ideal", **{q.sigma_key: 1.0 for q in quantities})
     section = CompensationSection.model_validate({q.sigma_key: 0.1 for q in quantities})
     runs = [(draw(block, seed), draw_calibration(draw(block, seed), section, seed)) for seed in range(200)]
@@ -116,6 +116,45 @@ def test_a_calibration_is_wrong_by_what_its_section_says_in_every_known_term() -
         assert values.size == 200 * q.size
         low, high = chi2.ppf([5e-6, 1 - 5e-6], values.size)
         assert low < np.sum(values**2) / 0.1**2 < high
+
+
+def test_measured_values_are_removed_as_they_are() -> None:
+    """Calibration values that equal the block's errors restore the ideal increments; others leave the difference."""
+    given = {
+        "gyro_bias_deg_h": (5.0, -3.0, 2.0),
+        "gyro_misalignment_arcsec": (10.0, 20.0, 30.0, -10.0, -20.0, -30.0),
+        "accel_scale_ppm": (300.0, -200.0, 100.0),
+    }
+    exact = {"gyro_bias_sigma_deg_h": 0.0, "gyro_misalignment_sigma_arcsec": 0.0, "accel_scale_sigma_ppm": 0.0}
+    section, true = CompensationSection(**given, **exact), ImuSection(grade="ideal", **given)
+    start, errors = ideal(), draw(true)
+    measured = emulate(start, true)
+    restored = compensate(measured, draw_calibration(errors, section))
+    np.testing.assert_allclose(restored.dtheta, start.dtheta, rtol=0, atol=1e-16)
+    np.testing.assert_allclose(restored.dvel, start.dvel, rtol=0, atol=1e-15)
+    other = CompensationSection(**(given | {"gyro_bias_deg_h": (4.0, -3.0, 2.0)}), **exact)
+    left = compensate(measured, draw_calibration(errors, other)).dtheta - start.dtheta
+    per_hour = np.linalg.inv(np.eye(3) + errors.gyro.misalignment) @ [1.0, 0.0, 0.0] * np.radians(1.0) / 3600.0
+    np.testing.assert_allclose(left, np.diff(start.time)[:, None] * per_hour, rtol=0, atol=1e-16)
+
+
+def test_true_errors_scatter_about_measured_values_by_their_uncertainty() -> None:
+    """Mean and 1σ of the block equal to value and uncertainty of its calibration: the residual is that uncertainty."""
+    keys = {"gyro_bias_deg_h": (0.5, -0.3, 0.2), "gyro_bias_sigma_deg_h": 0.02}
+    block, section = ImuSection(grade="ideal", **keys), CompensationSection(**keys)
+    runs = [(e := draw(block, seed)).gyro.bias - draw_calibration(e, section, seed).gyro.bias for seed in range(300)]
+    values = np.array(runs) / (np.radians(0.02) / 3600.0)
+    low, high = chi2.ppf([5e-6, 1 - 5e-6], values.size)  # 1e-5 by chance
+    assert low < np.sum(values**2) < high
+    assert abs(values.mean()) < 4.5 / np.sqrt(values.size)  # 7e-6 by chance
+
+
+def test_a_measured_value_needs_its_uncertainty() -> None:
+    with pytest.raises(InputError, match=r"gyro_bias_deg_h .* needs its uncertainty: give gyro_bias_sigma_deg_h"):
+        CompensationSection(gyro_bias_deg_h=(1.0, 0.0, 0.0))
+    kept = CompensationSection(gyro_bias_deg_h=(1.0, 0.0, 0.0), gyro_bias_sigma_deg_h=0.1).uncertainties()
+    assert kept.gyro_bias_deg_h is None
+    assert kept.gyro_bias_sigma_deg_h == 0.1
 
 
 def test_a_coupling_that_cannot_be_undone_is_refused() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
@@ -114,8 +115,7 @@ def test_units_worked_out_by_hand():
         ({"accel_misalignment_arcsec": 5}, "one number per axis.*accel_misalignment_sigma_arcsec"),
         ({"gyro_bias_deg_h": [0.01, 0.0]}, "Field required"),
         ({"gyro_bias_deg_h": [0.01, 0.0, float("nan")]}, "finite"),
-        ({"gyro_bias_deg_h": [0.0, 0.0, 0.0], "gyro_bias_sigma_deg_h": 0.0}, "keep one of them"),
-        ({"accel_scale_ppm": [0.0, 0.0, 0.0], "accel_scale_sigma_ppm": 1.0}, "keep one of them"),
+        ({"gyro_bias_deg_h": [0.0, 0.0, 0.0], "gyro_bias_sigma_deg_h": -1.0}, "greater than or equal to 0"),
         ({"gyro_bias": [0.0, 0.0, 0.0]}, "Extra inputs"),
         ({"gyro_correlation_time_s": 0.0}, "greater than 0"),
         ({"lever_arm_m": [1.0, 2.0]}, "Field required"),
@@ -137,6 +137,25 @@ def test_what_the_section_takes_and_keeps():
     assert ImuSection().mounting_deg is None
     with pytest.raises(ValidationError):
         section.rate_hz = 100.0
+
+
+def test_mean_and_sigma_of_one_error():
+    """The errors of one seed are the mean plus the errors of that seed without a mean; a mean alone has no spread."""
+    mean, spread = (0.02, -0.01, 0.005), 0.01
+    for seed in range(5):
+        both = draw(ImuSection(grade="ideal", gyro_bias_deg_h=mean, gyro_bias_sigma_deg_h=spread), seed).gyro.bias
+        about_zero = draw(ImuSection(grade="ideal", gyro_bias_sigma_deg_h=spread), seed).gyro.bias
+        np.testing.assert_array_equal(both, np.radians(mean) / 3600.0 + about_zero)
+        alone = draw(ImuSection(grade="laser-standard", gyro_bias_deg_h=mean), seed).gyro.bias
+        np.testing.assert_allclose(alone, np.radians(mean) / 3600.0, rtol=1e-15)
+    keys = {"accel_misalignment_arcsec": (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "accel_misalignment_sigma_arcsec": 2.0}
+    section = ImuSection(grade="ideal", **keys)
+    drawn = np.array([draw(section, seed).accel.misalignment for seed in range(800)]) * 180.0 / np.pi * 3600.0
+    assert not drawn[:, range(3), range(3)].any()
+    off = drawn[:, ~np.eye(3, dtype=bool)]
+    # six means within 4.5 σ/√800 and six spreads within 4.5 σ/√1600: 8e-5 by chance
+    np.testing.assert_allclose(off.mean(axis=0), [1, 2, 3, 4, 5, 6], rtol=0, atol=4.5 * 2.0 / 800**0.5)
+    np.testing.assert_allclose(off.std(axis=0), 2.0, rtol=4.5 / 1600**0.5)
 
 
 def test_unknown_grade_by_name():

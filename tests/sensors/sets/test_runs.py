@@ -13,6 +13,8 @@ import tomli_w
 from sinssim.errors import InputError
 from sinssim.recording.report.sensors import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
 from sinssim.sensors.sets.true_errors import draw_true_errors
@@ -113,6 +115,20 @@ def test_what_an_attitude_sensor_draws() -> None:
         assert not b.bias.any()
     for name, sigma in (("bias", 20.0), ("drift", 1.0), ("own drift", 0.3)):  # 900 draws: 2.4 % of spread
         assert np.std(found[name]) == pytest.approx(sigma, rel=0.08)
+    given = {"bias_arcsec": (30.0, -20.0, 10.0), "drift_deg_h": (1.0, 2.0, -3.0)}
+    for seed in range(3):  # given values add to those drawn from a 1σ, and alone leave nothing to draw
+        alone, spread, both = (
+            draw_attitude_sensor(ImuSection(grade="tactical", sensor_set=AttitudeSensor(**keys)), seed)
+            for keys in (
+                {**ATTITUDE, **given},
+                {**ATTITUDE, "bias_sigma_arcsec": 20.0, "drift_sigma_deg_h": 0.3},
+                {**ATTITUDE, **given, "bias_sigma_arcsec": 20.0, "drift_sigma_deg_h": 0.3},
+            )
+        )
+        np.testing.assert_allclose(alone.bias, np.array(given["bias_arcsec"]) * ARCSEC, rtol=1e-15)
+        np.testing.assert_allclose(alone.drift, np.array(given["drift_deg_h"]) * DEG_H, rtol=1e-15)
+        np.testing.assert_allclose(both.bias, alone.bias + spread.bias, rtol=1e-14)
+        np.testing.assert_allclose(both.drift, alone.drift + spread.drift, rtol=1e-14)
 
 
 @pytest.mark.parametrize(("kind", "navigation"), [(SIX, {}), (ATTITUDE, BY_ATTITUDE)], ids=["six", "attitude"])
@@ -160,10 +176,6 @@ def test_streams(tmp_path: Path, kind: dict[str, Any], navigation: dict[str, Any
         (
             {"imu": {"sensor_set": ATTITUDE}, "navigation": {**BY_ATTITUDE, "rates_hz": [100.0, 50.0, 10.0]}},
             "navigation.rates_hz: navigation with a measured attitude cannot run at three rates",
-        ),
-        (
-            {"imu": {"sensor_set": {**ATTITUDE, "drift_deg_h": [1.0, 0.0, 0.0], "drift_sigma_deg_h": 1.0}}},
-            "are both given: keep one of them",
         ),
         ({"imu": {"sensor_set": SIX}, "compensation": {}}, "[compensation] is for three gyros"),
     ],

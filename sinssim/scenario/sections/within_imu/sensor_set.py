@@ -8,10 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from sinssim.data import Array
-from sinssim.section import Duration, NotNegative, Positive, Section, Vector3, exclude_each_other
+from sinssim.section import Duration, NotNegative, Positive, Section, Vector3
 from sinssim.sensors.sets.geometry import FEWEST, READY, checked_directions, not_isolable
-
-_FIXED_OR_DRAWN = (("bias_arcsec", "bias_sigma_arcsec"), ("drift_deg_h", "drift_sigma_deg_h"))
 
 
 class Gyros(Section):
@@ -32,22 +30,18 @@ class AttitudeSensor(Section):
 
     type: Literal["attitude-sensor"] = Field(description="the third set in the chapter")
     bias_arcsec: Vector3 | None = Field(
-        default=None, description="fixed error of its reference, a rotation vector in Earth-centred inertial axes"
+        default=None, description="given error of its reference, a rotation vector in Earth-centred inertial axes"
     )
     bias_sigma_arcsec: NotNegative | None = Field(
-        default=None, description="1σ of this error, if it is random; default: 0"
+        default=None, description="1σ of a random error, added to the given one; default: 0"
     )
-    drift_deg_h: Vector3 | None = Field(default=None, description="fixed drift of this error, in the same axes")
+    drift_deg_h: Vector3 | None = Field(default=None, description="given drift of this error, in the same axes")
     drift_sigma_deg_h: NotNegative | None = Field(
-        default=None, description="1σ of this drift, if it is random; default: that of the grade's gyro biases"
+        default=None,
+        description="1σ of a random drift, added to the given one; default: that of the grade's gyro "
+        "biases, 0 beside drift_deg_h",
     )
     noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each reading about each axis of the block")
-
-    @model_validator(mode="after")
-    def _fixed_or_drawn(self) -> Self:
-        for fixed, sigma in _FIXED_OR_DRAWN:
-            exclude_each_other(self, fixed, sigma)
-        return self
 
 
 class Redundant(Section):

@@ -49,20 +49,21 @@ def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array
 
 
 def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int = 0) -> float:
-    """Return an error that is constant during a run: the given value, or a random one.
+    """Return an error that is constant during a run: a given value, plus a random one.
 
     Args:
         seed: the run's seed.
         term: name of the sensor and the error.
-        fixed: the error itself; None for a random error.
-        sigma: 1σ of the random error.
+        fixed: the given value, which is the mean over all runs; None is zero.
+        sigma: 1σ of the random error; 0 for none.
         axis: number of the axis.
 
     Returns:
         The error, in the units of `fixed` and `sigma`.
     """
-    if fixed is not None:
+    if fixed is not None and not sigma:
         return fixed
     from sinssim.sensors.noise.random_numbers import normals
 
-    return sigma * float(normals(seed, term, axis, 1)[0])
+    drawn = sigma * float(normals(seed, term, axis, 1)[0])
+    return drawn if fixed is None else fixed + drawn
