@@ -179,7 +179,7 @@ class ImuSection(_Terms):
     def _redundant_sensors_have_what_they_need(self) -> Self:
         if not isinstance(self.sensor_set, Redundant):
             return self
-        for fixed, sigma in ((term.key, term.sigma_key) for term in TERMS if term.drawn):
+        for fixed, sigma in _GIVEN_AND_SIGMA:
             if getattr(self, fixed) is not None:
                 raise ValueError(
                     f'{fixed} has one number per axis of a triad, but sensor_set.type = "redundant" has single sensors '
