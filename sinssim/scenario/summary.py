@@ -17,6 +17,7 @@ from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponen
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 
 
+# Long: one line for each table of the scenario, in the order of the console.
 def plan_lines(scenario: Scenario) -> Iterator[str]:
     """Summarise a scenario.
 

@@ -33,6 +33,7 @@ class Start:
     covariance: Array | None
 
 
+# Long: most of it says what it takes.
 def at_rest(
     imu: ImuData,
     initial: NavState,
