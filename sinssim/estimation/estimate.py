@@ -36,7 +36,7 @@ from sinssim.estimation.nominal import MeanGyroRates, at, rows_of, solution_of
 from sinssim.estimation.record import HistoryRow, InnovationGate, Record
 from sinssim.estimation.result import Divergence, Estimate, corrected
 from sinssim.estimation.smoother import smooth as smoothed
-from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.strapdown import navigate
 from sinssim.strapdown.segments import Segments
@@ -271,7 +271,7 @@ class _Loop:
         final = int(around.epochs.edge[last])
         _, samples = self.engine.samples(edge, final)
         try:
-            nominal = self.engine.navigate(edge, final, state, compensate(samples, calibration))
+            nominal = self.engine.navigate(edge, final, state, compensate_checked(samples, calibration))
         except InputError as error:  # the data are valid; the feedback is not
             now = float(around.epochs.time[max(first - 1, 0)])
             why = f"navigation is impossible after the feedback: {str(error).rstrip('.')}"

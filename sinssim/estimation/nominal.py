@@ -11,7 +11,7 @@ from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import NominalMotion, earth_rate, transport_rate
-from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.errors import ImuErrors
 
 
@@ -111,7 +111,7 @@ class MeanGyroRates:
         rate = np.stack(turned, axis=1) / (end - begin)[:, None]
         # a rate is an increment over one second
         unit = ImuData(np.arange(len(rate) + 1.0), rate, np.zeros_like(rate))
-        return compensate(unit, calibration).dtheta
+        return compensate_checked(unit, calibration).dtheta
 
     def at(self, time: Array, calibration: ImuErrors) -> Array:
         """Return the mean inertial rate over two samples around each instant, (K, 3) rad/s."""

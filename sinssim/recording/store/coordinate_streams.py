@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -132,8 +133,10 @@ def _columns(*vectors: Array) -> tuple[Array, ...]:
 
 def _stream(name: str, time: Array, columns: dict[str, tuple[str, ...]], parts: Parts) -> Stream:
     """Return a stream whose vectors are computed together, block by block."""
+    # two threads write the vectors of a block, one after the other
+    block = lru_cache(maxsize=2)(lambda start, stop: parts(slice(start, stop)))
 
     def one(number: int) -> Computed:
-        return Computed(lambda rows: parts(rows)[number])
+        return Computed(lambda rows: block(rows.start, rows.stop)[number])
 
     return Stream(name, time, tuple(Vector(key, names, one(i)) for i, (key, names) in enumerate(columns.items())))

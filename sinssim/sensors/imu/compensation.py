@@ -53,6 +53,22 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
     measured = checked_imu(measured)
     if not isinstance(calibration, ImuErrors):
         raise InputError(f"calibration must be ImuErrors, not {shortened(repr(calibration))}.")
+    return compensate_checked(measured, calibration)
+
+
+def compensate_checked(measured: ImuData, calibration: ImuErrors) -> ImuData:
+    """Compensate increments whose numbers have been checked; otherwise like `compensate`.
+
+    Args:
+        measured: measured increments of the sensor block.
+        calibration: calibrated values of the errors.
+
+    Returns:
+        Compensated increments on the same times.
+
+    Raises:
+        InputError: the calibration values are invalid.
+    """
     interval = np.diff(measured.time)
     warmth = calibration.warm_up.temperature(0.5 * (measured.time[1:] + measured.time[:-1]) - measured.time[0])
     dvel = _corrected(measured.dvel, interval, warmth, calibration.accel, "accelerometer")
