@@ -40,6 +40,7 @@ from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.strapdown import navigate
 from sinssim.strapdown.segments import Segments
+from sinssim.system.memory import give_back_memory
 
 _SHORTEST, _OPEN = 1.0, 64.0
 """Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
@@ -112,6 +113,7 @@ def estimate(
     except RunError as error:
         failure = [f"The pure inertial solution failed: {error}"]
     readings, epochs = take_in(measurements, model, imu.time, rate_hz)
+    give_back_memory()  # what was in between is as large as a quarter of the filter's record
     around = Surroundings(
         model, driving_noise(model), epochs, readings, MeanGyroRates(imu), gravity, ellipsoid_by_name(ellipsoid)
     )

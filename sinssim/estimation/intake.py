@@ -22,6 +22,9 @@ from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import BLOCKS, OF_SENSORS, ErrorModel
 from sinssim.estimation.result import Reasons
 
+Numbers = NDArray[np.int32]
+"""Numbers of epochs, half as long in memory as indices usually are."""
+
 _SAME = 1e-6
 """Instants closer together than this are one epoch, s; a jet moves by less than a millimetre in that time."""
 
@@ -39,7 +42,7 @@ class CheckedMeasurements:
 
     data: Measurements
     reason: Reasons
-    epoch: NDArray[np.intp]
+    epoch: Numbers
     interval: Array
 
     @cached_property
@@ -50,12 +53,12 @@ class CheckedMeasurements:
         return np.delete(np.arange(len(self.reason)), list(self.reason.told))
 
     @cached_property
-    def _epoch_of_usable(self) -> NDArray[np.intp]:
+    def _epoch_of_usable(self) -> Numbers:
         return self.epoch[self.usable]
 
     def between(self, first: int, last: int) -> NDArray[np.intp]:
         """Return the numbers of the usable readings at the epochs first … last."""
-        begin, end = np.searchsorted(self._epoch_of_usable, (first, last + 1))
+        begin, end = np.searchsorted(self._epoch_of_usable, np.array((first, last + 1), dtype=np.int32))
         return np.arange(begin, end) if isinstance(self.usable, slice) else self.usable[begin:end]
 
     def variance(self, rows: NDArray[np.intp], model: ErrorModel) -> Array:
@@ -220,7 +223,7 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
         interval = np.diff(time, prepend=imu_time[0])
         usual = float(np.min(interval[interval > _SAME], initial=np.inf))
         interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, the usual interval
-    return CheckedMeasurements(data, _reasons(data, imu_time), np.full(count, -1, dtype=np.intp), interval)
+    return CheckedMeasurements(data, _reasons(data, imu_time), np.full(count, -1, dtype=np.int32), interval)
 
 
 def _is_one_row(sigma: Array) -> bool:

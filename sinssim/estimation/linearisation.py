@@ -150,7 +150,7 @@ def _observe(
     rows = readings.between(first, last)
     if not len(rows):
         return
-    data, epoch = readings.data, readings.epoch[rows]
+    data, epoch = readings.data, readings.epoch[rows].astype(np.intp)
     time = around.epochs.time[epoch]
     if measurement_kind(data.kind).mean_rate:
         rate = around.gyros.mean(time - readings.interval[rows], time, calibration)

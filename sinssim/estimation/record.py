@@ -33,13 +33,15 @@ class InnovationGate:
         self._told = dict(readings.reason.told)
         self._accepted = np.zeros(count, dtype=bool)
         self._value = np.full((count, k), np.nan)
-        self._covariance = np.full((count, k, k), np.nan)
+        self._triangle = np.tril_indices(k)
+        self._lower = np.full((count, len(self._triangle[0])), np.nan)
         self._nis = np.full(count, np.nan)
         self._bound = math.inf if probability is None else float(chi2.isf(probability, k))
 
     def passes(self, row: int, innovation: Innovation) -> bool:
         """Decide whether a reading may update the filter, and record the decision."""
-        self._value[row], self._covariance[row], self._nis[row] = innovation
+        self._value[row], self._nis[row] = innovation.value, innovation.nis
+        self._lower[row] = innovation.covariance[self._triangle]
         passed = self.admits(innovation)
         self._accepted[row] = passed
         if not passed:
@@ -53,7 +55,7 @@ class InnovationGate:
     def innovations(self) -> Innovations:
         """Return the record."""
         return Innovations(
-            self._data.label, self._data.kind, self._data.time, self._value, self._covariance, self._nis,
+            self._data.label, self._data.kind, self._data.time, self._value, self._lower, self._nis,
             self._accepted, Reasons(len(self._nis), self._told), self._bound,
         )  # fmt: skip
 

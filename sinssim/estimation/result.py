@@ -17,6 +17,7 @@ from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.strapdown.nav_error import navigation_error
 
 Mask = NDArray[np.bool_]
+Rows = slice | NDArray[np.intp]
 
 
 class Reasons(Sequence[str]):
@@ -58,7 +59,7 @@ class Innovations:
         time: instants of validity, (M,) s.
         value: reading predicted by inertial navigation and the estimate, less the reading, (M, k); NaN for a skipped
             reading.
-        covariance: its covariance S, (M, k, k).
+        lower: lower triangle of its covariance S, row by row, (M, k (k + 1)/2); see `covariance`.
         nis: normalised innovation squared νᵀS⁻¹ν, (M,).
         accepted: whether the filter was updated with the reading, (M,).
         reason: why it was not, "" if it was, M sentences.
@@ -69,11 +70,29 @@ class Innovations:
     kind: str
     time: Array
     value: Array
-    covariance: Array
+    lower: Array
     nis: Array
     accepted: Mask
     reason: Sequence[str]
     bound: float
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance S of every reading, (M, k, k); made anew at each access, as it is large."""
+        return self.covariance_at(slice(None))
+
+    def covariance_at(self, rows: Rows) -> Array:
+        """Return the covariance S of R readings, (R, k, k)."""
+        lower, k = self.lower[rows], self.value.shape[1]
+        full = np.empty((len(lower), k, k))
+        for column, (i, j) in enumerate(zip(*np.tril_indices(k), strict=True)):
+            full[:, i, j] = full[:, j, i] = lower[:, column]
+        return full
+
+    def sigma_at(self, rows: Rows) -> Array:
+        """Return 1σ of the innovation of R readings, (R, k)."""
+        first, second = np.tril_indices(self.value.shape[1])
+        return np.asarray(np.sqrt(self.lower[rows][:, first == second]))
 
 
 @dataclass(frozen=True)

@@ -140,6 +140,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             with stages("filter"):
                 run.aided = _aid(run)
                 of_filter = plain(filter_numbers(run.aided, run.scenario))
+            give_back_memory()
             if writer is not None:
                 with stages("record"):
                     writer.filtered(run.aided, filter_markdown(of_filter))
@@ -158,6 +159,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         **of_redundancy,
         **({} if of_filter is None else {"filter": of_filter}),
     }
+    give_back_memory()
     run.directory = None if folder is None else keep(folder, run, run_report(run, run.summary, drawn))
     return run
 

@@ -117,18 +117,25 @@ def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
 
 def _whitened(innovations: Innovations) -> Array:
     """Return e = L⁻¹ν of the accepted readings, (N, k)."""
-    used, found = np.flatnonzero(innovations.accepted), []
+    used = np.flatnonzero(innovations.accepted)
+    found, count = np.empty((len(used), innovations.value.shape[1])), 0
     for start in range(0, len(used), _BLOCK):
         rows = used[start : start + _BLOCK]
-        value, covariance = innovations.value[rows], innovations.covariance[rows]
+        value, covariance = innovations.value[rows], innovations.covariance_at(rows)
         try:
             root = np.linalg.cholesky(covariance)
         except np.linalg.LinAlgError:  # the last row of a filter that diverged may be one
             size = np.linalg.eigvalsh(covariance)
             sound = size[:, 0] > 1e-12 * size[:, -1]
             root, value = np.linalg.cholesky(covariance[sound]), value[sound]
-        found.append(np.linalg.solve(root, value[..., None])[..., 0])
-    return np.concatenate(found) if found else np.zeros((0, innovations.value.shape[1]))
+        found[count : count + len(value)] = np.linalg.solve(root, value[..., None])[..., 0]
+        count += len(value)
+    return found[:count]
+
+
+def _dot(a: Array, b: Array) -> float:
+    """Return the sum of the products of two arrays, (N, k), without an array of them."""
+    return float(np.einsum("ij,ij->", a, b))
 
 
 def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> SensorConsistency:
@@ -147,16 +154,16 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     k, bound = e.shape[1], innovations.bound
     allowed = float(chi2.sf(bound, k)) if np.isfinite(bound) else 0.0
     # a gate truncates χ²: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
-    e = e / np.sqrt(chi2.cdf(bound, k + 2) / chi2.cdf(bound, k))
+    e /= np.sqrt(chi2.cdf(bound, k + 2) / chi2.cdf(bound, k))
     if len(e) < _FEWEST and not rejected:
         return SensorConsistency(
             innovations.sensor, count, rejected, allowed * count, (), np.zeros(0), np.nan, "unknown"
         )
     tests, rho = [], np.zeros(0)
     if len(e) >= _FEWEST:
-        tests.append(chi2_test("NIS", float(np.sum(e * e)), e.size))
+        tests.append(chi2_test("NIS", _dot(e, e), e.size))
         lags = min(LAGS, len(e) // 4)
-        rho = np.array([np.sum(e[:-lag] * e[lag:]) for lag in range(1, lags + 1)]) / e.size
+        rho = np.array([_dot(e[:-lag], e[lag:]) for lag in range(1, lags + 1)]) / e.size
         # (N+2)/(N−l): the small-sample correction of Ljung and Box (Biometrika 65, 1978)
         weight = (len(e) + 2.0) / (len(e) - np.arange(1, lags + 1))
         tests.append(chi2_test("whiteness", float(e.size * np.sum(weight * rho**2)), lags))

@@ -15,7 +15,7 @@ ROWS = 2000
 """Approximate number of rows of the filter that are kept without smoothing. NEES uses 600. The variance of the inertial
 noise, from 1000 pairs of three axes, is then accurate to 3 %."""
 
-_PROGRAM, _RECORDER = 0.31e9, 0.17e9
+_PROGRAM, _RECORDER = 0.31e9, 0.12e9
 """Memory of the program with its libraries, and of the libraries and buffers that write a run directory, bytes."""
 
 _BEFORE, _BEFORE_RECORDED = 320.0, 560.0
@@ -29,8 +29,9 @@ _EPOCH, _STATE, _PARAMETER = 120.0, 8.0, 16.0
 """What every epoch takes, bytes: the aided solution; every state's 1σ; and the estimated and the true value of every
 state that is no error of navigation."""
 
-_READING = 145.0
-"""What a reading of three components takes, bytes: reading, times, verdict, innovation and its covariance."""
+_READING = 120.0
+"""What a reading of three components takes, bytes: reading, times, verdict, innovation and the lower triangle
+of its covariance."""
 
 _ROW, _SMOOTHED_ROW = 6.0, 16.0
 """How many matrices of the number of states squared every kept row takes; the same with smoothing."""

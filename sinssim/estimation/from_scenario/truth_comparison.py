@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,8 +20,10 @@ from sinssim.strapdown.nav_error import NavError, navigation_error
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
-BLOCK = 65536
+BLOCK = 16384
 """Number of rows that are compared with the truth at once."""
+
+_KINDS = ("position_ned", "velocity_ned", "attitude")
 
 Rows = slice | NDArray[np.intp]
 
@@ -67,9 +69,14 @@ class Aided:
         Returns:
             The errors, R rows.
         """
+        found = self._errors_at(rows, _KINDS)
+        return NavError(self.estimate.solution.time[rows], *(found[name] for name in _KINDS))
+
+    def _errors_at(self, rows: Rows, kinds: Sequence[str]) -> dict[str, Array]:
+        """Return some kinds of navigation errors at R of the filter's epochs, (R, 3) each."""
         solution = self.estimate.solution
         number = np.arange(len(solution.time))[rows]
-        found = NavError(solution.time[rows], *(np.empty((len(number), 3)) for _ in range(3)))
+        found = {name: np.empty((len(number), 3)) for name in kinds}
         for start in range(0, len(solution.time), BLOCK):
             inside = np.flatnonzero((number >= start) & (number < start + BLOCK))
             if not len(inside):
@@ -77,8 +84,8 @@ class Aided:
             block = slice(start, start + BLOCK)
             own = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
             error = navigation_error(self.trajectory.state(own.time), own, self.trajectory.ellipsoid)
-            for name in ("position_ned", "velocity_ned", "attitude"):
-                getattr(found, name)[inside] = getattr(error, name)[number[inside] - start]
+            for name, values in found.items():
+                values[inside] = getattr(error, name)[number[inside] - start]
         return found
 
     def error_blocks(self) -> Iterator[NavError]:
@@ -96,9 +103,8 @@ class Aided:
         Returns:
             (R, size): solution minus truth for navigation, true value minus estimate for parameters.
         """
-        navigation = {"position": "position_ned", "velocity": "velocity_ned", "attitude": "attitude"}
-        if block in navigation:
-            return np.asarray(getattr(self.error_at(rows), navigation[block]))
+        if (kind := {"position": "position_ned", "velocity": "velocity_ned"}.get(block, block)) in _KINDS:
+            return self._errors_at(rows, (kind,))[kind]
         true = self.parameters.get(block, np.zeros(1))
         return np.asarray((true[rows] if true.ndim > 1 else true) - self.estimate.parameters[block][rows])
 

@@ -15,7 +15,7 @@ from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import suiting
+from sinssim.recording.scales import envelope, suiting
 from sinssim.recording.store.filter_summary import for_people, sentences
 
 if TYPE_CHECKING:
@@ -183,15 +183,21 @@ def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> It
             for (kind, time, error, sigma), late in zip(kinds, settled, strict=True):
                 color = style.css(style.COLORS[kind])
                 pale = style.css(style.COLORS["bound"] if kind == "aided" else style.tint(style.COLORS[kind]))
-                for label, values, paint, width in (
-                    ("±3σ", 3.0 * sigma, pale, 1.0),
-                    ("", -3.0 * sigma, pale, 1.0),
-                    (kind, side * error, color, 1.4),
+                for label, values, factor, paint, width in (
+                    ("±3σ", sigma, 3.0, pale, 1.0),
+                    ("", sigma, -3.0, pale, 1.0),
+                    (kind, error, side, color, 1.4),
                 ):
                     # the axis fits the errors after the filter has settled
-                    lines.append(Line("", time[:late], values[:late], paint, width, "", size, reference=True))
-                    lines.append(Line(label, time[late:], values[late:], paint, width, "", size))
+                    for part, of, reference in ((slice(late), "", True), (slice(late, None), label, False)):
+                        t, v = _thinned(time[part], values[part])
+                        lines.append(Line(of, t, factor * v, paint, width, "", size, reference=reference))
             yield plot.plot(_TITLES[component], unit, lines, span, marks=marks, width=_WIDTH, height=_HEIGHT)
+
+
+def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
+    """Thin a line to the extremes in each column of pixels of a drawing; the whole lines of a day are large."""
+    return envelope(time, values, time[0], time[-1] + 1e-9, _WIDTH) if len(time) else (time, values)
 
 
 def outage_marks(aided: Aided) -> list[Mark]:
@@ -242,18 +248,18 @@ def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
         looked = np.isfinite(sensor.nis)
         if not looked.any():
             continue
-        ratio = sensor.value / np.sqrt(np.einsum("kii->ki", sensor.covariance))
+        size = sensor.value.shape[1]
         lines = [Line("±3σ", ends, np.full(2, 3.0), grey, 1.0), Line("", ends, np.full(2, -3.0), grey, 1.0)]
-        for name, which, kind, size in (
+        for name, which, kind, dots in (
             ("accepted", looked & sensor.accepted, "aided", 1.6),
             ("rejected", looked & ~sensor.accepted, "refused", 2.6),
         ):
             rows = np.flatnonzero(which)
-            rows = rows[:: max(1, len(rows) * ratio.shape[1] // _DOTS)]
+            rows = rows[:: max(1, len(rows) * size // _DOTS)]
             if len(rows):
-                values = np.clip(ratio[rows].ravel(), -EDGE, EDGE)
-                time = np.repeat(sensor.time[rows], ratio.shape[1])
-                lines.append(Line(name, time, values, style.css(style.COLORS[kind]), dots=size))
+                values = np.clip((sensor.value[rows] / sensor.sigma_at(rows)).ravel(), -EDGE, EDGE)
+                time = np.repeat(sensor.time[rows], size)
+                lines.append(Line(name, time, values, style.css(style.COLORS[kind]), dots=dots))
         yield plot.plot(
             f"{sensor.sensor}, in σ", "", lines, span, axis=(-EDGE, EDGE, 2.0), width=_WIDTH, height=_HEIGHT
         )

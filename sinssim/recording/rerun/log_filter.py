@@ -155,8 +155,7 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
 def _ratio(sensor: Innovations, rows: Rows, block: slice) -> Array:
     """Return a block of some of a sensor's innovations in units of their σ, within the limits of the plot."""
     some = rows[block]
-    spread = np.sqrt(np.einsum("kii->ki", sensor.covariance[some]))
-    return np.asarray(np.clip(sensor.value[some] / spread, -EDGE, EDGE))
+    return np.asarray(np.clip(sensor.value[some] / sensor.sigma_at(some), -EDGE, EDGE))
 
 
 def _squares(recording: Recording, sensor: Innovations, color: style.Rgb) -> None:

@@ -188,10 +188,13 @@ class RunWriter:
         """
         self._submit(self._to_rerun, self._recording.document, "about/filter", about)
         self._submit(self._to_rerun, self._draw_filter, aided)
+        self._submit(self._to_rerun, _give_back_memory)
         for stream in filter_streams(aided):
             self._stream(stream)
         for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
             self._stream(stream)
+        for pool in (self._to_rerun, self._to_parquet):
+            self._submit(pool, _give_back_memory)
         if (end := aided.estimate.divergence) is not None:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
 

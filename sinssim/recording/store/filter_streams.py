@@ -99,11 +99,10 @@ def _readings(measurements: Measurements, innovations: Innovations | None) -> St
     ]
     if innovations is not None and len(innovations.time) == len(m.time):
         i = innovations
-        spread = Computed(lambda rows: np.sqrt(np.einsum("kii->ki", i.covariance[rows])))
         gate = Computed(lambda rows: np.column_stack((i.nis[rows], i.accepted[rows].astype(np.float64))))
         vectors += [
             Vector("innovation", named("innovation"), i.value),
-            Vector("innovation_sigma", named("innovation_sigma"), spread),
+            Vector("innovation_sigma", named("innovation_sigma"), Computed(i.sigma_at)),
             Vector("gate", ("nis", "accepted"), gate),
         ]
     return Stream(f"aiding_{m.label.replace('-', '_')}", m.time, tuple(vectors))

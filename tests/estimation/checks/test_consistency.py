@@ -20,6 +20,11 @@ SIGMA = biases_only("laser-standard")
 MODEL = error_model(SIGMA, position=(5.0, 5.0, 5.0), velocity=0.1, attitude=(3e-4, 3e-4, 3e-3))
 
 
+def lower_of(covariance: Array) -> Array:
+    """Return the lower triangle of each matrix, row by row."""
+    return covariance[:, *np.tril_indices(covariance.shape[1])]
+
+
 def innovations(e: Array, bound: float = np.inf) -> Innovations:
     """Return innovations whose whitened values are e."""
     rng = np.random.default_rng(99)
@@ -29,7 +34,8 @@ def innovations(e: Array, bound: float = np.inf) -> Innovations:
     nis = np.sum(e * e, axis=1)
     accepted = nis <= bound
     return Innovations(
-        "gnss", "gnss-position", np.arange(1.0, count + 1.0), value, root @ root.transpose(0, 2, 1), nis, accepted,
+        "gnss", "gnss-position", np.arange(1.0, count + 1.0), value,
+        lower_of(root @ root.transpose(0, 2, 1)), nis, accepted,
         tuple("" if a else "gate" for a in accepted), bound,
     )  # fmt: skip
 
@@ -141,7 +147,7 @@ def test_a_reading_whose_covariance_has_broken_down_is_left_out() -> None:
     covariance[20] = np.diag([1.0, -1e-9])
     kept = np.arange(50) != 20
     without = replace(sound, accepted=kept)
-    found = sensor_consistency(replace(sound, covariance=covariance))
+    found = sensor_consistency(replace(sound, lower=lower_of(covariance)))
     assert found.tests == sensor_consistency(without).tests
 
 
@@ -152,8 +158,18 @@ def test_a_covariance_is_as_broken_as_its_largest_variance_makes_it() -> None:
     covariance[20] = np.diag([1.0, 1.0, -1e-9])
     covariance[30] = np.diag([1.0, 0.1, 5e-13])
     kept = (np.arange(50) != 20) & (np.arange(50) != 30)
-    found = sensor_consistency(replace(sound, covariance=covariance))
+    found = sensor_consistency(replace(sound, lower=lower_of(covariance)))
     assert found.tests == sensor_consistency(replace(sound, accepted=kept)).tests
+
+
+def test_the_covariance_of_an_innovation_is_its_lower_triangle_twice() -> None:
+    a = np.array([[4.0, 1.0, 2.0], [1.0, 9.0, 3.0], [2.0, 3.0, 16.0]])
+    whole = np.stack([a, 2.0 * a, 3.0 * a])
+    found = replace(innovations(np.zeros((3, 3))), lower=lower_of(whole))
+    assert found.lower[0].tolist() == [4.0, 1.0, 9.0, 2.0, 3.0, 16.0]
+    np.testing.assert_array_equal(found.covariance, whole)
+    np.testing.assert_array_equal(found.covariance_at(np.array([2, 0])), whole[[2, 0]])
+    np.testing.assert_array_equal(found.sigma_at(slice(0, 1)), [[2.0, 3.0, 4.0]])
 
 
 def test_a_report_names_what_is_wrong_and_nothing_else() -> None:

@@ -25,7 +25,7 @@ def sensor(name: str, time: Array, accepted: Array, looked_at: Array) -> Innovat
         "gnss-position",
         time,
         np.zeros((count, 1)),
-        np.ones((count, 1, 1)),
+        np.ones((count, 1)),
         nis,
         accepted & looked_at,
         reasons,
