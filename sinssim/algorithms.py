@@ -174,9 +174,14 @@ ALGORITHMS: dict[str, str] = {name: algorithm.sentence for name, algorithm in RE
 MEASURED_ATTITUDE = "measured-attitude"
 """The algorithm in a scenario with a measured attitude."""
 
+PLATFORM = "platform"
+"""The algorithm in a scenario with a gimballed platform."""
+
 SCENARIO_ALGORITHMS: dict[str, str] = {
     **ALGORITHMS,
     MEASURED_ATTITUDE: "none: velocity and position with the attitude measured by imu.sensor_set, in inertial axes",
+    PLATFORM: "none: the accelerometers of imu.sensor_set stand on a platform turned with the frame; attitude from its "
+    "gimbals",
 }
 """The names of algorithms in scenarios."""
 

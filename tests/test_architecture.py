@@ -31,7 +31,7 @@ LAYERS = [
     "truth.flight.legs",
     "scenario",
     # data flows right, imports point left
-    "truth", "sensors", "noise_identification", "alignment", "estimation",
+    "truth", "sensors", "platform", "noise_identification", "alignment", "estimation",
     "recording.scales", "recording.sensor_comparison",
     "simulation.initial_error", "simulation.navigation", "simulation.one_component", "simulation.result",
     "studies", "recording",

@@ -33,6 +33,7 @@ COLORS: dict[str, Rgb] = {
     "rotation-vector": (120, 100, 200),
     "functional-iteration": (213, 94, 0),
     "measured-attitude": (0, 114, 178),
+    "platform": (213, 94, 0),
     # source of a quantity
     "truth": (0, 158, 115),
     "ideal": (0, 158, 115),

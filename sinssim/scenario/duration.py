@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from sinssim.algorithms import PLATFORM
 from sinssim.errors import InputError
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
@@ -18,6 +19,8 @@ from sinssim.units import KNOT
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
 """Memory per sample while a run is recorded, bytes (420 without a run directory): true and measured increments, true
 and navigated states, errors, and copies being written; each further algorithm adds a solution and its errors."""
+_PLATFORM_BYTES = 360.0
+"""What a platform takes beside its solution: forces, attitude, gimbals, readings, and a further strapdown solution."""
 _PLANE_BYTES = 1500.0
 """The same for a one-component run."""
 
@@ -166,7 +169,8 @@ def _check_plane(section: OneComponentSection) -> None:
 
 def sample_bytes(scenario: Scenario, first: float = _SAMPLE_BYTES) -> float:
     """Return the memory per sample of a run, bytes; `first` is that of a run with one algorithm."""
-    return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1)
+    more = _PLATFORM_BYTES if PLATFORM in scenario.navigation.algorithms else 0.0
+    return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1) + more
 
 
 def expected_duration(scenario: Scenario) -> float:

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from sinssim.frames import OF_TRUTH
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.scenario.sections.within_imu.sensor_set import Platform, Redundant
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
+from sinssim.units import PPM
 
 FLICKER_SAMPLES = 2.5e6
 """Number of samples up to which flicker has its Allan deviation of 0.664 B; see `sinssim.sensors.noise.flicker`."""
@@ -116,6 +117,30 @@ def earth_of_the_navigator(scenario: Scenario) -> Iterator[str]:
         yield (
             f'navigation.ellipsoid = "{own}" over a true Earth "{true}": both give the start the same latitude, '
             "longitude and height, and the position error is the difference of these numbers."
+        )
+
+
+def torquer_taken(scenario: Scenario) -> Iterator[str]:
+    """Yield a note on the default torquing scale factor of a platform.
+
+    Args:
+        scenario: the scenario.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    imu, own = scenario.imu, scenario.imu.sensor_set
+    if not isinstance(own, Platform) or scenario.navigation.frame == "inertial":
+        return
+    if own.torquer_scale_ppm is not None or own.torquer_scale_sigma_ppm is not None:
+        return
+    sigma = imu.gyro_scale_sigma_ppm
+    if sigma is None:
+        sigma = 0.0 if imu.gyro_scale_ppm is not None else find_grade(imu.grade).gyro.scale / PPM
+    if sigma:
+        yield (
+            f"imu.sensor_set.torquer_scale_sigma_ppm is not given: {sigma:g}, the 1σ of the gyros' scale factor, is "
+            "used."
         )
 
 

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from sinssim.algorithms import MEASURED_ATTITUDE, schedule
+from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, shortened
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
@@ -26,15 +26,23 @@ from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
+from sinssim.scenario.sections.within_imu.sensor_set import Platform
 from sinssim.section import (
     Name,
     Section,
     Sentence,
 )
 from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.imu.terms import of_triad
 
 _SOURCES = ("flight", "parked", "great_circle", "motion", "one_component")
 """The tables of which a scenario has exactly one."""
+
+_OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
+"""Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
+
+_BESIDE_PLATFORM = (PLATFORM, "quaternion")
+"""The default algorithms of a scenario with a platform."""
 
 _IN_SPACE = ("vibration", "isolator", "truth", "imu", "compensation", "aiding", "navigation", "filter", "output")
 """The tables of a run in three dimensions, which a one-component run does not have."""
@@ -97,6 +105,22 @@ class Scenario(Section):
             navigation = navigation.model_copy(update={"vertical": "baro-loop"})
         return {**data, "navigation": navigation}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _platform_is_navigated(cls, data: Any) -> Any:
+        """Fill in the default algorithms beside a platform: the platform itself, and strapdown navigation."""
+        imu = data.get("imu") if isinstance(data, dict) else None
+        own = imu.get("sensor_set") if isinstance(imu, dict) else getattr(imu, "sensor_set", None)
+        kind = own.get("type") if isinstance(own, dict) else getattr(own, "type", None)
+        navigation = data.get("navigation", {}) if isinstance(data, dict) else None
+        if kind != PLATFORM:
+            return data
+        if isinstance(navigation, dict):
+            navigation = {"algorithms": _BESIDE_PLATFORM, **navigation}
+        elif isinstance(navigation, NavigationSection) and "algorithms" not in navigation.model_fields_set:
+            navigation = navigation.model_copy(update={"algorithms": _BESIDE_PLATFORM})
+        return {**data, "navigation": navigation}
+
     @model_validator(mode="after")
     def _one_source_of_truth(self) -> Self:
         given = [f"[{name}]" for name in _SOURCES if getattr(self, name) is not None]
@@ -128,6 +152,12 @@ class Scenario(Section):
                 raise ValueError("[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults")
             if self.navigation.vertical != "baro-loop":
                 raise ValueError('[aiding.baro] is not used: add [filter], or navigation.vertical = "baro-loop"')
+        if self.filter is not None and self.imu.sensor_set.type == PLATFORM:
+            raise ValueError(
+                "[filter] estimates the errors of gyros and accelerometers fixed to the vehicle; on a platform they "
+                "act about its axes, and the filter would have to torque it: remove [filter], or sensor_set.type = "
+                '"platform"'
+            )
         if self.filter is not None and self.imu.sensor_set.type != "gyros":
             raise ValueError(
                 f"[filter] needs three gyros and three accelerometers; imu.sensor_set.type = "
@@ -224,12 +254,40 @@ class Scenario(Section):
                 f'(with navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{kind}" and '
                 f"navigation.algorithms = {list(self.navigation.algorithms)}"
             )
+        self._platform_as_it_can_be(kind)
         if self.compensation is not None and kind != "gyros":
             raise ValueError(
                 f"[compensation] is for three gyros and three accelerometers; imu.sensor_set.type = "
                 f'"{kind}" is another set'
             )
         return self
+
+    def _platform_as_it_can_be(self, kind: str) -> None:
+        """Raise for a platform without its algorithm, and for keys without effect on one."""
+        algorithms, own = self.navigation.algorithms, self.imu.sensor_set
+        if (kind == PLATFORM) != (PLATFORM in algorithms):
+            raise ValueError(
+                f'imu.sensor_set.type = "platform" requires "{PLATFORM}" among navigation.algorithms, and vice versa; '
+                f'here imu.sensor_set.type = "{kind}" and navigation.algorithms = {list(algorithms)}'
+            )
+        if not isinstance(own, Platform):
+            return
+        torquer = [key for key in ("torquer_scale_ppm", "torquer_scale_sigma_ppm") if getattr(own, key) is not None]
+        if torquer and self.navigation.frame == "inertial":
+            raise ValueError(
+                f'imu.sensor_set.{torquer[0]} would have no effect: with navigation.frame = "inertial" the platform '
+                "keeps its direction in inertial space and is not torqued; remove it, or choose another frame"
+            )
+        if len(algorithms) > 1:
+            return
+        for term in of_triad("gyro"):
+            for key in term.keys if term.stage in _OF_TURNS or term.field in ("scale", "misalignment") else ():
+                if getattr(self.imu, key) is not None and not (key == "gyro_scale_sigma_ppm" and not torquer):
+                    raise ValueError(
+                        f"imu.{key} would have no effect: the gyros hold the platform and sense no turns; remove it, "
+                        'or add a strapdown algorithm for the same sensors, for example "quaternion", to '
+                        "navigation.algorithms"
+                    )
 
     def as_written(self) -> dict[str, Any]:
         """Return the contents of the scenario's file with every default, as `model_dump`.

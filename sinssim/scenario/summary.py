@@ -9,12 +9,18 @@ from pydantic import BaseModel
 
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.height import height_words
-from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect, times_not_reached
+from sinssim.scenario.notes import (
+    defaults_taken,
+    earth_of_the_navigator,
+    keys_without_effect,
+    times_not_reached,
+    torquer_taken,
+)
 from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 
 
 # Long: one line for each table of the scenario, in the order of the console.
@@ -77,6 +83,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     yield f"seed        {scenario.seed}"
     for sentence in (
         *earth_of_the_navigator(scenario),
+        *torquer_taken(scenario),
         *times_not_reached(scenario, duration),
         *keys_without_effect(scenario.imu, duration),
         *defaults_taken(scenario.imu, duration),
@@ -129,6 +136,9 @@ def sensor_words(section: ImuSection) -> str:
             )
         case Redundant() as redundant:
             return f"{redundant_words(redundant)}, {_MONITORING[redundant.mode]}"
+        case Platform() as platform:
+            errors = given(platform, "type")
+            return f"three accelerometers and three gyros on a gimballed platform{', ' if errors else ''}{errors}"
         case _:
             return "three accelerometers and three gyros"
 

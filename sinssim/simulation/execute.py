@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim.algorithms import PLATFORM
 from sinssim.data import Array
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
+from sinssim.recording.store.platform_summary import platform_numbers
 from sinssim.recording.store.redundancy_summary import redundancy_numbers
 from sinssim.recording.store.summary import (
     NO_NUMBERS,
@@ -100,7 +102,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
     cached = _fly(run, folder is not None, stages)
     check_route_flown(run.scenario, run.time, run.truth)
     of_filter = drawn = None
-    of_redundancy: dict[str, Any] = {}
+    of_set: dict[str, Any] = {}
     with ExitStack() as stack:
         writer = None
         if folder is not None:
@@ -126,10 +128,19 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             section = run.scenario.imu.sensor_set
             if isinstance(section, Redundant):
                 found = redundancy_numbers(section, run.readings.monitored, run.without_monitoring)
-                of_redundancy = {"redundancy": plain(found)}
+                of_set = {"redundancy": plain(found)}
+            if run.platform is not None and run.true_errors.platform is not None:
+                without = run.without_errors_of_turns
+                own, by_cause = run.true_errors.platform, run.platform_errors_by_cause
+                simulated = run.errors[PLATFORM]
+                of = platform_numbers(run.platform, own, run.ideal, run.strapdown, without, by_cause, simulated)
+                of_set = {"platform": plain(of)}
         if writer is not None:
             with stages("record"):
                 writer.navigated(run.solutions, run.errors, run.failures, run.without_monitoring)
+                if run.platform is not None:
+                    without = run.without_errors_of_turns
+                    writer.on_platform(run.platform, run.errors[PLATFORM], run.strapdown, without, run.ideal)
         passages = singularities(run.solutions)
         if run.scenario.filter is not None:
             if writer is not None:
@@ -156,7 +167,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "algorithms": plain(numbers),
         "singularities": plain(passages),
         "failures": failures(run.failures),
-        **of_redundancy,
+        **of_set,
         **({} if of_filter is None else {"filter": of_filter}),
     }
     give_back_memory()
@@ -223,7 +234,9 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
 
 def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
     """Fill in the solutions of the algorithms, and the failures of the others."""
-    run.solutions, run.failures = solve(run.scenario, run.trajectory, run.compensated, run.readings.attitude, height)
+    run.solutions, run.failures = solve(
+        run.scenario, run.trajectory, run.compensated, run.readings.attitude, height, run.true_errors, run.truth
+    )
 
 
 def _aid(run: Run) -> Aided:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.data import Array, ImuData, NavSolution
+from sinssim.algorithms import PLATFORM
+from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.sensors.aiding.barometer import BarometerSection
@@ -17,6 +18,7 @@ from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
+    from sinssim.sensors.sets.true_errors import TrueErrors
     from sinssim.strapdown.frames.vertical import HeightReadings
     from sinssim.truth.trajectory import Trajectory
 
@@ -57,6 +59,8 @@ def solve(
     imu: ImuData,
     attitude: Array | None,
     height: Array | HeightReadings | None,
+    errors: TrueErrors | None = None,
+    truth: NavState | None = None,
 ) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
     """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
 
@@ -66,6 +70,8 @@ def solve(
         imu: compensated increments.
         attitude: measured q_ib of a set with an attitude sensor, (N+1, 4).
         height: result of `height_reference`.
+        errors: the true errors of the sensors, which a platform needs.
+        truth: true states at the samples' edges, if they are known.
 
     Returns:
         The solutions of the successful algorithms, and the errors of the others.
@@ -83,23 +89,37 @@ def solve(
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
     vertical = "free" if height is None else section.vertical
 
+    common: dict[str, Any] = {
+        "frame": section.frame,
+        "gravity": section.gravity,
+        "ellipsoid": section.ellipsoid_over(trajectory.ellipsoid.name),
+        "curvature": section.curvature,
+        "vertical": vertical,
+        "height": None if vertical == "free" else height,
+        "baro_time_constant": section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
+        "route": route,
+    }
+
     def by(algorithm: str) -> NavSolution | RunError:
         try:
+            if algorithm == PLATFORM:
+                from sinssim.platform.force import inertial_forces
+                from sinssim.platform.navigate import navigate_platform
+
+                assert errors is not None
+                true = trajectory.state(imu.time) if truth is None else truth
+                forces = inertial_forces(imu.time, true, trajectory.gravity, trajectory.ellipsoid)
+                return navigate_platform(
+                    imu.time, forces, initial, errors.imu, errors.platform, scenario.seed, **common
+                )
             return navigate_set(
                 imu,
                 attitude,
                 initial,
                 algorithm=algorithm,
-                frame=section.frame,
-                gravity=section.gravity,
-                ellipsoid=section.ellipsoid_over(trajectory.ellipsoid.name),
-                curvature=section.curvature,
-                vertical=vertical,
-                height=None if vertical == "free" else height,
-                baro_time_constant=section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
                 rates_hz=section.rates_hz,
                 slow_quantities=section.slow_quantities,
-                route=route,
+                **common,
             )
         except RunError as error:
             return error

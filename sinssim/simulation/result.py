@@ -9,12 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sinssim.algorithms import PLATFORM
 from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavSolution, NavState
     from sinssim.errors import RunError
     from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.platform.error_equations import ErrorsByCause
+    from sinssim.platform.navigate import PlatformSolution
     from sinssim.recording.sensor_comparison import SensorComparison
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.reading import Readings
@@ -101,7 +104,8 @@ class Run:
         from sinssim.simulation.navigation import height_reference, solve
 
         height = height_reference(self.scenario, self.trajectory, self.truth.height)
-        return solve(self.scenario, self.trajectory, self.compensated, self.readings.attitude, height)[0]
+        imu, attitude = self.compensated, self.readings.attitude
+        return solve(self.scenario, self.trajectory, imu, attitude, height, self.true_errors, self.truth)[0]
 
     @cached_property
     def errors(self) -> dict[str, NavError]:
@@ -142,9 +146,64 @@ class Run:
         truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
         return navigation_error(truth, solution, self.trajectory.ellipsoid)
 
+    @property
+    def platform(self) -> PlatformSolution | None:
+        """The solution of a platform's navigator, with the platform itself; None without a platform or its solution."""
+        from sinssim.platform.navigate import PlatformSolution
+
+        found = self.solutions.get(PLATFORM)
+        return found if isinstance(found, PlatformSolution) else None
+
+    @property
+    def strapdown(self) -> tuple[str, NavError] | None:
+        """The first strapdown algorithm with a solution, and its errors; None without one."""
+        return next(((name, error) for name, error in self.errors.items() if name != PLATFORM), None)
+
+    @cached_property
+    def without_errors_of_turns(self) -> NavError | None:
+        """Errors of `strapdown` beside a platform if its gyros had no errors that act on what they sense.
+
+        These are scale factor, misalignment and non-linearity, which a platform does not have. None without a platform
+        or such a solution.
+        """
+        from sinssim.errors import RunError
+        from sinssim.sensors.imu.emulate import emulate
+        from sinssim.sensors.imu.rectification import rectified
+        from sinssim.sensors.sets.platform import without_errors_of_turns
+        from sinssim.simulation.navigation import height_reference, solve
+        from sinssim.strapdown.nav_error import navigation_error
+
+        if self.true_errors.platform is None or self.strapdown is None:
+            return None
+        errors = without_errors_of_turns(self.true_errors.imu)
+        imu = emulate(rectified(self.trajectory, self.ideal, errors), errors, self.scenario.seed)
+        alone = self.scenario.navigation.model_copy(update={"algorithms": (self.strapdown[0],)})
+        scenario = self.scenario.model_copy(update={"navigation": alone})
+        height = height_reference(self.scenario, self.trajectory, self.truth.height)
+        try:
+            (solution,) = solve(scenario, self.trajectory, imu, None, height)[0].values()
+        except RunError:
+            return None
+        truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
+        return navigation_error(truth, solution, self.trajectory.ellipsoid)
+
+    @cached_property
+    def platform_errors_by_cause(self) -> ErrorsByCause | None:
+        """Position errors of a platform's solution by cause, from the linear error equations; None without one."""
+        from sinssim.platform.error_equations import errors_by_cause
+        from sinssim.platform.force import inertial_forces
+
+        solution, own = self.platform, self.true_errors.platform
+        if solution is None or own is None:
+            return None
+        true = self.trajectory
+        forces = inertial_forces(self.time, self.truth, true.gravity, true.ellipsoid)
+        return errors_by_cause(self.truth, forces, solution, own, true.ellipsoid)
+
     def forget(self) -> None:
         """Free what can be computed again; the next access computes it, with the same bits."""
-        for name in ("truth", "ideal", "perfect", "sensed", "solutions", "errors", "without_monitoring"):
+        computed = ("truth", "ideal", "perfect", "sensed", "solutions", "errors", "platform_errors_by_cause")
+        for name in (*computed, "without_monitoring", "without_errors_of_turns"):
             vars(self).pop(name, None)
 
     @cached_property

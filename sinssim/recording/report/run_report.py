@@ -21,10 +21,12 @@ from sinssim.recording.report.filter import STYLE as FILTER_STYLE
 from sinssim.recording.report.filter import filter_section
 from sinssim.recording.report.flight import flight_section
 from sinssim.recording.report.page import table, words
+from sinssim.recording.report.platform import platform_section
 from sinssim.recording.report.redundancy import redundancy_section
 from sinssim.recording.report.sensors import sensor_errors
 from sinssim.recording.report.track import STYLE as TRACK_STYLE
 from sinssim.recording.scales import duration_words
+from sinssim.recording.store.platform_summary import platform_sentences
 from sinssim.recording.store.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scenario.height import height_words
@@ -56,6 +58,7 @@ class Sections:
     flight: str
     sensors: str
     redundancy: str
+    platform: str
     errors: str
 
 
@@ -68,15 +71,16 @@ def draw_sections(run: Run) -> Sections:
     Returns:
         The sections, for `run_report`. The samples may be freed before the report is put together.
     """
-    flight = redundancy = errors = ""
+    flight = redundancy = platform_and_strapdown = errors = ""
     if run.has("truth"):
         flight = "".join(flight_section(run, run.trajectory, run.truth))
     sensors = "".join(sensor_errors(run.scenario, run.true_errors, run.sensed))
     if run.has("readings"):
         redundancy = "".join(redundancy_section(run))
     if run.has("truth", "errors"):
+        platform_and_strapdown = "".join(platform_section(run))
         errors = "".join(error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid)))
-    return Sections(flight, sensors, redundancy, errors)
+    return Sections(flight, sensors, redundancy, platform_and_strapdown, errors)
 
 
 def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
@@ -101,6 +105,8 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
     body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
     if drawn.redundancy:
         body += ["<h2>Monitoring of the redundant sensors</h2>", drawn.redundancy]
+    if drawn.platform:
+        body += ["<h2>Platform and strapdown</h2>", drawn.platform]
     if "algorithms" in summary and drawn.errors:
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
@@ -151,6 +157,10 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         yield flags
     if "redundancy" in summary:
         yield from redundancy_sentences(summary["redundancy"], numbers)
+    if "platform" in summary:
+        yield from platform_sentences(summary["platform"], numbers)
+        if len(numbers) == 2:  # the sentences have the errors of both
+            return
     if summary["failures"]:
         yield f"No result from {', '.join(summary['failures'])}; the section on navigation errors gives the reason."
     if not numbers:

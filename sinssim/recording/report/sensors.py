@@ -13,12 +13,19 @@ from sinssim.formatting import capital, signed
 from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
+from sinssim.recording.report.platform import platform_errors
 from sinssim.recording.report.plot import Line
 from sinssim.recording.report.redundancy import single_errors
 from sinssim.recording.scales import suiting
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.scenario.sections.within_imu.faults import faulty_sensors
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.sensor_set import (
+    AttitudeSensor,
+    Gyros,
+    Platform,
+    Redundant,
+    SixAccelerometers,
+)
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
@@ -53,7 +60,7 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
     """
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
     name = f"<strong>{words(section.grade)}</strong>"
-    if isinstance(section.sensor_set, Gyros | Redundant):
+    if isinstance(section.sensor_set, Gyros | Redundant | Platform):
         of = f"Grade {name}: {words(grade.description)}."
     else:  # the grade's description is that of a unit with gyros
         of = f"Accelerometers of the grade {name}."
@@ -79,6 +86,8 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
             yield _pair(f"<h3>Attitude sensor</h3>{sensor}", f"<h3>Accelerometers</h3>{accelerometers}")
         case _:
             yield _pair(f"<h3>Gyros</h3>{gyros}", f"<h3>Accelerometers</h3>{accelerometers}")
+    if true.platform is not None:
+        yield f"<h3>Platform</h3>{platform_errors(section, true.platform, scenario.navigation.frame)}"
     if section.faults:
         numbered = isinstance(section.sensor_set, Redundant)
         yield f"<p>Faults: {'; '.join(_fault(fault, numbered) for fault in section.faults)}.</p>"
@@ -92,7 +101,8 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
             _table(left.accel, none.accel, known, "accel"),
         )
     if any(kind.error.any() for kind in kinds):
-        yield "<h3>Errors of the readings</h3>"
+        strapped = " of the same sensors strapped down" if true.platform is not None else ""
+        yield f"<h3>Errors of the readings{strapped}</h3>"
         yield from _plots(kinds)
     elif kinds:
         yield "<p>All readings are ideal.</p>"

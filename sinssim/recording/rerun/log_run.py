@@ -23,8 +23,16 @@ _UP = -1.0
 """Down to up."""
 
 
-def _gaps(angles: Array, turn: float) -> Array:
-    """Insert a gap where an angle jumps by a whole turn, so that no line crosses the plot."""
+def gaps(angles: Array, turn: float) -> Array:
+    """Return angles with a gap where they jump by a whole turn, so that no line crosses the plot.
+
+    Args:
+        angles: (N,).
+        turn: a whole turn in their unit.
+
+    Returns:
+        (N,), NaN at the last angle before a jump.
+    """
     jump = np.abs(np.diff(angles)) > 0.5 * turn
     return np.where(np.concatenate((jump, [False])), np.nan, angles)
 
@@ -46,9 +54,9 @@ def draw_flight(
     velocity, q_nb = truth.velocity_ned[k], truth.q_nb[k]
     roll, pitch, heading = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
     blue, green, orange = style.colors(["z", "y", "x"])
-    angles = np.column_stack((_gaps(roll, 360.0), pitch))
+    angles = np.column_stack((gaps(roll, 360.0), pitch))
     recording.series("flight/roll_pitch", t, angles, ["roll", "pitch"], colors=[orange, blue])
-    recording.series("flight/heading", t, _gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
+    recording.series("flight/heading", t, gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
     recording.series("flight/height", t, height[:, None], ["height"], colors=[green])
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     recording.series("flight/ground_speed", t, speed[:, None], ["ground speed"], colors=[green])

@@ -18,6 +18,7 @@ from sinssim.recording import style
 from sinssim.recording.rerun import log_run as pictures
 from sinssim.recording.rerun.log_coordinates import draw_coordinates
 from sinssim.recording.rerun.log_filter import draw_filter
+from sinssim.recording.rerun.log_platform import compared, draw_platform
 from sinssim.recording.rerun.log_redundancy import alarm_events, draw_monitoring, draw_with_and_without
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
@@ -33,9 +34,10 @@ from sinssim.recording.store.streams import (
     error_stream,
     imu_stream,
     nav_stream,
+    other_error_stream,
+    platform_stream,
     set_streams,
     truth_stream,
-    unmonitored_stream,
 )
 from sinssim.strapdown.nav_error import NavError
 from sinssim.system.memory import give_back_memory
@@ -44,6 +46,7 @@ from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.platform.navigate import PlatformSolution
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.reading import Readings
 
@@ -175,9 +178,31 @@ class RunWriter:
             self._stream(error_stream(name, errors[name].at, solution))
         if without_monitoring is not None and errors:
             self._submit(self._to_rerun, self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
-            self._stream(unmonitored_stream(without_monitoring))
+            self._stream(other_error_stream("error_without_monitoring", without_monitoring))
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, _give_back_memory)
+
+    def on_platform(
+        self,
+        solution: PlatformSolution,
+        own: NavError,
+        strapdown: tuple[str, NavError] | None,
+        without: NavError | None,
+        ideal: ImuData,
+    ) -> None:
+        """Write what a platform did, and its errors beside those of the same sensors strapped down.
+
+        Args:
+            solution: of the platform's navigator.
+            own: its errors.
+            strapdown: the first strapdown algorithm and its errors, None without one.
+            without: errors of that algorithm if its gyros had no errors that act in turns only.
+            ideal: ideal increments.
+        """
+        self._stream(platform_stream(solution))
+        if without is not None:
+            self._stream(other_error_stream("error_without_errors_of_turns", without))
+        self._submit(self._to_rerun, self._draw_platform, solution, compared(own, strapdown, without), ideal.dtheta)
 
     def filtered(self, aided: Aided, about: str) -> None:
         """Write the estimate of a filter and its readings.
@@ -246,6 +271,9 @@ class RunWriter:
 
     def _draw_with_and_without(self, own: tuple[str, NavError], without: NavError) -> None:
         self._learn(draw_with_and_without(self._recording, own, without))
+
+    def _draw_platform(self, solution: PlatformSolution, errors: dict[str, NavError], sensed: Array) -> None:
+        self._learn(draw_platform(self._recording, solution, errors, sensed))
 
     def _draw_events(self) -> None:
         self._recording.events(self._events)

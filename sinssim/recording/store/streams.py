@@ -15,6 +15,7 @@ from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import Channel
 
 if TYPE_CHECKING:
+    from sinssim.platform.navigate import PlatformSolution
     from sinssim.sensors.sets.monitor import Monitored
     from sinssim.sensors.sets.reading import Readings
 
@@ -173,22 +174,47 @@ def _tests(found: Monitored) -> Iterator[Vector]:
     yield Vector(f"{found.kind}_used", columns, found.used.astype(np.float64))
 
 
-def unmonitored_stream(error: NavError) -> Stream:
-    """Return the stream `error_without_monitoring`: errors if a redundant set's faulty sensors had been used.
+def other_error_stream(name: str, error: NavError) -> Stream:
+    """Return a stream of errors of a solution for comparison, which has no streams of its own.
 
     Args:
-        error: errors of the first algorithm.
+        name: "error_without_monitoring": if a redundant set's faulty sensors had been used;
+            "error_without_errors_of_turns": if the gyros beside a platform had no errors that act in turns only.
+        error: errors of the first strapdown algorithm.
 
     Returns:
         N+1 rows.
     """
     return Stream(
-        "error_without_monitoring",
+        name,
         error.time,
         (
             Vector("position", ("position_n_m", "position_e_m", "position_d_m"), error.position_ned),
             Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), error.velocity_ned),
             Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), error.attitude),
+        ),
+    )
+
+
+def platform_stream(solution: PlatformSolution) -> Stream:
+    """Return the stream `platform`: commanded rates, gimbal angles, drift and readings at the ends of the intervals.
+
+    Args:
+        solution: of a platform's navigator.
+
+    Returns:
+        N rows.
+    """
+    s = solution
+    return Stream(
+        "platform",
+        s.time[1:],
+        (
+            Vector("commanded", ("commanded_x_radps", "commanded_y_radps", "commanded_z_radps"), s.commanded),
+            Vector("drift", ("drift_x_radps", "drift_y_radps", "drift_z_radps"), s.drift),
+            Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), s.readings),
+            Vector("gimbals", ("gimbal_roll_rad", "gimbal_pitch_rad", "gimbal_azimuth_rad"), s.gimbals[1:]),
+            Vector("attitude", ("q_ip_w", "q_ip_x", "q_ip_y", "q_ip_z"), s.q_ip[1:]),
         ),
     )
 

@@ -10,10 +10,11 @@ from rich import box
 from rich.table import Table
 
 from sinssim.recording.store.filter_summary import sentences
+from sinssim.recording.store.platform_summary import platform_sentences
 from sinssim.recording.store.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
-from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect
+from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect, torquer_taken
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,12 +54,18 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         table.add_column(heading, justify="right", no_wrap=True)
     for name, errors in {**summary["algorithms"], **aided}.items():
         table.add_row(name, *_cells(errors, failed=name in failures))
-    lines = [f"Height of the inertial solutions: {height_words(scenario)}.", *earth_of_the_navigator(scenario)]
+    lines = [
+        f"Height of the inertial solutions: {height_words(scenario)}.",
+        *earth_of_the_navigator(scenario),
+        *torquer_taken(scenario),
+    ]
     samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
     if flags := flagged_words(summary["flagged_samples"], samples):
         lines.append(flags)
+    numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
+    if "platform" in summary:
+        lines += platform_sentences(summary["platform"], numbers)
     if "redundancy" in summary:
-        numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
         lines += redundancy_sentences(summary["redundancy"], numbers)
     lines += (*keys_without_effect(scenario.imu, summary["end_s"]), *defaults_taken(scenario.imu, summary["end_s"]))
     lines += [f"{name} has no result: {failure['text']}" for name, failure in failures.items()]

@@ -23,11 +23,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
-from sinssim.scenario.sections.within_imu.faults import Fault, check_sensors, faulty_sensors
+from sinssim.scenario.sections.within_imu.faults import Fault, check_sensors, concerns_gyros, faulty_sensors
 from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.scenario.sections.within_imu.sensor_set import (
     AttitudeSensor,
     Gyros,
+    Platform,
     Redundant,
     SensorSet,
     SixAccelerometers,
@@ -198,6 +199,27 @@ class ImuSection(_Terms):
                 raise ValueError(
                     f"sensor_set.windows_s.{number} = {window:g} is not longer than a sample, which is tested anyway; "
                     f"at rate_hz = {self.rate_hz:g} a window has at least {2.0 / self.rate_hz:g} s"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _platform_has_what_it_needs(self) -> Self:
+        if not isinstance(self.sensor_set, Platform):
+            return self
+        for name, why in (
+            ("accel_arms_mm", "acts on the rotation of a block, and a platform hardly rotates"),
+            ("accel_delay_ms", "is not part of the model of a platform"),
+            ("laser_gyro", "describes laser gyros, which cannot be torqued"),
+        ):
+            if getattr(self, name) != type(self).model_fields[name].default:
+                raise ValueError(f'{name} {why}: remove it, or sensor_set.type = "platform"')
+        for number, fault in enumerate(self.faults, start=1):
+            if fault.type == "jitter" or (fault.type != "bias-step" and concerns_gyros(fault)):
+                raise ValueError(
+                    f"faults.{number}: a {fault.type} "
+                    + ("of the time stamps" if fault.type == "jitter" else "of gyros")
+                    + " has no meaning on a platform, which the gyros hold at zero readings; gyros can have a "
+                    "bias-step, accelerometers any fault but jitter"
                 )
         return self
 

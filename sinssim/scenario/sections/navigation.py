@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.algorithms import MEASURED_ATTITUDE, schedule
+from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
@@ -78,7 +78,8 @@ class NavigationSection(Section):
     algorithms: tuple[Algorithm, ...] = Field(
         default=("quaternion",),
         min_length=1,
-        description="attitude algorithms, each of which gives a solution; see `sinssim list algorithms`",
+        description="attitude algorithms, each of which gives a solution; see `sinssim list algorithms`; "
+        'default with a platform: "platform" and "quaternion"',
     )
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
@@ -163,6 +164,8 @@ class NavigationSection(Section):
                 schedule(rates, rates[0])
                 if MEASURED_ATTITUDE in info.data.get("algorithms", ()):
                     raise InputError("navigation with a measured attitude cannot run at three rates")
+                if PLATFORM in info.data.get("algorithms", ()):
+                    raise InputError("navigation on a platform has no fast part and cannot run at three rates")
                 for algorithm in info.data.get("algorithms", ()):
                     check_three_rates(algorithm, info.data.get("frame", "level"))
             except InputError as error:

@@ -280,6 +280,25 @@ def measure(
 
 
 @strict_kernel
+def draw_block(active: int, z: Array, first: int, size: int, key_0: np.uint64, key_1: np.uint64) -> None:
+    """Draw the normal numbers of consecutive samples of one run, for the processor's vector units.
+
+    Args:
+        active: active stages.
+        z: (4, 6, J), the first `size` columns are written.
+        first: number of the first sample, from 0.
+        size: number of samples, at most J.
+        key_0, key_1: key of the run's seed.
+    """
+    for n in range(4):
+        if active & NOISES[n]:
+            for axis in range(3):
+                normal_pairs(
+                    z[n, axis, :size], z[n, axis + 3, :size], key_0, key_1, first + 1, TERM_NUMBERS[n], np.uint64(axis)
+                )
+
+
+@strict_kernel
 def measure_all(
     active: int,
     time: Array,
@@ -316,18 +335,7 @@ def measure_all(
     begin(active, s, 0, key_0, key_1)
     for base in range(0, count, _BLOCK):
         size = min(_BLOCK, count - base)
-        for n in range(4):  # a block of numbers at a time, for the processor's vector units
-            if active & NOISES[n]:
-                for axis in range(3):
-                    normal_pairs(
-                        z[n, axis, :size],
-                        z[n, axis + 3, :size],
-                        key_0,
-                        key_1,
-                        base + 1,
-                        TERM_NUMBERS[n],
-                        np.uint64(axis),
-                    )
+        draw_block(active, z, base, size, key_0, key_1)
         for j in range(size):
             k = base + j
             advance(active, c, time[k], time[k + 1])

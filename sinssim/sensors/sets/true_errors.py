@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
+from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.imu.compensation import draw_calibration
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, draw_attitude_sensor
+from sinssim.sensors.sets.platform import PlatformErrors, draw_platform
 from sinssim.sensors.sets.single_sensors import draw_single_sensors
 
 
@@ -24,6 +25,7 @@ class TrueErrors:
         accelerometers: errors of the six single accelerometers in threes, for a set that has them.
         attitude_sensor: errors of the attitude sensor, for a set that has one.
         single_sensors: errors of the single sensors in threes, for a redundant set.
+        platform: errors of the torquers and of the gimbals' pick-offs, for a platform.
     """
 
     imu: ImuErrors
@@ -31,6 +33,7 @@ class TrueErrors:
     accelerometers: tuple[TriadErrors, ...] = ()
     attitude_sensor: AttitudeSensorErrors | None = None
     single_sensors: tuple[ImuErrors, ...] = ()
+    platform: PlatformErrors | None = None
 
 
 def draw_true_errors(section: ImuSection, seed: int = 0, compensation: CompensationSection | None = None) -> TrueErrors:
@@ -56,4 +59,5 @@ def draw_true_errors(section: ImuSection, seed: int = 0, compensation: Compensat
         None if compensation is None else draw_calibration(imu, compensation, seed),
         tuple(draw_accelerometers(section, 6, seed)) if isinstance(section.sensor_set, SixAccelerometers) else (),
         draw_attitude_sensor(section, seed) if isinstance(section.sensor_set, AttitudeSensor) else None,
+        platform=draw_platform(section, seed) if isinstance(section.sensor_set, Platform) else None,
     )

@@ -123,7 +123,7 @@ def test_lengths_come_in_the_unit_that_suits_them(value, unit):
 
 def test_a_jump_of_a_whole_turn_is_a_gap_and_nothing_else_is():
     heading = np.array([350.0, 359.0, 1.0, 5.0, 90.0])
-    out = pictures._gaps(heading, 360.0)
+    out = pictures.gaps(heading, 360.0)
     assert np.isnan(out[1])
     np.testing.assert_array_equal(out[[0, 2, 3, 4]], heading[[0, 2, 3, 4]])
 

@@ -174,6 +174,22 @@ def faulty_sensors(fault: Fault, kind: str) -> set[int]:
     return named
 
 
+def concerns_gyros(fault: Fault) -> bool:
+    """Return whether a fault acts on a gyro of a block of three gyros and three accelerometers.
+
+    Args:
+        fault: the fault; one that names no channels acts on all.
+
+    Returns:
+        Whether it does.
+    """
+    if isinstance(fault, Dropout | Freeze):
+        return fault.channels is None or any(channel.startswith("gyro") for channel in fault.channels)
+    if isinstance(fault, Saturation):
+        return fault.gyro_deg_s is not None
+    return any(any(value) for key, value in sizes(fault).items() if key.startswith("gyro"))
+
+
 def sizes(fault: Fault) -> dict[str, tuple[float, ...]]:
     """Return the keys of a fault that have one number for each sensor, and their values.
 

@@ -1,4 +1,4 @@
-"""The [imu.sensor_set] table: one of the textbook chapter's three sensor sets (section 8.1), or a redundant set."""
+"""The [imu.sensor_set] table: one of the textbook chapter's three sets (section 8.1), a redundant set, a platform."""
 
 from __future__ import annotations
 
@@ -100,4 +100,29 @@ class Redundant(Section):
         return self
 
 
-SensorSet = Annotated[Gyros | SixAccelerometers | AttitudeSensor | Redundant, Field(discriminator="type")]
+class Platform(Section):
+    """Three gyros and three accelerometers on a gimballed platform; navigated by "platform".
+
+    The gyros hold the platform in inertial space and turn it at the rates that the navigator commands.
+    """
+
+    type: Literal["platform"] = Field(description="a gyro-stabilised platform, beside the same sensors strapped down")
+    torquer_scale_ppm: Vector3 | None = Field(
+        default=None,
+        description="relative errors of the rates at which the gyros turn the platform when torqued, about its axes",
+    )
+    torquer_scale_sigma_ppm: NotNegative | None = Field(
+        default=None,
+        description="1σ of a random error, added to the given one; default: that of the gyros' scale factor, 0 beside "
+        "torquer_scale_ppm",
+    )
+    pickoff_arcsec: Vector3 | None = Field(
+        default=None, description="given errors of the gimbal angles roll, pitch and azimuth that are read out"
+    )
+    pickoff_sigma_arcsec: NotNegative | None = Field(
+        default=None, description="1σ of a random error of each gimbal angle, added to the given one; default: 0"
+    )
+    pickoff_noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each reading of a gimbal angle")
+
+
+SensorSet = Annotated[Gyros | SixAccelerometers | AttitudeSensor | Redundant | Platform, Field(discriminator="type")]

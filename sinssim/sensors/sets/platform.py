@@ -1,0 +1,110 @@
+"""Errors of a gimballed platform: torquing scale factors, and the pick-offs of its gimbals.
+
+Three gyros and three accelerometers stand on the platform. Its servo motors hold the gyros at null, so the platform
+turns at the rate at which the gyros are torqued, and drifts with the gyros' own drift d:
+
+    ω_ip = (1 + κ) ω_commanded − d                                          about the platform's axes
+
+d is what the gyros read at zero input: bias, its variations, random walk, g-sensitivity in platform axes. The errors
+that multiply what a gyro senses (scale factor, misalignment, non-linearity) do not act: the gyros sense no turn of the
+vehicle. In their place, the scale factor κ of the torquers multiplies the commanded rate, which is that of the Earth
+and of the vehicle's motion around it. A gyro with a torquer that measures by rebalancing has κ as its scale factor,
+therefore the default 1σ of κ is that of the gyros' scale factor. A platform that keeps its direction in inertial space
+is not torqued and has no such error.
+
+Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, ch. 3; Britting, Inertial Navigation
+Systems Analysis, 1971, ch. 4 and 6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.within_imu.sensor_set import Platform
+from sinssim.sensors.imu.errors import ImuErrors, stated
+from sinssim.sensors.imu.terms import of_triad
+from sinssim.sensors.noise.random_numbers import normals
+from sinssim.units import ARCSEC, PPM
+
+(_SCALE,) = (term for term in of_triad("gyro") if term.field == "scale")
+
+
+OF_TURNS = ("scale", "misalignment", "asymmetry", "quadratic", "cubic", "scale_temperature")
+"""Errors of gyros, fields of `TriadErrors`, that act on what they sense, which is nothing on a platform."""
+
+
+@dataclass(frozen=True)
+class PlatformErrors:
+    """The errors of a platform apart from those of its gyros and accelerometers.
+
+    Attributes:
+        torquer_scale: κ, relative errors of the rates at which the platform turns when torqued, (3,).
+        pickoff: errors of the gimbal angles roll, pitch and azimuth, (3,) rad.
+        pickoff_noise: 1σ of each reading of a gimbal angle, rad.
+    """
+
+    torquer_scale: Array = field(default_factory=lambda: np.zeros(3))
+    pickoff: Array = field(default_factory=lambda: np.zeros(3))
+    pickoff_noise: float = 0.0
+
+
+def without_errors_of_turns(errors: ImuErrors) -> ImuErrors:
+    """Return the errors of a block without those of its gyros that act on what they sense.
+
+    These are scale factor, misalignment and non-linearity: what a platform does not have.
+
+    Args:
+        errors: of a block of three gyros and three accelerometers.
+
+    Returns:
+        The other errors.
+    """
+    cleared = {name: 0.0 * getattr(errors.gyro, name) for name in OF_TURNS}
+    return replace(errors, gyro=replace(errors.gyro, **cleared))
+
+
+def torquer_sigma(section: ImuSection) -> float:
+    """Return the 1σ of the torquing scale factors: the given one, or that of the gyros' scale factor.
+
+    Args:
+        section: the [imu] section of a scenario, whose sensor_set is a platform.
+
+    Returns:
+        The 1σ, a ratio; 0 beside given scale factors without one.
+    """
+    own = section.sensor_set
+    assert isinstance(own, Platform)
+    if own.torquer_scale_sigma_ppm is not None:
+        return own.torquer_scale_sigma_ppm * PPM
+    return 0.0 if own.torquer_scale_ppm is not None else float(stated(section, _SCALE)[1].max())
+
+
+def draw_platform(section: ImuSection, seed: int = 0) -> PlatformErrors:
+    """Return the errors of one run's platform: given values plus random ones.
+
+    Args:
+        section: the [imu] section of a scenario, whose sensor_set is a platform.
+        seed: the run's seed.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the seed cannot be used, or the section has another sensor set.
+    """
+    own = section.sensor_set
+    if not isinstance(own, Platform):
+        raise InputError(f'sensor_set.type = "{own.type}" has no platform.')
+
+    def three(term: str) -> Array:
+        return np.concatenate([normals(seed, term, axis, 1) for axis in range(3)])
+
+    scale = np.array(own.torquer_scale_ppm or (0.0, 0.0, 0.0)) * PPM + torquer_sigma(section) * three("torquer scale")
+    pickoff = np.array(own.pickoff_arcsec or (0.0, 0.0, 0.0))
+    pickoff = pickoff + (own.pickoff_sigma_arcsec or 0.0) * three("gimbal pick-off")
+    return PlatformErrors(scale, pickoff * ARCSEC, own.pickoff_noise_arcsec * ARCSEC)
