@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -87,10 +85,6 @@ class MeanGyroRates:
         self._time, self._dtheta = imu.time, imu.dtheta
         self._interval = float(imu.time[-1] - imu.time[0]) / len(imu)
 
-    @cached_property
-    def _angle(self) -> Array:
-        return np.concatenate([np.zeros((1, 3)), np.cumsum(self._dtheta, axis=0)])
-
     def mean(self, begin: Array, end: Array, calibration: ImuErrors) -> Array:
         """Return the mean inertial rate over intervals.
 
@@ -103,10 +97,12 @@ class MeanGyroRates:
         """
         if not len(begin):
             return np.zeros((0, 3))
-        # a part of the run is searched faster than all of it
+        # only the part of the run that the intervals cover is summed and searched
         first, last = np.searchsorted(self._time, (np.min(begin), np.max(end)))
-        some = slice(max(int(first) - 1, 0), int(last) + 1)
-        time, angles = self._time[some], self._angle[some]
+        start = max(int(first) - 1, 0)
+        time = self._time[start : int(last) + 1]
+        angles = np.zeros((len(time), 3))
+        np.cumsum(self._dtheta[start : start + len(time) - 1], axis=0, out=angles[1:])
         turned = [np.interp(end, time, angle) - np.interp(begin, time, angle) for angle in angles.T]
         rate = np.stack(turned, axis=1) / (end - begin)[:, None]
         # a rate is an increment over one second
