@@ -35,6 +35,7 @@ LAYERS = [
     "recording.scales", "recording.sensor_comparison",
     "simulation.initial_error", "simulation.navigation", "simulation.one_component", "simulation.result",
     "studies", "recording",
+    "studies.in_coordinates",  # compares what the streams of a run have
     "studies.compare",  # runs a study and writes its directory, as simulation does with a run
     "simulation", "cli", "__main__",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.rotation.angles import HEADING_RANGES, continuous_angles, heading_in
+    from sinssim.rotation.angles import HEADING_RANGES, continuous_angles, heading_in, shown_heading
     from sinssim.rotation.arrays import (
         conjugate,
         dcm_from_quaternion,
@@ -69,6 +69,7 @@ __all__ = [
     "rotation_series_k",
     "rotation_vector_from_quaternion",
     "rotation_vector_from_quaternion_k",
+    "shown_heading",
     "sincos_k",
     "small_rotation_series_k",
 ]
@@ -104,6 +105,7 @@ __getattr__, __dir__ = on_first_use(
         "rotation_series_k": "sinssim.rotation.kernels",
         "rotation_vector_from_quaternion": "sinssim.rotation.arrays",
         "rotation_vector_from_quaternion_k": "sinssim.rotation.kernels",
+        "shown_heading": "sinssim.rotation.angles",
         "sincos_k": "sinssim.rotation.kernels",
         "small_rotation_series_k": "sinssim.rotation.kernels",
     },

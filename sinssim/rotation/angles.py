@@ -34,6 +34,21 @@ def heading_in(range_: str, heading: ArrayLike) -> Array:
     return np.asarray(turned + least)
 
 
+def shown_heading(choice: str | None, heading: ArrayLike) -> Array:
+    """Return consecutive headings as a scenario wants to see them.
+
+    Args:
+        choice: one of `HEADING_RANGES`, "continuous" for headings that count full turns, None for 0…360°.
+        heading: (N,) rad; for "continuous", consecutive ones differ by less than 180°.
+
+    Returns:
+        (N,) rad.
+    """
+    if choice == "continuous":
+        return np.asarray(np.unwrap(numbers("the heading", heading)))
+    return heading_in(choice or "0..360", heading)
+
+
 def continuous_angles(q_nb: ArrayLike) -> tuple[Array, Array, Array]:
     """Return Euler angles that count full turns of roll and heading.
 

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +17,12 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import OF_TRUTH, check_three_rates
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.studies import attitude_cost, cost, motions
-from sinssim.studies.results import Case, Engine, ErrorGrowth, Row, StudyResult, fit_orders
+from sinssim.studies.headings import compare_headings
+from sinssim.studies.in_coordinates import coordinate_errors
+from sinssim.studies.instants import instants, rows_of
+from sinssim.studies.results import Case, CoordinateError, Engine, ErrorGrowth, Row, StudyResult, fit_orders
 from sinssim.studies.schema import Part, Study, StudyMotion, with_set
 from sinssim.system.memory import machine_memory
 from sinssim.system.threads import thread_pool
@@ -32,13 +35,13 @@ if TYPE_CHECKING:
 Progress = Callable[[str, float], None]
 """Called with a description of the current work and the total fraction done."""
 
+Navigated = tuple[Row, ErrorGrowth | None, list[CoordinateError]]
+
 LONG_SECONDS = 30.0
 """Expected duration above which a study is announced before it starts."""
 LIMIT_MINUTES = 30.0
 """Expected duration above which a study is refused unless a higher limit is given."""
 
-_INSTANTS = 4096  # instants at which errors are evaluated
-_KEPT = 512  # of these, kept for plots over time
 _SAMPLE_SECONDS = 1.5e-6  # time to make one sample of the truth
 _CASE_SECONDS = 0.03  # time to check a sample, and to compare it with the truth
 _SAMPLE_BYTES = 300  # memory per sample at a block's highest rate, with the solutions in progress
@@ -116,7 +119,7 @@ def _navigations(comparison: StudyResult) -> str:
 
 def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and move the directory into its place."""
-    from sinssim.studies.claims import decide
+    from sinssim.studies.claims.decide import decide
     from sinssim.studies.pick import picks
 
     comparison.orders = [
@@ -280,6 +283,9 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
     ideal = trajectory.increments(part.highest_hz)
     comparison.motions[part.title, motion.label] = motions.facts(motion, trajectory)
     truth = _Truth(trajectory, ideal.time)
+    if "euler-heading" in part.decides:
+        ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
+        comparison.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
     count, finished = part.cases, 0
     for grade, variant in itertools.product(part.sensors, part.variants):
         section = with_set(comparison.study.block(grade), variant, part.highest_hz)
@@ -296,8 +302,9 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
         futures = {pool.submit(_navigate, case, slower, part, truth, comparison): case for case, slower in cases}
         try:
             for future in _as_they_come(list(futures)):
-                row, history = future.result()
+                row, history, in_coordinates = future.result()
                 comparison.rows.append(row)
+                comparison.coordinate_errors += in_coordinates
                 if history is not None:
                     comparison.histories[futures[future]] = history
                 finished += 1
@@ -311,8 +318,8 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
 
 
 def _as_they_come(
-    futures: list[Future[tuple[Row, ErrorGrowth | None]]],
-) -> Iterator[Future[tuple[Row, ErrorGrowth | None]]]:
+    futures: list[Future[Navigated]],
+) -> Iterator[Future[Navigated]]:
     """Yield futures in order as they finish; the wait wakes up often, so that Ctrl-C takes effect."""
     for future in futures:
         while not future.done():
@@ -335,9 +342,7 @@ class _Truth:
 
 
 # Long: it computes the many numbers of a case's row.
-def _navigate(
-    case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult
-) -> tuple[Row, ErrorGrowth | None]:
+def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
     """Run one case and compare it with the truth."""
     from sinssim.recording.store.summary import error_numbers
     from sinssim.strapdown.measured_attitude import navigate_set
@@ -371,18 +376,17 @@ def _navigate(
     try:
         solution = navigate_set(readings.imu, readings.attitude, truth.initial, **options)
     except RunError as failure:
-        return Row(**about, status="failed", message=str(failure)), None
+        return Row(**about, status="failed", message=str(failure)), None, []
     except InputError as mistake:
         raise InputError(
             f"part {case.part!r}, motion {case.motion}, {case.algorithm} in the frame {case.frame} at {case.pace} Hz: "
             f"{mistake}"
         ) from mistake
-    rows = len(solution.time)
-    keep = np.unique(np.linspace(0, rows - 1, min(rows, _INSTANTS)).round().astype(np.intp))
-    arrays = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
-    thin = replace(solution, events=(), **{name: getattr(solution, name)[keep] for name in arrays})
-    error = navigation_error(trajectory.state(thin.time), thin, trajectory.ellipsoid)
-    numbers: dict[str, Any] = {**error_numbers(error)}
+    keep, even, shown = instants(len(solution.time))
+    thin = rows_of(solution, keep)
+    true = trajectory.state(thin.time)
+    error = navigation_error(true, thin, trajectory.ellipsoid)
+    numbers: dict[str, Any] = {**error_numbers(NavError(*(getattr(error, f.name)[even] for f in fields(error))))}
     row = Row(
         **about,
         **numbers,
@@ -391,5 +395,5 @@ def _navigate(
         max_damage_arcsec=max((event.damage for event in solution.events), default=0.0) / ARCSEC,
         message=" ".join(event.text for event in solution.events),
     )
-    shown = np.unique(np.linspace(0, len(keep) - 1, min(len(keep), _KEPT)).round().astype(np.intp))
-    return row, ErrorGrowth(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)
+    growth = ErrorGrowth(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)
+    return row, growth, coordinate_errors(case, part.coordinates, true, thin, trajectory.ellipsoid)

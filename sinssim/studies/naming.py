@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 
+from sinssim.scenario.sections.imu import ImuSection
 from sinssim.studies.results import Pick, Row
 from sinssim.studies.schema import Part, Study
 
@@ -12,6 +14,7 @@ Label = Callable[[Row], str]
 
 _DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "ellipsoid", "sensors", "variant")
 _SHOWN_HZ = 50.0
+_FIXED = r"(gyro|accel)_(bias_(deg_h|ug)|scale_ppm|misalignment_arcsec)"  # errors that are given, not drawn
 _RATES_FOR_LINES = 3  # number of rates from which errors are drawn over the rate
 
 
@@ -98,13 +101,19 @@ def one_draw(part: Part, study: Study) -> str:
     Returns:
         A few sentences; "" for a part with one sensor set or without random errors.
     """
-    if len(part.sensors) * len(part.variants) < 2 or set(part.sensors) == {"ideal"}:
+    if len(part.sensors) * len(part.variants) < 2 or all(_is_certain(study.block(name)) for name in part.sensors):
         return ""
     return (
         f"The sensors are compared on one draw of their errors (seed {study.seed}). A single run may be several times "
         "better or worse than its 1σ, and another seed may reverse the order of two sets of sensors. Engines "
         "that share a draw can be compared; for the sensors run other seeds, or `sinssim sensors GRADE` for the 1σ."
     )
+
+
+def _is_certain(block: ImuSection) -> bool:
+    """Return whether a block has no random errors: no grade, and nothing given but errors of fixed size."""
+    given = block.model_fields_set - {"grade", "rate_hz", "sensor_set"}
+    return block.grade == "ideal" and all(re.fullmatch(_FIXED, name) for name in given)
 
 
 def sensors_of(pick: Pick) -> str:

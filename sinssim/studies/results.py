@@ -100,6 +100,11 @@ class Row(Case):
     attitude_ns_per_step: float = NAN
     attitude_operations_per_step: float = NAN
 
+    @property
+    def case(self) -> Case:
+        """The navigation."""
+        return Case(**{field.name: getattr(self, field.name) for field in fields(Case)})
+
 
 @dataclass(frozen=True)
 class ErrorGrowth:
@@ -114,6 +119,57 @@ class ErrorGrowth:
     time: Array
     horizontal: Array
     attitude: Array
+
+
+@dataclass(frozen=True)
+class CoordinateError:
+    """The error of a case in one column of further coordinates.
+
+    Attributes:
+        case: the navigation.
+        coordinates: kind of coordinates.
+        column: name of the column, ending in its unit, as in a run's streams; "attitude_rad" for the angle of rotation.
+        max_error: largest magnitude, in that unit.
+        final_error: at the end, computed minus true.
+    """
+
+    case: Case
+    coordinates: str
+    column: str
+    max_error: float
+    final_error: float
+
+
+@dataclass(frozen=True)
+class Heading:
+    """The heading through a motion's turns in one form, compared with the true heading that counts turns.
+
+    Attributes:
+        part, motion: of what.
+        form: how the heading is obtained.
+        rate_hz: sample rate.
+        turns: full turns of the true heading from start to end.
+        max_error_arcsec, final_error_arcsec: difference from the true heading; whole turns count.
+        jumps: number of jumps of the error by more than a quarter turn.
+        wrong: part of the time with an error above 0.3′.
+        least_hz: lowest rate of reading at which the form counts the turns; 0 if it does not depend on the reading.
+        time: (K,) s.
+        heading, truth: in this form, and true, (K,) rad.
+    """
+
+    part: str
+    motion: str
+    form: str
+    rate_hz: float
+    turns: float
+    max_error_arcsec: float
+    final_error_arcsec: float
+    jumps: int
+    wrong: float
+    least_hz: float
+    time: Array
+    heading: Array
+    truth: Array
 
 
 @dataclass(frozen=True)
@@ -151,6 +207,7 @@ class Verdict:
         reason: the reason, in a sentence or two.
         points: the deciding numbers, motion by motion.
         numbers: the deciding numbers by name.
+        judged: the verdict on each point, "" for one that only informs; empty if no point is judged.
     """
 
     claim: str
@@ -159,6 +216,12 @@ class Verdict:
     reason: str
     points: tuple[str, ...] = ()
     numbers: dict[str, float] = field(default_factory=dict)
+    judged: tuple[str, ...] = ()
+
+    @property
+    def lines(self) -> tuple[tuple[str, str], ...]:
+        """Each point with its verdict, "" if it has none."""
+        return tuple(zip(self.points, self.judged or ("",) * len(self.points), strict=True))
 
     @property
     def text(self) -> str:
@@ -199,6 +262,8 @@ class StudyResult:
         motions: numbers of each motion by its part's title and its name.
         costs: cost of the whole navigation by algorithm, frame and schedule, which is empty for one rate.
         attitude_costs: cost of the attitude alone.
+        headings: headings through turns, form by form.
+        coordinate_errors: errors in further coordinates, of parts that ask for them.
         orders: orders of convergence.
         verdicts: the claims.
         picks: recommended engines, part by part.
@@ -212,6 +277,8 @@ class StudyResult:
     motions: dict[tuple[str, str], MotionFacts] = field(default_factory=dict)
     costs: dict[Engine, Cost] = field(default_factory=dict)
     attitude_costs: list[AttitudeCost] = field(default_factory=list)
+    headings: list[Heading] = field(default_factory=list)
+    coordinate_errors: list[CoordinateError] = field(default_factory=list)
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
     picks: list[Pick] = field(default_factory=list)
@@ -225,7 +292,18 @@ class StudyResult:
         Returns:
             The errors over time.
         """
-        return self.histories[Case(**{field.name: getattr(row, field.name) for field in fields(Case)})]
+        return self.histories[row.case]
+
+    def history_or_none(self, row: Row) -> ErrorGrowth | None:
+        """Return the growth of the errors of a case, None if it was not kept.
+
+        Args:
+            row: row of a finished case.
+
+        Returns:
+            The errors over time.
+        """
+        return self.histories.get(row.case)
 
     def of_part(self, title: str) -> list[Row]:
         """Return the rows of one part.
@@ -242,7 +320,10 @@ class StudyResult:
 ERRORS = ("max_attitude_error_arcsec", "max_horizontal_error_m")
 """The errors whose order of convergence is fitted."""
 
-_FLOORS = {"max_attitude_error_arcsec": 1e-6, "max_horizontal_error_m": 1e-6}
+DEFECT = "max_defect"
+"""Loss of norm or orthogonality, whose order is fitted, too."""
+
+_FLOORS = {"max_attitude_error_arcsec": 1e-6, "max_horizontal_error_m": 1e-6, DEFECT: 1e-10}
 """Error below which rounding contributes."""
 _ABOVE_BEST = 30.0
 """Ratio to the smallest error of the best algorithm above which an error counts as that of the algorithm."""
@@ -264,10 +345,11 @@ def fit_orders(rows: list[Row]) -> list[Order]:
     orders = []
     algorithms = list(dict.fromkeys(row.algorithm for row in rows))
     plain = [r for r in rows if r.status == "done" and r.sensors == "ideal" and not r.schedule_hz and not r.passages]
-    for quantity in ERRORS:
+    for quantity in (*ERRORS, DEFECT):
         for motion in dict.fromkeys(row.motion for row in plain):
             here = [row for row in plain if row.motion == motion]
-            floor = max(_FLOORS[quantity], _ABOVE_BEST * min(getattr(row, quantity) for row in here))
+            best = 0.0 if quantity == DEFECT else min(getattr(row, quantity) for row in here)
+            floor = max(_FLOORS[quantity], _ABOVE_BEST * best)
             for key in dict.fromkeys(_engine(row) for row in here):
                 found = [(r.rate_hz, getattr(r, quantity)) for r in here if _engine(r) == key]
                 usable = sorted((rate, error) for rate, error in found if error > floor)[-_FITTED:]

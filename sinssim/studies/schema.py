@@ -16,10 +16,11 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
 from sinssim.errors import InputError, unknown_name
-from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH
+from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that, listed
 from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
+from sinssim.scenario.sections.output import COORDINATES, Coordinates
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.section import Duration, Name, Rate, Section, Sentence
@@ -32,6 +33,7 @@ CLAIMS: dict[str, str] = {
     ),
     "cheapest": "quaternions are the cheapest at equal accuracy",
     "orthogonality": "the two quaternions of (8.19) guarantee orthogonality",
+    "euler-heading": "integrated Euler angles carry the heading through turns without the limits of the arctangents",
     "euler-limit": "the integration of Euler angles has no ±90° limit",
     "simplified-radii": "simplified radii of curvature can cost as much as a high-quality gyro",
     "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
@@ -163,6 +165,9 @@ class Part(Section):
     ellipsoids: tuple[OwnEllipsoid, ...] = Field(
         default=(OF_TRUTH,), min_length=1, description=f'the engine\'s Earth; "{OF_TRUTH}": that of the motion'
     )
+    coordinates: tuple[Coordinates, ...] = Field(
+        default=(), description=f"further coordinates in which errors are compared: {', '.join(COORDINATES)}"
+    )
     vertical: Vertical = Field(default="baro-loop", description="height channel; its reference is the true height")
 
     @field_validator("algorithms")
@@ -180,7 +185,7 @@ class Part(Section):
 
     @field_validator(
         "algorithms", "sensors", "frames", "gravities", "curvatures", "ellipsoids", "variants", "rates_hz",
-        "schedules_hz", "slow_quantities", "decides",
+        "schedules_hz", "slow_quantities", "decides", "coordinates",
     )  # fmt: skip
     @classmethod
     def _once(cls, values: tuple[object, ...], info: ValidationInfo) -> tuple[object, ...]:
@@ -223,6 +228,13 @@ class Part(Section):
             raise ValueError(
                 f'curvatures = ["{idle_radii[0]}"] would have no effect in frames = ["{without[0]}"], which has no '
                 f"radii of curvature: put the {without[0]} frame in a separate part"
+            )
+        fixed = [name for name in self.frames if not FRAME_REGISTRY[name].has_azimuth]
+        if "frame" in self.coordinates and fixed:
+            able = listed(frames_that(lambda entry: entry.has_azimuth), "or")
+            raise ValueError(
+                f'coordinates = ["frame"] needs frames with an azimuth of their own, {able}; here frames = '
+                f'["{fixed[0]}"]: put that frame in a separate part'
             )
         if "extrapolate" in self.slow_quantities and not self.schedules_hz:
             raise ValueError(

@@ -36,3 +36,14 @@ def test_angles_count_turns() -> None:
     found = rotation.continuous_angles(rotation.quaternion_from_euler(roll, pitch, heading))
     for one, expected in zip(found, (roll, pitch, heading), strict=True):
         np.testing.assert_allclose(one, expected, atol=1e-12)
+
+
+def test_headings_as_a_scenario_wants_to_see_them() -> None:
+    heading = np.radians([350.0, 10.0, 100.0, 200.0, 300.0, 20.0])
+    choices = (None, *rotation.HEADING_RANGES, "continuous")
+    shown = {choice: np.degrees(rotation.shown_heading(choice, heading)) for choice in choices}
+    assert shown[None] == pytest.approx([350.0, 10.0, 100.0, 200.0, 300.0, 20.0])
+    assert shown["0..360"] == pytest.approx(shown[None])
+    assert shown["-180..180"] == pytest.approx([-10.0, 10.0, 100.0, -160.0, -60.0, 20.0])
+    assert shown["-90..270"] == pytest.approx([-10.0, 10.0, 100.0, 200.0, -60.0, 20.0])
+    assert shown["continuous"] == pytest.approx([350.0, 370.0, 460.0, 560.0, 660.0, 740.0])

@@ -220,6 +220,25 @@ def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
     assert f"Variant “{variant}”" in printed
 
 
+def test_the_recording_is_thinned_and_the_tables_are_not(tmp_path: Path) -> None:
+    """The recording holds rows of the Parquet table, evenly spread, the first and the last among them."""
+    values = {"variant": "one-integral", "duration_s": 1000.0, "rate_hz": 20.0, "gyro": {"bias_deg_h": 0.01}}
+    run(Scenario(name="long", one_component=values), tmp_path / "run")
+    table = pq.read_table(tmp_path / "run" / "streams" / "nav_one_integral.parquet")
+    assert table.num_rows == 20_001
+    rows = 0
+    for chunk in RrdReader(tmp_path / "run" / "recording.rrd").stream():
+        if chunk.entity_path != "/streams/nav_one_integral/motion":
+            continue
+        batch = chunk.to_record_batch()
+        (column,) = [name for name in batch.schema.names if name.endswith("Scalars:scalars")] or [""]
+        if column:
+            last = batch.column(column)[-1].as_py()
+            rows += batch.num_rows
+    assert rows == 8192
+    assert last == [table["velocity_mps"][-1].as_py(), table["coordinate_rad"][-1].as_py()]
+
+
 def test_errors_beyond_the_linear_equations_show_in_the_difference() -> None:
     """An accelerometer wrong by 1 g: the equations no longer hold, and the run says so."""
     values = {"variant": "one-integral", "duration_s": 2000.0, "gyro": {}, "accelerometer_x": {"bias_ug": 1e6}}

@@ -93,9 +93,21 @@ def _cost_axis(axes: Axes) -> None:
     axes.set_xlabel("processor time per second of motion [µs]")
 
 
-def _panels(motions: Sequence[str], quantities: int, names: int) -> tuple[Figure, Any]:
-    figure = new_figure(max(3.3 * len(motions), 6.0) + 2.2, max(3.2 * quantities, 0.6 + 0.165 * names))
-    return figure, figure.subplots(quantities, len(motions), squeeze=False, sharey="row")
+def _panels(motions: Sequence[str], quantities: int, names: int) -> tuple[Figure, list[list[Axes]]]:
+    """Return a figure, and its axes by quantity and motion; motions beyond `_COLUMNS` continue below."""
+    columns = min(len(motions), _COLUMNS)
+    bands = -(-len(motions) // columns)
+    height = max(3.2 * quantities * bands, 0.6 + 0.165 * names)
+    figure = new_figure(max(3.3 * columns, 6.0) + 2.2, height)
+    every = figure.subplots(quantities * bands, columns, squeeze=False)
+    panels = [[every[quantities * (m // columns) + q, m % columns] for m in range(len(motions))]
+              for q in range(quantities)]  # fmt: skip
+    for line in panels:
+        for axes in line[1:]:
+            axes.sharey(line[0])
+    for axes in set(every.flat) - {axes for line in panels for axes in line}:
+        axes.remove()
+    return figure, panels
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
@@ -162,7 +174,7 @@ def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence
     rates = sorted({row.rate_hz for row in rows})
     for column, motion in enumerate(motions):
         for line, (quantity, title) in enumerate(quantities):
-            axes: Axes = grid[line, column]
+            axes = grid[line][column]
             for name in names:
                 found = [r for r in rows if r.motion == motion and label(r) == name and r.status == "done"]
                 found.sort(key=lambda r: r.rate_hz)
@@ -176,8 +188,10 @@ def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence
                 _cost_axis(axes)
             if line == 0:
                 axes.set_title(motion)
-            if column == 0:
+            if column % _COLUMNS == 0:
                 axes.set_ylabel(title)
+            else:
+                axes.tick_params(labelleft=False)
             if quantity == "max_attitude_error_arcsec" and len({r.algorithm for r in rows}) > 1:
                 axes.axhline(18.0, color=style.SOFT, linewidth=style.THIN, linestyle=":")
                 if column == 0:
@@ -185,7 +199,7 @@ def _lines(rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence
                         "0.3′", (0.99, 18.0), xycoords=("axes fraction", "data"), color=style.SOFT,
                         xytext=(0, 2), textcoords="offset points", ha="right",
                     )  # fmt: skip
-    _legend(figure, grid[0, 0])
+    _legend(figure, grid[0][0])
     return figure
 
 

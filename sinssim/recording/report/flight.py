@@ -37,7 +37,7 @@ def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterato
     yield _map_and_facts(run, trajectory, truth)
     legs, events = _legs(run.scenario, trajectory)
     marks = [Mark(begin, str(i + 1), faint=True) for i, (_, _, begin, _) in enumerate(legs)]
-    yield from _plots(run.time, trajectory, truth, marks)
+    yield from _plots(run.time, trajectory, truth, marks, run.scenario.output.angles)
     if legs:
         yield '<h3>Legs as flown</h3><div class="events">'
         lines = [
@@ -93,10 +93,13 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
     )
 
 
-def _plots(time: Array, trajectory: Trajectory, truth: NavState, marks: Sequence[Mark]) -> Iterator[str]:
+def _plots(
+    time: Array, trajectory: Trajectory, truth: NavState, marks: Sequence[Mark], angles: str | None
+) -> Iterator[str]:
     """Return height, speed and attitude over time."""
     velocity = truth.velocity_ned
-    roll, pitch, heading = (angle / units.DEG for angle in rotation.euler_from_quaternion(truth.q_nb))
+    roll, pitch, heading = rotation.euler_from_quaternion(truth.q_nb)
+    roll, pitch = roll / units.DEG, pitch / units.DEG
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     orange, green, blue = map(style.css, style.colors(("x", "y", "z")))
     span = (float(time[0]), float(time[-1]))
@@ -111,8 +114,11 @@ def _plots(time: Array, trajectory: Trajectory, truth: NavState, marks: Sequence
     yield plot.plot("Speed", "m/s", speeds, span, marks=marks, least=1e-3)
     around = (-180.0, 180.0, 90.0) if np.abs(roll).max() > 120.0 else None
     yield plot.plot("Roll and pitch", "deg", attitude, span, marks=marks, least=1e-3, axis=around)
-    turning = Line("heading", time, heading % 360.0, green, turn=360.0)
-    yield plot.plot("Heading", "deg", [turning], span, marks=marks, axis=(0.0, 360.0, 90.0))
+    shown, counted = rotation.shown_heading(angles, heading) / units.DEG, angles == "continuous"
+    turning = Line("heading", time, shown, green, turn=0.0 if counted else 360.0)
+    least = rotation.HEADING_RANGES["0..360" if counted else angles or "0..360"] / units.DEG
+    axis = None if counted else (least, least + 360.0, 90.0)
+    yield plot.plot("Heading", "deg", [turning], span, marks=marks, axis=axis, least=1e-3)
     yield "</div>"
 
 

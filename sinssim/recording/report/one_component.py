@@ -10,6 +10,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.formatting import number_text, signed
 from sinssim.recording import style
+from sinssim.recording.figures.canvas import to_svg
+from sinssim.recording.figures.diagrams import one_component_axes, one_component_scheme, schuler_loop
 from sinssim.recording.plane_errors import EQUATION_COLORS, EQUATION_NAMES, ROW_NAMES, SIMULATION_COLOR
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
@@ -58,10 +60,11 @@ def one_component_report(scenario: Scenario, result: OneComponentResult, summary
     found = summary["one_component"]
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
     body += [f"<p>{sentence}</p>" for sentence in _in_short(result, found)]
+    body += [to_svg(one_component_axes(), "axes"), to_svg(one_component_scheme(), "scheme")]
     body += ["<h2>Errors</h2>", _table(found), *_error_plots(result, found)]
     if len(result.by_source) > 1:
         body += ["<h2>Each source of errors alone</h2>", *_by_source(result, found)]
-    body += ["<h2>Error equations</h2>", _FORMULAS, *_differences(result, found)]
+    body += ["<h2>Error equations</h2>", _FORMULAS, to_svg(schuler_loop(), "loop"), *_differences(result, found)]
     body += ["<h2>Motion</h2>", *_motion(result)]
     body += ["<h2>How the run was computed</h2>", _made(summary)]
     body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml().strip())}</pre>"]

@@ -7,6 +7,9 @@ import math
 from sinssim.formatting import capital, number_text
 from sinssim.recording.figures import study as figures
 from sinssim.recording.figures.canvas import to_svg
+from sinssim.recording.figures.diagrams import three_rates
+from sinssim.recording.report import study_laws
+from sinssim.recording.report.coordinates import coordinate_tables
 from sinssim.recording.report.page import page, swatch, table, words
 from sinssim.studies.naming import (
     Label,
@@ -38,6 +41,7 @@ _STYLE = """
   font-weight: 600; color: #fff; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 .confirmed { background: #00735a; } .refuted { background: #b03a00; } .partly { background: #8a6100; }
 .undecided { background: #666; }
+.verdict.small { min-width: 4.6rem; padding: 0 .3rem; font-size: .8em; font-weight: 400; margin-right: .3rem; }
 """
 
 
@@ -70,6 +74,8 @@ def html_report(comparison: StudyResult, about: dict[str, str]) -> str:
             body.append(f"<p>{words(part.text)}</p>")
         if said := one_draw(part, study):
             body.append(f'<p class="note"><strong>{words(said)}</strong></p>')
+        if part.schedules_hz:
+            body.append(to_svg(three_rates(), f"rates{number_}"))
         body += _part(comparison, part, rows, paint, f"part{number_}") if rows else ["<p>Not reached.</p>"]
     body += ["<h2>Cost of a step</h2>", *_costs(comparison)]
     body += ["<h2>Motions</h2>", _motions(comparison), "<h2>How it was measured</h2>", _method(comparison, about)]
@@ -112,8 +118,12 @@ def _picks(comparison: StudyResult) -> str:
 
 
 def _points(verdict: Verdict) -> str:
-    points = "".join(f"<li>{words(point)}</li>" for point in verdict.points)
+    points = "".join(f"<li>{_mark(judged)}{words(point)}</li>" for point, judged in verdict.lines)
     return f"<ul>{points}</ul>" if points else ""
+
+
+def _mark(judged: str) -> str:
+    return f'<span class="verdict small {judged}">{judged}</span> ' if judged else ""
 
 
 def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.Paint, name: str) -> list[str]:
@@ -136,6 +146,7 @@ def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.P
                 "<p class=note>|‖q‖ − 1| of quaternions, the largest element of |BBᵀ − I| of direction cosines, both "
                 "of the algorithm's own variables; Euler angles have no such defect. Values of 1e-13 are rounding.</p>",
                 to_svg(figures.defect_against_rate(rows, label, paint), f"{name}defect"),
+                study_laws.guarantees(comparison, part, rows),
             ]
     else:
         if any(row.status == "done" for row in rows):
@@ -151,6 +162,8 @@ def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.P
                 to_svg(figures.growth(panels, paint), f"{name}grow"),
             ]
         body.append(_long_table(rows))
+    body += coordinate_tables(comparison, part, rows)
+    body += study_laws.turning(comparison, part, name) + study_laws.power_of_time(comparison, part, name)
     passed = [row for row in rows if row.passages]
     if passed:
         body += ["<h3>Passages through the singular attitude</h3>", _passages(passed)]
@@ -185,7 +198,7 @@ def _pivot(rows: list[Row], quantity: str, label: Label, paint: figures.Paint) -
 
 
 def _orders(comparison: StudyResult, part: Part, name: str) -> list[str]:
-    orders = [order for order in comparison.orders if order.part == part.title]
+    orders = [order for order in comparison.orders if order.part == part.title and order.quantity in ERRORS]
     if not orders:
         return []
     attitude = [order for order in orders if order.quantity == ERRORS[0]]

@@ -38,7 +38,12 @@ def gaps(angles: Array, turn: float) -> Array:
 
 
 def draw_flight(
-    recording: Recording, time: Array, truth: NavState, scene: Scene, events: Sequence[FlightEvent]
+    recording: Recording,
+    time: Array,
+    truth: NavState,
+    scene: Scene,
+    events: Sequence[FlightEvent],
+    angles: str | None = None,
 ) -> None:
     """Record the true flight as lines, map and 3D scene, below `flight/`.
 
@@ -48,14 +53,16 @@ def draw_flight(
         truth: true states at those times.
         scene: the scene of the 3D view.
         events: events of the flight.
+        angles: range of the heading, or "continuous"; None for 0…360°.
     """
     k = thinned(len(time))
     t, lat, lon, height = time[k], truth.latitude[k], truth.longitude[k], truth.height[k]
     velocity, q_nb = truth.velocity_ned[k], truth.q_nb[k]
-    roll, pitch, heading = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
+    roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
+    heading = rotation.shown_heading(angles, rotation.euler_from_quaternion(truth.q_nb)[2])[k] / units.DEG
     blue, green, orange = style.colors(["z", "y", "x"])
-    angles = np.column_stack((gaps(roll, 360.0), pitch))
-    recording.series("flight/roll_pitch", t, angles, ["roll", "pitch"], colors=[orange, blue])
+    leaning = np.column_stack((gaps(roll, 360.0), pitch))
+    recording.series("flight/roll_pitch", t, leaning, ["roll", "pitch"], colors=[orange, blue])
     recording.series("flight/heading", t, gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
     recording.series("flight/height", t, height[:, None], ["height"], colors=[green])
     speed = np.hypot(velocity[:, 0], velocity[:, 1])

@@ -19,7 +19,7 @@ from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.scales import ANGLES, SPEEDS, Scale, suiting, thinned
 from sinssim.recording.store.one_component import EQUATIONS, markdown
-from sinssim.recording.store.streams import Stream
+from sinssim.recording.store.streams import Stream, Vector
 from sinssim.units import ARCMIN, DEG
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from sinssim.simulation.one_component import OneComponentResult
 
 _FRAMES = 2000  # positions of the pendulum
+_ROWS = 8192  # rows of each stream, four for each column of pixels of a wide screen
 _LARGEST = 35.0 * DEG  # largest angle at which it is drawn
 _FINE: Scale = (("mas", ANGLES[0][1] * 1e-3, ANGLES[0][1]), *ANGLES)
 
@@ -56,15 +57,23 @@ def record(
         recording.document("about/scenario", f"```toml\n{scenario.to_toml()}\n```")
         recording.document("about/summary", markdown(found))
         for stream in streams:
-            recording.stream(stream)
+            recording.stream(_shown(stream))
         run = replace(run, labels={**run.labels, **labels}, ranges=dict(recording.ranges))
         recording.document(RUN_ENTITY, run.to_json())
         recording.blueprint(all_views(run, own=scenario.views))
 
 
+def _shown(stream: Stream) -> Stream:
+    """Return the rows of a stream that a screen can show; the Parquet file has them all."""
+    k = thinned(len(stream.time), _ROWS)
+    return Stream(
+        stream.name, stream.time[k], tuple(Vector(v.name, v.columns, np.asarray(v.values)[k]) for v in stream.vectors)
+    )
+
+
 def _draw_errors(recording: Recording, result: OneComponentResult) -> dict[str, str]:
     """Record the errors below `one_component/`, and return units and panels for the view."""
-    k = thinned(len(result.truth.time))
+    k = thinned(len(result.truth.time), _ROWS)
     t, caused = result.truth.time[k], result.caused
     keys = ("closed_form", "equation_8_12", "equation_8_11")  # (8.10) is the same line as (8.11)
     values = [getattr(result, EQUATIONS[key]).coordinate[k] / ARCMIN for key in keys]
@@ -108,7 +117,7 @@ def _lines(
 
 
 def _draw_motion(recording: Recording, result: OneComponentResult) -> None:
-    truth, k = result.truth, thinned(len(result.truth.time))
+    truth, k = result.truth, thinned(len(result.truth.time), _ROWS)
     blue, green, orange = style.colors(["z", "y", "x"])
     for entity, values, color in (
         ("velocity", truth.velocity, green),

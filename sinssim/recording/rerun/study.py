@@ -11,7 +11,9 @@ import rerun as rr
 from sinssim.data import Array
 from sinssim.formatting import capital, number_text
 from sinssim.recording.figures import study as figures
+from sinssim.recording.figures import study_laws as laws
 from sinssim.recording.figures.canvas import to_png
+from sinssim.recording.report import study_laws
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
@@ -122,6 +124,11 @@ def _draw_figures(recording: Recording, comparison: StudyResult, paint: figures.
         else:
             drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
             picture(f"{entity}/bars", part.title, to_png(drawn))
+        if turned := [heading for heading in comparison.headings if heading.part == part.title]:
+            drawn = laws.turning(study_laws.at_highest_rate(turned))
+            picture(f"{entity}/turning", f"{part.title}: heading and its error", to_png(drawn))
+        if "gyro-free" in part.decides and (blocks := study_laws.gyro_free_blocks(comparison, part)):
+            picture(f"{entity}/power", f"{part.title}: power of time", to_png(laws.power_of_time(blocks)))
     if comparison.costs:
         picture("comparison/figures/costs", "Cost of a step", to_png(figures.costs(comparison)))
     return pictures
@@ -131,7 +138,7 @@ def _markdown(comparison: StudyResult) -> str:
     lines = [f"# {comparison.study.name}", "", comparison.study.description, ""]
     for verdict in comparison.verdicts:
         lines += [f"**{verdict.verdict.upper()}**: {capital(verdict.sentence)}. {verdict.reason}", ""]
-        lines += [*(f"- {point}" for point in verdict.points), ""]
+        lines += [*(f"- {f'*{judged}*: ' if judged else ''}{point}" for point, judged in verdict.lines), ""]
     for part in comparison.study.parts:
         rows = comparison.of_part(part.title)
         if not rows:

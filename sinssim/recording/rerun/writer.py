@@ -95,7 +95,7 @@ class RunWriter:
         try:
             write = self._recording.document
             self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
-            self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events)
+            self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events, scenario.output.angles)
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
             self._coordinates = _coordinate_streams(scenario, own, truth)
             for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
@@ -245,8 +245,8 @@ class RunWriter:
             progress(1.0 - len(left) / len(self._tasks))
         self._close()
 
-    def _draw_flight(self, time: Array, truth: NavState, events: Sequence[FlightEvent]) -> None:
-        pictures.draw_flight(self._recording, time, truth, self._scene, events)
+    def _draw_flight(self, time: Array, truth: NavState, events: Sequence[FlightEvent], angles: str | None) -> None:
+        pictures.draw_flight(self._recording, time, truth, self._scene, events, angles)
         self._learn({})
 
     def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:

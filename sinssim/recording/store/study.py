@@ -12,7 +12,8 @@ from sinssim.recording.report.study import html_report
 from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import plain, processor, versions
-from sinssim.studies.results import Row, StudyResult
+from sinssim.studies.claims.guarantees import guarantee
+from sinssim.studies.results import Case, Row, StudyResult
 
 
 def results(comparison: StudyResult) -> dict[str, Any]:
@@ -45,7 +46,18 @@ def results(comparison: StudyResult) -> dict[str, Any]:
             }
             for cost in comparison.attitude_costs
         ],
+        "headings": [
+            {name: value for name, value in vars(heading).items() if name not in ("time", "heading", "truth")}
+            for heading in comparison.headings
+        ],
+        "coordinate_errors": [
+            {**asdict(error.case), **{key: value for key, value in vars(error).items() if key != "case"}}
+            for error in comparison.coordinate_errors
+        ],
         "orders": [asdict(order) for order in comparison.orders],
+        "guarantees": {
+            name: asdict(guarantee(name)) for name in dict.fromkeys(row.algorithm for row in comparison.rows)
+        },
         "cases": [asdict(row) for row in comparison.rows],
         "versions": versions(),
     }
@@ -70,6 +82,8 @@ def write_study(comparison: StudyResult, folder: Path) -> None:
     write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
     write_text(folder / "results.json", json.dumps(results(comparison), indent=2, ensure_ascii=False) + "\n")
     _write_parquet(comparison, folder / "results.parquet")
+    if comparison.coordinate_errors:
+        _write_coordinates(comparison, folder / "coordinates.parquet")
     write_text(folder / "report.html", html_report(comparison, about))
     record(comparison, folder / "recording.rrd")
 
@@ -81,6 +95,19 @@ def _write_parquet(comparison: StudyResult, path: Path) -> None:
     for name in (f.name for f in fields(Row)):
         values = [getattr(row, name) for row in comparison.rows]
         columns[name] = pa.array(["/".join(f"{r:g}" for r in v) for v in values] if name == "schedule_hz" else values)
+    write_table(pa.table(columns), path)
+
+
+def _write_coordinates(comparison: StudyResult, path: Path) -> None:
+    """Write the errors in further coordinates: a row for each case and column."""
+    import pyarrow as pa
+
+    columns: dict[str, Any] = {}
+    for name in (f.name for f in fields(Case)):
+        values = [getattr(error.case, name) for error in comparison.coordinate_errors]
+        columns[name] = pa.array(["/".join(f"{r:g}" for r in v) for v in values] if name == "schedule_hz" else values)
+    for name in ("coordinates", "column", "max_error", "final_error"):
+        columns[name] = pa.array([getattr(error, name) for error in comparison.coordinate_errors])
     write_table(pa.table(columns), path)
 
 

@@ -47,8 +47,8 @@ def show(comparison: StudyResult, console: Console) -> None:
             console.print(f"{part.title}: {said}", markup=False)
     for verdict in comparison.verdicts:
         console.print(f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.reason}", markup=False)
-        for point in verdict.points:
-            console.print(f"  - {point}", markup=False)
+        for point, judged in verdict.lines:
+            console.print(f"  - {judged + ': ' if judged else ''}{point}", markup=False)
 
 
 def _show_rates(title: str, rows: list[Row], label: Label, console: Console) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.strapdown.coning_drift import drift
-from sinssim.studies.claims import decide
+from sinssim.studies.claims.decide import decide
 from sinssim.studies.motions import MotionFacts
-from sinssim.studies.results import Row, StudyResult, Verdict
+from sinssim.studies.results import Heading, Row, StudyResult, Verdict
 from sinssim.studies.schema import CLAIMS, Study
 from sinssim.units import ARCSEC
 
@@ -190,3 +190,51 @@ def test_coning_drift(factor, expected):
     # four samples at 3 kHz drift by 1e-8″ in two seconds: nothing is said of that
     assert not any(key.startswith("flight, 4, Ωh = 0.105") for key in found.numbers)
     assert verdict("coning-drift", *rows[:-2], facts=facts).verdict == "undecided"  # four samples are lacking
+
+
+def heading(form: str, jumps: int, arcsec: float, turns: float = 3.0) -> Heading:
+    empty = np.empty(0)
+    return Heading("p", "flight", form, 100.0, turns, arcsec, arcsec, jumps, 0.0, 0.0, empty, empty, empty)
+
+
+def of_headings(*found: Heading) -> Verdict:
+    part = {
+        "title": "p", "decides": ("euler-heading",), "rates_hz": (100.0,),
+        "motions": ({"name": "flight", "parked": {"latitude_deg": 0.0, "duration_s": 1.0}},),
+    }  # fmt: skip
+    (decided,) = decide(StudyResult(Study.model_validate({"name": "s", "parts": (part,)}), headings=list(found)))
+    return decided
+
+
+@pytest.mark.parametrize(
+    ("jumps", "arcsec", "expected"), [(0, 1.0, "confirmed"), (0, 60.0, "refuted"), (1, 1.0, "refuted")]
+)
+def test_euler_heading(jumps, arcsec, expected):
+    """The integrated heading decides; every form has a verdict of its own."""
+    found = of_headings(heading("integrated", jumps, arcsec), heading("arctangent of one argument", 6, 3.9e6))
+    assert found.verdict == expected
+    assert found.judged == (expected, "refuted")
+    assert found.numbers["flight, arctangent of one argument: jumps"] == 6.0
+
+
+def test_less_than_a_turn_decides_nothing():
+    assert of_headings(heading("integrated", 0, 1.0, turns=0.9)).verdict == "undecided"
+
+
+def test_each_motion_has_its_own_verdict():
+    rows = [
+        row("rotation-vector-2", 10.0, motion="calm", max_attitude_error_arcsec=1.0),
+        row("quaternion-1", 10.0, motion="calm", max_attitude_error_arcsec=1.0),
+        row("rotation-vector-2", 50.0, motion="wild", max_attitude_error_arcsec=1.0),
+        row("quaternion-1", 100.0, motion="wild", max_attitude_error_arcsec=488.0),
+    ]
+    found = verdict("attitude-rate", *rows)
+    assert found.verdict == "confirmed"
+    assert found.judged == ("refuted", "confirmed")
+    assert found.numbers["wild: low order at 100 Hz, arcsec"] == 488.0
+
+
+@pytest.mark.parametrize("claim", CLAIMS)
+def test_every_point_may_have_a_verdict(claim):
+    found = verdict(claim)
+    assert len(found.lines) == len(found.points)

@@ -1,0 +1,95 @@
+"""The computation that equal accuracy takes."""
+
+from __future__ import annotations
+
+import math
+
+from sinssim.algorithms import family
+from sinssim.studies.claims.outcome import (
+    EULER,
+    FEW_TENTHS_ARCSEC,
+    Evidence,
+    Outcome,
+    Point,
+    by,
+    needed,
+    of_motion,
+    undecided,
+)
+from sinssim.studies.results import Row
+
+_OTHERS = ("direction cosines", "Euler angles")
+_FAMILIES = {
+    "quaternion": "quaternions",
+    "two-quaternions": "quaternions",
+    "poisson": _OTHERS[0],
+    EULER: _OTHERS[1],
+    "rotation-vector": "beyond the chapter, rotation vectors",
+}
+
+
+def cheapest(evidence: Evidence) -> Outcome:
+    """Compare families by the operations per second of motion that keep attitude within a few tenths of a minute of
+    arc.
+
+    The chapter's algorithms, which make a step of every sample, decide; rotation vectors of several samples per step
+    are listed beside them. The whole navigation decides; the attitude alone is compared, too.
+
+    Args:
+        evidence: numbers of the deciding parts.
+
+    Returns:
+        The outcome, with a verdict on each motion.
+    """
+    numbers: dict[str, float] = {}
+    said = []
+    won, margins, alone = [], [], []
+    for motion, found in by(evidence.rows, of_motion).items():
+        best: dict[str, Row] = {}
+        for row in needed(found, FEW_TENTHS_ARCSEC).values():
+            group = _FAMILIES.get(family(row.algorithm))
+            if group and (group not in best or _load(row) < _load(best[group])):
+                best[group] = row
+        chapter = sorted((f for f in best if f in ("quaternions", *_OTHERS)), key=lambda f: _load(best[f]))
+        if "quaternions" not in chapter or len(chapter) < 2:
+            return undecided("quaternions and another of the chapter's families within 0.3′")
+        won.append(chapter[0] == "quaternions")
+        margins.append(min(_load(best[f]) for f in chapter if f != "quaternions") / _load(best["quaternions"]) - 1.0)
+        attitude = _attitude_loads(found)
+        others = [load for group, load in attitude.items() if group in _OTHERS]
+        if "quaternions" in attitude and others:
+            alone.append(min(others) / attitude["quaternions"] - 1.0)
+        for group, load in attitude.items():
+            numbers[f"{motion}: {group}, attitude alone, 1000 operations/s"] = load / 1e3
+        for group, row in best.items():
+            numbers[f"{motion}: {group}, 1000 operations/s"] = _load(row) / 1e3
+            numbers[f"{motion}: {group}, µs/s"] = row.ns_per_step * row.rate_hz / 1e3
+        words = [
+            f"{group} {_load(row) / 1e3:.3g} thousand ({row.algorithm} at {row.rate_hz:g} Hz)"
+            for group, row in ((f, best[f]) for f in (*chapter, *(f for f in best if f not in chapter)))
+        ]
+        said.append(Point(f"{motion}: {', '.join(words)}", "confirmed" if won[-1] else "refuted"))
+    if not said:
+        return undecided("any result")
+    verdict = "confirmed" if all(won) else "partly" if any(won) else "refuted"
+    reason = (
+        f"Quaternions need the fewest operations on {sum(won)} of {len(won)} motions; the best of the others "
+        f"takes {100.0 * min(margins):+.1f} % to {100.0 * max(margins):+.1f} %"
+        + (f", of the attitude alone {100.0 * min(alone):+.1f} % to {100.0 * max(alone):+.1f} %" if alone else "")
+        + ". Operations of the whole navigation per second of motion, for 0.3′:"
+    )
+    return Outcome(verdict, reason, tuple(said), numbers)
+
+
+def _load(row: Row) -> float:
+    return row.operations_per_step * row.rate_hz
+
+
+def _attitude_loads(rows: list[Row]) -> dict[str, float]:
+    """Return, by family, the least operations per second of the attitude alone that keep it within 0.3′."""
+    least: dict[str, float] = {}
+    for row in needed(rows, FEW_TENTHS_ARCSEC).values():
+        group, load = _FAMILIES.get(family(row.algorithm)), row.attitude_operations_per_step * row.rate_hz
+        if group and load < least.get(group, math.inf):
+            least[group] = load
+    return least

@@ -1,0 +1,70 @@
+"""Decides the textbook chapter's claims, and further laws, from the numbers of a study.
+
+A part of a study names the claims that it has the numbers for. The rules and their thresholds are beside this file, one
+file for each subject.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sinssim.studies.claims.coning import coning_drift
+from sinssim.studies.claims.cost import cheapest
+from sinssim.studies.claims.euler import euler_heading, euler_limit
+from sinssim.studies.claims.gyro_free import gyro_free
+from sinssim.studies.claims.orthogonality import orthogonality
+from sinssim.studies.claims.outcome import Evidence, Outcome, undecided
+from sinssim.studies.claims.position import latitude_rate, simplified_radii
+from sinssim.studies.claims.rates import attitude_rate, velocity_rate
+from sinssim.studies.results import StudyResult, Verdict
+from sinssim.studies.schema import CLAIMS
+
+_DECIDERS: dict[str, Callable[[Evidence], Outcome]] = {
+    "velocity-rate": velocity_rate,
+    "attitude-rate": attitude_rate,
+    "cheapest": cheapest,
+    "orthogonality": orthogonality,
+    "euler-heading": euler_heading,
+    "euler-limit": euler_limit,
+    "simplified-radii": simplified_radii,
+    "latitude-rate": latitude_rate,
+    "gyro-free": gyro_free,
+    "coning-drift": coning_drift,
+}
+
+
+def decide(comparison: StudyResult) -> list[Verdict]:
+    """Decide the claims that a study's parts have numbers for.
+
+    Args:
+        comparison: results of the study.
+
+    Returns:
+        A verdict for each claim, in the order of the chapter; "undecided" if the study ended early or lacks numbers
+        that the claim needs.
+    """
+    verdicts = []
+    for claim, sentence in CLAIMS.items():
+        parts = [part for part in comparison.study.parts if claim in part.decides]
+        titles = [part.title for part in parts]
+        if not titles:
+            continue
+        planned = sum(part.cases * len(part.motions) for part in parts)
+        done = sum(row.part in titles for row in comparison.rows)
+        if comparison.status != "finished" and done < planned:  # an incomplete set of numbers is not conclusive
+            outcome = undecided(f"{planned - done} of its {planned} navigations were not reached")
+        else:
+            outcome = _DECIDERS[claim](_evidence(comparison, titles))
+        points, judged = tuple(p.text for p in outcome.points), tuple(p.verdict for p in outcome.points)
+        verdicts.append(Verdict(claim, sentence, outcome.verdict, outcome.reason, points, outcome.numbers, judged))
+    return verdicts
+
+
+def _evidence(comparison: StudyResult, titles: list[str]) -> Evidence:
+    rows = [row for row in comparison.rows if row.part in titles and row.status == "done"]
+    return Evidence(
+        rows,
+        {row.motion: comparison.motions[row.part, row.motion] for row in rows},
+        comparison.history_or_none,
+        [heading for heading in comparison.headings if heading.part in titles],
+    )
