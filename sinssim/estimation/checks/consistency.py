@@ -36,7 +36,7 @@ WINDOWS = (16, 64, 256)
 _FEWEST = 8
 """Fewest windows, or readings, that are tested."""
 
-_BLOCK = 65536
+_BLOCK = 16384
 """Readings whose covariances are factored at once."""
 
 

@@ -15,7 +15,7 @@ from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import envelope, suiting
+from sinssim.recording.scales import suiting, thinned
 from sinssim.recording.store.filter_summary import for_people, sentences
 
 if TYPE_CHECKING:
@@ -167,37 +167,32 @@ def _test(test: Mapping[str, float] | None) -> str:
 def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:
     """Draw every error of navigation with its expected band."""
     estimate = aided.estimate
+    k = thinned(len(estimate.time))
     for name, scale, components, sign in NAVIGATION:
-        at, own = estimate.model.slices[name], aided.block_error(name)
+        at, own = estimate.model.slices[name], aided.block_error(name, k)
         for i, component in enumerate(components):
             side, column = (sign if i == 2 else 1.0), at.start + i
             kinds: list[tuple[str, Array, Array, Array]] = [
-                ("aided", estimate.time, own[:, i], estimate.sigma[:, column])
+                ("aided", estimate.time[k], own[:, i], estimate.sigma[k, column])
             ]
             if estimate.smoothed is not None and aided.smoothed_state_errors is not None:
-                s = estimate.smoothed
-                kinds.append(("smoothed", s.time, aided.smoothed_state_errors[:, column], s.sigma[:, column]))
+                s, j = estimate.smoothed, thinned(len(estimate.smoothed.time))
+                kinds.append(("smoothed", s.time[j], aided.smoothed_state_errors[j, column], s.sigma[j, column]))
             settled = [int(np.searchsorted(t, span[0] + SETTLED * (span[1] - span[0]))) for _, t, _, _ in kinds]
             unit, size = suiting(scale, *[3.0 * k[3][late:] for k, late in zip(kinds, settled, strict=True)])
             lines = []
             for (kind, time, error, sigma), late in zip(kinds, settled, strict=True):
                 color = style.css(style.COLORS[kind])
                 pale = style.css(style.COLORS["bound"] if kind == "aided" else style.tint(style.COLORS[kind]))
-                for label, values, factor, paint, width in (
-                    ("±3σ", sigma, 3.0, pale, 1.0),
-                    ("", sigma, -3.0, pale, 1.0),
-                    (kind, error, side, color, 1.4),
+                for label, values, paint, width in (
+                    ("±3σ", 3.0 * sigma, pale, 1.0),
+                    ("", -3.0 * sigma, pale, 1.0),
+                    (kind, side * error, color, 1.4),
                 ):
                     # the axis fits the errors after the filter has settled
-                    for part, of, reference in ((slice(late), "", True), (slice(late, None), label, False)):
-                        t, v = _thinned(time[part], values[part])
-                        lines.append(Line(of, t, factor * v, paint, width, "", size, reference=reference))
+                    lines.append(Line("", time[:late], values[:late], paint, width, "", size, reference=True))
+                    lines.append(Line(label, time[late:], values[late:], paint, width, "", size))
             yield plot.plot(_TITLES[component], unit, lines, span, marks=marks, width=_WIDTH, height=_HEIGHT)
-
-
-def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """Thin a line to the extremes in each column of pixels of a drawing; the whole lines of a day are large."""
-    return envelope(time, values, time[0], time[-1] + 1e-9, _WIDTH) if len(time) else (time, values)
 
 
 def outage_marks(aided: Aided) -> list[Mark]:
