@@ -12,9 +12,6 @@ from dataclasses import dataclass
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
 
-FILTER_ALGORITHM = "quaternion"
-"""The algorithm of a scenario's filter, which corrects the engine between segments in the level frame."""
-
 
 @dataclass(frozen=True)
 class Frame:
@@ -29,6 +26,8 @@ class Frame:
         has_azimuth: whether its x axis has a direction of its own in the local level.
         has_three_rates: whether the three-rate schedule works in it, whose file has the same name under
             `sinssim/strapdown/three_rate/`.
+        starts_anywhere: whether its engine fits across `Problem.first`, where a filter's segment begins; the segments
+            of a frame without it are fitted by their own samples, which is less accurate at their ends.
     """
 
     sentence: str
@@ -38,6 +37,7 @@ class Frame:
     passes_poles: bool = True
     has_azimuth: bool = False
     has_three_rates: bool = False
+    starts_anywhere: bool = False
 
 
 FRAME_REGISTRY: dict[str, Frame] = {
@@ -46,18 +46,21 @@ FRAME_REGISTRY: dict[str, Frame] = {
         "level",
         passes_poles=False,
         has_three_rates=True,
+        starts_anywhere=True,
     ),
     "wander": Frame(
         "local level that does not rotate about the vertical relative to the Earth; also over the poles",
         "azimuth",
         has_azimuth=True,
         has_three_rates=True,
+        starts_anywhere=True,
     ),
     "free-azimuth": Frame(
         "local level that does not rotate about the vertical in inertial space; also over the poles",
         "azimuth",
         has_azimuth=True,
         has_three_rates=True,
+        starts_anywhere=True,
     ),
     "transverse": Frame(
         "local level oriented along a great circle: spherical coordinates with the route as equator, "
@@ -66,9 +69,14 @@ FRAME_REGISTRY: dict[str, Frame] = {
         takes_route=True,
         has_azimuth=True,
         has_three_rates=True,
+        starts_anywhere=True,
     ),
     "inertial": Frame(
-        "Earth-centred inertial, with geodetic output", "inertial", has_radii=False, has_three_rates=True
+        "Earth-centred inertial, with geodetic output",
+        "inertial",
+        has_radii=False,
+        has_three_rates=True,
+        starts_anywhere=True,
     ),
 }
 """All navigation frames by name."""
@@ -83,6 +91,12 @@ CURVATURES: dict[str, str] = {
     "spherical-no-height": "e² and height dropped: the equatorial radius everywhere",
 }
 """Radii of curvature R1 + h of the meridian and R2 + h of the prime vertical."""
+
+AXES: dict[str, str] = {
+    "north": "velocity and attitude in north, east, down, each at its own place",
+    "transported": "those of the true place carried to that of the solution without a turn about the vertical",
+}
+"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.polar`."""
 
 OF_TRUTH = "truth"
 """The navigator's ellipsoid if it is that of the truth."""
@@ -142,6 +156,23 @@ def check_curvature(frame: str, curvature: str) -> None:
         raise InputError(
             f'curvature = "{curvature}" would have no effect: frame = "{frame}" has no radii of curvature; '
             f"{listed(frames_that(lambda entry: entry.has_radii))} have them."
+        )
+
+
+def check_correctable(algorithm: str) -> None:
+    """Raise for an algorithm that a filter cannot correct between its updates.
+
+    Args:
+        algorithm: one of `sinssim.algorithms.SCENARIO_ALGORITHMS`.
+
+    Raises:
+        InputError: it navigates by windows of samples.
+    """
+    entry = REGISTRY.get(algorithm)
+    if entry is not None and entry.windowed:
+        raise InputError(
+            f"{algorithm} navigates by windows of samples in an engine of its own, in which a filter cannot correct "
+            "the state; every other algorithm can be corrected, for example quaternion."
         )
 
 

@@ -77,6 +77,20 @@ def route_pole(
     return np.asarray(pole / np.linalg.norm(pole))
 
 
+def route_along(latitude: float, longitude: float, velocity_ned: ArrayLike) -> tuple[float, float, float, float]:
+    """Return a route on the great circle along the velocity, which is that of `route_pole` without a route.
+
+    Args:
+        latitude, longitude: of the start, rad.
+        velocity_ned: velocity at the start, (3,) m/s.
+
+    Returns:
+        Latitude and longitude of the start and of a place a quarter of the circle ahead, rad.
+    """
+    ahead = np.cross(route_pole(None, latitude, longitude, velocity_ned), normal(latitude, longitude))
+    return latitude, longitude, math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])
+
+
 def nearest_allowed(speed: ArrayLike, step: ArrayLike) -> Array:
     """Return the least distance from its pole at which the frame can be used.
 

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.earth.coordinates import ecef_to_eci, ecef_to_geodetic, eci_to_ecef, geodetic_to_ecef, q_en, radii
+    from sinssim.earth.coordinates import (
+        displaced,
+        ecef_to_eci,
+        ecef_to_geodetic,
+        eci_to_ecef,
+        geodetic_to_ecef,
+        q_en,
+        radii,
+    )
     from sinssim.earth.datums import DATUMS, change_datum
     from sinssim.earth.gravity import gravitation_ecef, gravity_ned, gravity_number, surface_gravity
     from sinssim.earth.kernels import (
@@ -39,6 +47,7 @@ __all__ = [
     "Ellipsoid",
     "change_datum",
     "closed_gravity_k",
+    "displaced",
     "ecef_to_eci",
     "ecef_to_geodetic",
     "ecef_to_geodetic_k",
@@ -76,6 +85,7 @@ __getattr__, __dir__ = on_first_use(
         "WGS84": "sinssim.earth.models",
         "change_datum": "sinssim.earth.datums",
         "closed_gravity_k": "sinssim.earth.kernels",
+        "displaced": "sinssim.earth.coordinates",
         "ecef_to_eci": "sinssim.earth.coordinates",
         "ecef_to_geodetic": "sinssim.earth.coordinates",
         "ecef_to_geodetic_k": "sinssim.earth.kernels",

@@ -132,6 +132,25 @@ def q_en(latitude: ArrayLike, longitude: ArrayLike) -> Array:
     return out.reshape(*shape, 4)
 
 
+def displaced(
+    latitude: Array, longitude: Array, height: Array, north: Array, east: Array, ellipsoid: Ellipsoid = WGS84
+) -> tuple[Array, Array]:
+    """Return latitude and longitude after small displacements in the local level, also at and across a pole.
+
+    Args:
+        latitude, longitude, height: the places, (N,) rad and m.
+        north, east: displacement in the tangent plane, (N,) m.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Latitude and longitude of the places' normals there, (N,) rad each.
+    """
+    s, c = np.sin(longitude), np.cos(longitude)
+    poleward, up = north * np.sin(latitude), north * np.cos(latitude)
+    step = np.stack([-poleward * c - east * s, -poleward * s + east * c, up], axis=-1)
+    return ecef_to_geodetic(geodetic_to_ecef(latitude, longitude, height, ellipsoid) + step, ellipsoid)[:2]
+
+
 def _about_z(r: ArrayLike, angle: ArrayLike) -> Array:
     v, turn = numbers("the array of vectors", r), numbers("the time", angle)
     if v.shape[-1:] != (3,):

@@ -45,6 +45,11 @@ class Branch:
         copied.x = self.filter.x.copy()
         return Branch(until, copied, dict(self.cross))
 
+    def turn(self, matrix: Array) -> None:
+        """Refer the estimate to other axes, by the matrix from the present ones, (n, n)."""
+        self.filter.turn(matrix)
+        self.cross = {sensor: matrix @ noise for sensor, noise in self.cross.items()}
+
     def holds(self, arrival: float) -> bool:
         """Return whether a reading with this arrival time belongs to the branch."""
         return arrival < self.until - _SAME

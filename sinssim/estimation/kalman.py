@@ -57,6 +57,15 @@ class ErrorFilter:
         """Gain K of the last update, (n, k)."""
         return self._filter.K  # type: ignore[no-any-return]
 
+    def turn(self, matrix: Array) -> None:
+        """Refer estimate and covariance to other axes.
+
+        Args:
+            matrix: from the present axes into the others, (n, n).
+        """
+        self._filter.x = matrix @ self._filter.x
+        self._filter.P = matrix @ self._filter.P @ matrix.T
+
     def predict(self, phi: Array, q: Array) -> None:
         """Predict over one interval.
 

@@ -7,15 +7,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sinssim import rotation
 from sinssim.data import Array, Measurements, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import dynamics, transition
+from sinssim.estimation.earth_dynamics import earth_dynamics, transported_transition
 from sinssim.estimation.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, at, motion, rows_of
 from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.strapdown.polar import POLAR_LIMIT, carried
 
 
 class Observed(NamedTuple):
@@ -48,8 +52,10 @@ class Linearisation:
         interval: time from the previous epoch to each, (K,) s.
         phi: Φ over the interval, (K, n, n).
         q: Q over the interval, (K, n, n).
-        c_nb: attitude in the middle of the interval, (K, 3, 3).
+        c_nb: attitude in the middle of the interval, in the axes of its end, (K, 3, 3).
+        turn: from the axes of its end into those of its start, (K, 3, 3); None where they do not turn.
         observed: readings of each epoch that has any, in order of arrival.
+        skipped: sensor and row of readings of north where there is none.
     """
 
     first: int
@@ -58,7 +64,9 @@ class Linearisation:
     phi: Array
     q: Array
     c_nb: Array
+    turn: Array | None
     observed: dict[int, list[Observed]]
+    skipped: list[tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -73,6 +81,7 @@ class Surroundings:
         gyros: source of mean rates.
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
+        long_rows: whether a row of the engine has several samples; between rows the attitude then follows the gyros.
     """
 
     model: ErrorModel
@@ -82,6 +91,7 @@ class Surroundings:
     gyros: MeanGyroRates
     gravity: str
     ellipsoid: Ellipsoid
+    long_rows: bool = False
 
 
 def linearise(
@@ -109,47 +119,75 @@ def linearise(
     if first == 0:
         time = np.concatenate([time[:1], time])  # no interval precedes the first epoch
     interval = np.diff(time)
-    state = _at(nominal, time, around.ellipsoid)
-    middle = _at(nominal, time[:-1] + 0.5 * interval, around.ellipsoid)
+    state = _at(nominal, time, around, calibration)
+    middle = _at(nominal, time[:-1] + 0.5 * interval, around, calibration)
     rate = np.zeros((len(interval), 3))
     if "gyro scale" in model.slices or "gyro misalignment" in model.slices:
         lasts = interval > 0.0
         rate[lasts] = around.gyros.mean(time[:-1][lasts], time[1:][lasts], calibration)
-    moving = motion(state, middle, interval, rate, around.gravity, around.ellipsoid)
-    phi, q = transition(dynamics(model, moving, around.gravity, around.ellipsoid), around.density, interval)
+    phi, q, c_nb, turn = _dynamics(around, state, middle, interval, rate)
     here = rows_of(state, slice(1, None))
     observed: dict[int, list[Observed]] = {}
+    skipped: list[tuple[int, int]] = []
     for sensor, readings in enumerate(around.readings):
-        _observe(around, sensor, readings, first, last, here, calibration, parameters, observed)
+        rows = readings.between(first, last)
+        if model.axes == "transported" and measurement_kind(readings.data.kind).of_north:
+            polar = np.abs(here.latitude[readings.epoch[rows] - first]) > POLAR_LIMIT
+            skipped += [(sensor, row) for row in rows[polar].tolist()]
+            rows = rows[~polar]
+        if len(rows):
+            _observe(around, sensor, readings, rows, first, here, calibration, parameters, observed)
     for at_once in observed.values():
         at_once.sort(key=lambda o: float(around.readings[o.sensor].data.arrival[o.row]))
-    return Linearisation(first, here, interval, phi, q, moving.c_nb, observed)
+    return Linearisation(first, here, interval, phi, q, c_nb, turn, observed, skipped)
 
 
-def _at(nominal: NavSolution, time: Array, ellipsoid: Ellipsoid) -> NavState:
+def _dynamics(
+    around: Surroundings, state: NavState, middle: NavState, interval: Array, rate: Array
+) -> tuple[Array, Array, Array, Array | None]:
+    """Return Φ and Q over intervals, and `c_nb` and `turn` of the linearisation."""
+    model, gravity, ellipsoid = around.model, around.gravity, around.ellipsoid
+    moving = motion(state, middle, interval, rate, gravity, ellipsoid, model.axes)
+    if model.axes == "north":
+        phi, q = transition(dynamics(model, moving, gravity, ellipsoid), around.density, interval)
+        return phi, q, moving.c_nb, None
+    f = earth_dynamics(model, moving, middle.longitude, gravity, ellipsoid)
+    phi, q = transported_transition(f, around.density, interval, state, ellipsoid)
+    ends = [
+        rotation.dcm_from_quaternion(carried(middle, s.latitude, s.longitude, s.height).q_nb)
+        for s in (rows_of(state, slice(0, -1)), rows_of(state, slice(1, None)))
+    ]
+    return phi, q, ends[1], ends[0] @ ends[1].transpose(0, 2, 1)
+
+
+def _at(nominal: NavSolution, time: Array, around: Surroundings, calibration: ImuErrors) -> NavState:
     # an instant this close before an edge counts as on it
     edge = np.searchsorted(nominal.time, time + 1e-7, side="right") - 1
     step = nominal.time[np.minimum(edge + 1, len(nominal.time) - 1)] - nominal.time[edge]
     passed = time - nominal.time[edge]
     passed[np.abs(passed) < 1e-7] = 0.0
-    return at(nominal, edge, np.divide(passed, step, out=np.zeros_like(passed), where=step > 0.0), ellipsoid)
+    fraction = np.divide(passed, step, out=np.zeros_like(passed), where=step > 0.0)
+    bend = None
+    inside = np.flatnonzero(fraction)
+    if around.long_rows and len(inside):
+        bend, begin, rate = np.zeros((len(time), 3)), nominal.time[edge[inside]], around.gyros.mean
+        now, whole = (rate(begin, begin + length[inside], calibration) for length in (passed, step))
+        bend[inside] = passed[inside, None] * (now - whole)
+    return at(nominal, edge, fraction, around.ellipsoid, around.model.axes, bend)
 
 
 def _observe(
     around: Surroundings,
     sensor: int,
     readings: CheckedMeasurements,
+    rows: NDArray[np.intp],
     first: int,
-    last: int,
     here: NavState,
     calibration: ImuErrors,
     parameters: Mapping[str, Array],
     observed: dict[int, list[Observed]],
 ) -> None:
-    """Add one sensor's readings at the epochs first … last."""
-    rows = readings.between(first, last)
-    if not len(rows):
-        return
+    """Add some of one sensor's readings; the first row of `here` is the epoch `first`."""
     data, epoch = readings.data, readings.epoch[rows].astype(np.intp)
     time = around.epochs.time[epoch]
     if measurement_kind(data.kind).mean_rate:

@@ -1,8 +1,9 @@
 """The error model: blocks of states for the errors of inertial navigation and of the sensors.
 
 The state is an error. For navigation it is solution minus truth, as in `sinssim.strapdown.nav_error`: position and
-velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true. For a sensor parameter it is the
-true value minus the compensated value, so that the state of a gyro bias is the remaining bias of the increments that
+velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true; near a pole velocity and attitude
+are compared without a turn about the vertical (`sinssim.strapdown.polar`). For a sensor parameter it is the true
+value minus the compensated value, so that the state of a gyro bias is the remaining bias of the increments that
 the engine receives.
 
 Every block is one of three processes, ẋ = −x/τ + w: a constant (w = 0, τ = ∞), a random walk (τ = ∞), or a stationary
@@ -22,7 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sinssim.arguments import POSITIVE, check_kind, names, number, numbers
 from sinssim.data import Array
-from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.errors import InputError, check_name, shortened, unknown_name
+from sinssim.frames import AXES
 from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
 from sinssim.sensors.imu.terms import FIELDS, SLOTS
@@ -131,6 +133,8 @@ class ErrorModel:
         gyro_quantum: weight of a pulse of the gyros, rad.
         accel_quantum: weight of a pulse of the accelerometers, m/s.
         untold: further errors of the inertial sensors that no block describes, in words.
+        axes: axes in which velocity and attitude are compared with the true ones, "north", or "transported" for a run
+            near a pole, see `sinssim.frames.AXES`; `estimate` chooses them.
     """
 
     blocks: tuple[Block, ...]
@@ -139,6 +143,7 @@ class ErrorModel:
     gyro_quantum: float = 0.0
     accel_quantum: float = 0.0
     untold: tuple[str, ...] = ()
+    axes: str = "north"
 
     def __post_init__(self) -> None:
         for block in self.blocks:
@@ -151,6 +156,7 @@ class ErrorModel:
             raise InputError(f"an error model begins with the blocks {', '.join(NAVIGATION)}, not {present[:3]}.")
         for name in ("gyro_noise", "accel_noise", "gyro_quantum", "accel_quantum"):
             number(f"error model: {name}", getattr(self, name), low=0.0)
+        check_name("axes of errors", self.axes, AXES)
 
     @cached_property
     def slices(self) -> dict[str, slice]:

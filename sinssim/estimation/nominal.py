@@ -11,6 +11,7 @@ from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.dynamics import NominalMotion, earth_rate, transport_rate
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.strapdown.polar import carried
 
 
 def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:
@@ -42,7 +43,14 @@ def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
     return NavSolution(time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), algorithm)
 
 
-def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid: Ellipsoid) -> NavState:
+def at(
+    solution: NavSolution,
+    edge: NDArray[np.intp],
+    fraction: Array,
+    ellipsoid: Ellipsoid,
+    axes: str = "north",
+    bend: Array | None = None,
+) -> NavState:
     """Interpolate a solution between its rows: velocity and attitude linearly, position with the acceleration.
 
     Args:
@@ -50,6 +58,8 @@ def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid
         edge: row before each instant, (K,).
         fraction: fraction of the way from that row to the next, 0 … 1, (K,).
         ellipsoid: reference ellipsoid.
+        axes: axes of the error model; "transported" ones interpolate across a pole.
+        bend: rotation of the body beyond the linear one, in the axes of the row before, (K, 3) rad; None for none.
 
     Returns:
         K rows.
@@ -59,19 +69,49 @@ def at(solution: NavSolution, edge: NDArray[np.intp], fraction: Array, ellipsoid
         return before
     after = rows_of(solution, np.minimum(edge + 1, len(solution.time) - 1))
     interval = solution.time[np.minimum(edge + 1, len(solution.time) - 1)] - solution.time[edge]
+    if axes == "transported":
+        return _across(before, after, interval, fraction, ellipsoid, bend)
     part = fraction[:, None]
     gained = after.velocity_ned - before.velocity_ned
-    bend = (0.5 * fraction * (1.0 - fraction) * interval)[:, None] * gained
+    sag = (0.5 * fraction * (1.0 - fraction) * interval)[:, None] * gained
     r1, r2 = earth.radii(before.latitude, ellipsoid)
     east = np.mod(after.longitude - before.longitude + np.pi, 2.0 * np.pi) - np.pi
     turn = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(before.q_nb), after.q_nb))
     return NavState(
-        before.latitude + fraction * (after.latitude - before.latitude) - bend[:, 0] / (r1 + before.height),
-        before.longitude + fraction * east - bend[:, 1] / ((r2 + before.height) * np.cos(before.latitude)),
-        before.height + fraction * (after.height - before.height) + bend[:, 2],
+        before.latitude + fraction * (after.latitude - before.latitude) - sag[:, 0] / (r1 + before.height),
+        before.longitude + fraction * east - sag[:, 1] / ((r2 + before.height) * np.cos(before.latitude)),
+        before.height + fraction * (after.height - before.height) + sag[:, 2],
         before.velocity_ned + part * gained,
-        rotation.multiply(before.q_nb, rotation.quaternion_from_rotation_vector(part * turn)),
+        rotation.multiply(before.q_nb, rotation.quaternion_from_rotation_vector(_bent(part * turn, bend))),
     )
+
+
+def _bent(turn: Array, bend: Array | None) -> Array:
+    """Return rotation vectors with a small addition, if there is one."""
+    return turn if bend is None else turn + bend
+
+
+def _across(
+    before: NavState, after: NavState, interval: Array, fraction: Array, ellipsoid: Ellipsoid, turned: Array | None
+) -> NavState:
+    """Interpolate between rows in the local level of the first, which is regular at a pole."""
+    places = [earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, ellipsoid) for s in (before, after)]
+    q_ne = rotation.conjugate(earth.q_en(before.latitude, before.longitude))
+    moved = rotation.rotate(q_ne, places[1] - places[0])
+    after = carried(after, before.latitude, before.longitude, after.height)
+    gained, part = after.velocity_ned - before.velocity_ned, fraction[:, None]
+    sag = (0.5 * fraction * (1.0 - fraction) * interval)[:, None] * gained
+    turn = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(before.q_nb), after.q_nb))
+    there = NavState(
+        before.latitude,
+        before.longitude,
+        before.height,
+        before.velocity_ned + part * gained,
+        rotation.multiply(before.q_nb, rotation.quaternion_from_rotation_vector(_bent(part * turn, turned))),
+    )
+    north, east, _ = (part * moved - sag).T
+    latitude, longitude = earth.displaced(before.latitude, before.longitude, before.height, north, east, ellipsoid)
+    return carried(there, latitude, longitude, before.height + fraction * (after.height - before.height) + sag[:, 2])
 
 
 class MeanGyroRates:
@@ -117,7 +157,13 @@ class MeanGyroRates:
 
 
 def motion(
-    state: NavState, middle: NavState, interval: Array, rate_b: Array, gravity: str, ellipsoid: Ellipsoid
+    state: NavState,
+    middle: NavState,
+    interval: Array,
+    rate_b: Array,
+    gravity: str,
+    ellipsoid: Ellipsoid,
+    axes: str = "north",
 ) -> NominalMotion:
     """Return the mean motion over the intervals between epochs.
 
@@ -128,13 +174,19 @@ def motion(
         rate_b: mean inertial rate of the body, (K, 3) rad/s.
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
+        axes: axes of the error model; in "transported" ones the velocities at both ends are carried to the middle.
 
     Returns:
         K rows. The specific force is the change of velocity less gravity and the Coriolis acceleration.
     """
     lat, h, v = middle.latitude, middle.height, middle.velocity_ned
-    gained = np.diff(state.velocity_ned, axis=0) / np.where(interval > 0.0, interval, 1.0)[:, None]
-    turning = 2.0 * earth_rate(lat, ellipsoid) + transport_rate(lat, h, v, ellipsoid)
+    gained, transport = np.diff(state.velocity_ned, axis=0), transport_rate(lat, h, v, ellipsoid)
+    if axes == "transported":
+        ends = [carried(rows_of(state, s), lat, middle.longitude, h) for s in (slice(1, None), slice(0, -1))]
+        gained = ends[0].velocity_ned - ends[1].velocity_ned
+        transport[:, 2] = 0.0
+    gained /= np.where(interval > 0.0, interval, 1.0)[:, None]
+    turning = 2.0 * earth_rate(lat, ellipsoid) + transport
     force = gained + np.cross(turning, v) - earth.gravity_ned(lat, h, gravity, ellipsoid)
     c_nb = rotation.dcm_from_quaternion(middle.q_nb)
     return NominalMotion(lat, h, v, c_nb, force, rate_b, np.einsum("kji,kj->ki", c_nb, force))

@@ -44,6 +44,7 @@ class InnovationGate:
         self._lower[row] = innovation.covariance[self._triangle]
         passed = self.admits(innovation)
         self._accepted[row] = passed
+        self._told.pop(row, None)
         if not passed:
             self._told[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
         return passed
@@ -51,6 +52,10 @@ class InnovationGate:
     def admits(self, innovation: Innovation) -> bool:
         """Return whether a reading would update the filter; nothing is recorded."""
         return innovation.nis <= self._bound
+
+    def skip(self, row: int, reason: str) -> None:
+        """Record why a reading is not compared with the prediction."""
+        self._told[row] = reason
 
     def innovations(self) -> Innovations:
         """Return the record."""
@@ -144,7 +149,13 @@ class Record:
         self._covariance.append(covariance)
 
     def end_stretch(
-        self, first: int, navigation: NavState, compensated: Array, fed_back: Array, corrected_end: NavState
+        self,
+        first: int,
+        navigation: NavState,
+        compensated: Array,
+        fed_back: Array,
+        corrected_end: NavState,
+        turn: Array | None = None,
     ) -> None:
         """Record the solution of a segment.
 
@@ -154,13 +165,14 @@ class Record:
             compensated: values of all compensated parameters in it, in the order of the states, (n,).
             fed_back: errors fed back at its end, (n,).
             corrected_end: inertial navigation after the feedback, one row.
+            turn: matrix into the axes there, (n, n); None if they are the same.
         """
         count = len(navigation.latitude)
         part = slice(first, first + count)
         errors = np.array([x for x, _ in self._stretch])
         self._variance[part] = [variance for _, variance in self._stretch]
         self._stretch = []
-        for name, value in vars(corrected(navigation, errors[:, :CORE], self._ellipsoid)).items():
+        for name, value in vars(corrected(navigation, errors[:, :CORE], self._ellipsoid, self._model.axes)).items():
             getattr(self._solution, name)[part] = value
         self._sensors[part] = errors[:, CORE:] + compensated[CORE:]
         history = self._history
@@ -174,6 +186,21 @@ class Record:
                 history["compensated"].append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
                 history["fed_back"].first(row + 1)[row] += fed_back
                 history["state"].first(row + 1)[row] -= fed_back
+        if turn is not None and self._rows and self._rows[-1] == first + count - 1:
+            self._turn_last(turn)
+
+    def _turn_last(self, turn: Array) -> None:
+        """Refer the last row to other axes."""
+        for rows in {id(r): r for r in (self._covariance, self._complete)}.values():
+            last = rows.first(rows.count)[-1]
+            last[...] = turn @ last @ turn.T
+        if not self._history["state"].count:
+            return
+        for name in ("state", "fed_back", "transition", "decay"):
+            last = self._history[name].first(self._history[name].count)[-1]
+            last[...] = turn @ last
+        last = self._history["noise"].first(self._history["noise"].count)[-1]
+        last[...] = turn @ last @ turn.T
 
     def solution(self, count: int, algorithm: str) -> NavSolution:
         """Return the solution at the first `count` epochs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
@@ -15,6 +15,7 @@ from sinssim.earth.models import Ellipsoid
 from sinssim.errors import RunError
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.polar import carried
 
 Mask = NDArray[np.bool_]
 Rows = slice | NDArray[np.intp]
@@ -268,28 +269,35 @@ def _errors(
     ellipsoid: Ellipsoid,
 ) -> Array:
     errors = np.empty((len(solution.time), model.size))
-    nav = navigation_error(truth, solution, ellipsoid)
+    nav = navigation_error(truth, solution, ellipsoid, model.axes)
     errors[:, :9] = np.hstack([nav.position_ned, nav.velocity_ned, nav.attitude])
     for name, value in estimated.items():
         errors[:, model.slices[name]] = parameters.get(name, 0.0) - value
     return errors
 
 
-def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid) -> NavState:
+def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid, axes: str = "north") -> NavState:
     """Return navigation states with errors subtracted.
 
     Args:
         state: N rows.
         error: position north, east, down [m], velocity [m/s], attitude φ [rad], (N, 9).
         ellipsoid: reference ellipsoid.
+        axes: axes of the error model.
 
     Returns:
         The states, N rows.
     """
     from sinssim import earth
 
-    r1, r2 = earth.radii(state.latitude, ellipsoid)
     q = rotation.multiply(rotation.quaternion_from_rotation_vector(error[:, 6:9]), state.q_nb)
+    if axes == "transported":
+        there = NavState(state.latitude, state.longitude, state.height, state.velocity_ned - error[:, 3:6], q)
+        north, east, down = -error[:, :3].T
+        place = earth.displaced(state.latitude, state.longitude, state.height, north, east, ellipsoid)
+        moved = carried(there, *place, state.height - down)
+        return replace(moved, q_nb=rotation.normalize(moved.q_nb))
+    r1, r2 = earth.radii(state.latitude, ellipsoid)
     return NavState(
         state.latitude - error[:, 0] / (r1 + state.height),
         state.longitude - error[:, 1] / ((r2 + state.height) * np.cos(state.latitude)),

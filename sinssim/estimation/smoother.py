@@ -38,7 +38,7 @@ def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm:
     for k in range(len(x) - 2, -1, -1):
         x[k] += gain[k] @ (x[k + 1] + history.fed_back[k + 1] - history.transition[k + 1] @ x[k])
         p[k] += gain[k] @ (p[k + 1] - predicted[k]) @ gain[k].T
-    state = corrected(history.navigation, x, ellipsoid)
+    state = corrected(history.navigation, x, ellipsoid, model.axes)
     total = history.compensated + x
     blocks = model.blocks[len(NAVIGATION) :]
     return Smoothed(

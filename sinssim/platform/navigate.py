@@ -21,10 +21,10 @@ from sinssim.platform.force import Forces
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.sets.platform import PlatformErrors, without_errors_of_turns
 from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER
-from sinssim.strapdown.frames.level import POLAR_LIMIT
 from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, checked_channel, height_reference
 from sinssim.strapdown.navigate import check_used
+from sinssim.strapdown.polar import POLAR_LIMIT
 from sinssim.transverse import route_pole, too_near
 
 _RULES = {

@@ -12,7 +12,7 @@ from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, shortened
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
-    FILTER_ALGORITHM,
+    check_correctable,
     listed,
 )
 from sinssim.scenario.sections.aiding import AidingSection
@@ -169,20 +169,13 @@ class Scenario(Section):
     def _filter_navigates_as_the_section_says(self) -> Self:
         if self.filter is None:
             return self
-        section, of = self.navigation, type(self.navigation).model_fields
-        for key in ("frame", "ellipsoid", "curvature", "rates_hz"):
-            own = section.ellipsoid == self.truth.ellipsoid if key == "ellipsoid" else False
-            if getattr(section, key) != of[key].default and not own:
-                raise ValueError(
-                    f"navigation.{key} = {_written(getattr(section, key))} does not apply to [filter], which navigates "
-                    'in the frame "level" on the ellipsoid of [truth], with exact curvature and entirely at the rate '
-                    f"of the samples: remove navigation.{key}, or [filter]"
-                )
-        if FILTER_ALGORITHM not in section.algorithms:
+        try:
+            check_correctable(self.navigation.algorithms[0])
+        except InputError as error:
             raise ValueError(
-                f"navigation.algorithms = {list(section.algorithms)} does not apply to [filter], which navigates by "
-                f'"{FILTER_ALGORITHM}": add "{FILTER_ALGORITHM}" to them, or remove [filter]'
-            )
+                f"navigation.algorithms = {list(self.navigation.algorithms)}: [filter] navigates by the first of them, "
+                f"and {str(error).rstrip('.')}: put another first, or remove [filter]"
+            ) from error
         return self
 
     @model_validator(mode="after")
@@ -311,11 +304,6 @@ class Scenario(Section):
         text = tomli_w.dumps(_without_none(self.as_written()))
         comment = "".join(f"# {line}\n" for line in about_filter)
         return text.replace("\n[filter]\n", f"\n[filter]\n{comment}")
-
-
-def _written(value: object) -> str:
-    """Write a value in TOML."""
-    return f'"{value}"' if isinstance(value, str) else str(list(value) if isinstance(value, tuple) else value)
 
 
 def _without_none(value: Any) -> Any:

@@ -245,7 +245,8 @@ def _aid(run: Run) -> Aided:
 
     scenario, trajectory = run.scenario, run.trajectory
     start = trajectory.state(trajectory.start)
-    initial = initial_state_with_errors(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
+    error, ellipsoid = scenario.navigation.initial_error, trajectory.ellipsoid
+    initial = initial_state_with_errors(start, error, ellipsoid, scenario.seed, run.axes)
     return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors)
 
 

@@ -6,18 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim import rotation, units
+from sinssim import earth, rotation, units
 from sinssim.data import Array, NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.models import Ellipsoid
 from sinssim.moved import former_names
+from sinssim.strapdown.polar import carried
 
 if TYPE_CHECKING:
     from sinssim.scenario.sections.navigation import InitialErrorSection
 
 
 def initial_state_with_errors(
-    truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0
+    truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0, axes: str = "north"
 ) -> NavState:
     """Return the initial state of navigation: the true state with errors added.
 
@@ -26,6 +27,7 @@ def initial_state_with_errors(
         error: the errors; if all are zero, the true state is returned bit for bit.
         ellipsoid: reference ellipsoid.
         seed: the run's seed, for random errors.
+        axes: axes in which the run's errors are compared, see `sinssim.frames.AXES`.
 
     Returns:
         The state, scalars.
@@ -41,7 +43,7 @@ def initial_state_with_errors(
     velocity += draw("velocity", *[error.velocity_sigma_mps] * 3)
     r1, r2 = radii(truth.latitude, ellipsoid)
     longitude = truth.longitude
-    if position[1]:
+    if position[1] and axes == "north":
         longitude = longitude + position[1] / ((r2 + truth.height) * np.cos(truth.latitude))
     q_nb = truth.q_nb
     turn = np.array([error.roll_arcmin, error.pitch_arcmin, error.heading_arcmin]) * units.ARCMIN
@@ -51,6 +53,14 @@ def initial_state_with_errors(
     phi = units.ARCMIN * draw("attitude", error.tilt_sigma_arcmin, error.tilt_sigma_arcmin, error.heading_sigma_arcmin)
     if phi.any():
         q_nb = rotation.multiply(rotation.quaternion_from_rotation_vector(-phi), q_nb)  # q_true = q(φ) ⊗ q_solution
+    if axes == "transported" and (position.any() or velocity.any() or phi.any()):
+        row = NavState(
+            truth.latitude[None], truth.longitude[None], truth.height[None],
+            (truth.velocity_ned + velocity)[None], q_nb[None],
+        )  # fmt: skip
+        place = earth.displaced(row.latitude, row.longitude, row.height, position[:1], position[1:2], ellipsoid)
+        moved = carried(row, *place, row.height + position[2])
+        return NavState(*(part[0] for part in vars(moved).values()))
     return NavState(
         truth.latitude + position[0] / (r1 + truth.height),
         longitude,

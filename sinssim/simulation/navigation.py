@@ -14,6 +14,7 @@ from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.simulation.initial_error import initial_state_with_errors
+from sinssim.strapdown.polar import axes_along
 from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
@@ -83,8 +84,9 @@ def solve(
     from sinssim.strapdown.measured_attitude import navigate_set
 
     section = scenario.navigation
+    axes = axes_along(section.frame, trajectory.state, trajectory.start, trajectory.end)
     initial = initial_state_with_errors(
-        trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed
+        trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed, axes
     )
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
     vertical = "free" if height is None else section.vertical

@@ -108,6 +108,14 @@ class Run:
         return solve(self.scenario, self.trajectory, imu, attitude, height, self.true_errors, self.truth)[0]
 
     @cached_property
+    def axes(self) -> str:
+        """Axes in which errors are compared, one of `sinssim.frames.AXES`."""
+        from sinssim.strapdown.polar import axes_along
+
+        trajectory = self.trajectory
+        return axes_along(self.scenario.navigation.frame, trajectory.state, trajectory.start, trajectory.end)
+
+    @cached_property
     def errors(self) -> dict[str, NavError]:
         """Errors of the solutions by algorithm."""
         from sinssim.strapdown.nav_error import navigation_error
@@ -115,7 +123,7 @@ class Run:
         def error_of(solution: NavSolution) -> NavError:
             # the solution of an algorithm that takes several samples at once has fewer rows
             truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
-            return navigation_error(truth, solution, self.trajectory.ellipsoid)
+            return navigation_error(truth, solution, self.trajectory.ellipsoid, self.axes)
 
         with thread_pool(os.cpu_count()) as pool:
             return dict(zip(self.solutions, pool.map(error_of, self.solutions.values()), strict=True))
@@ -144,7 +152,7 @@ class Run:
         except RunError:
             return None
         truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
-        return navigation_error(truth, solution, self.trajectory.ellipsoid)
+        return navigation_error(truth, solution, self.trajectory.ellipsoid, self.axes)
 
     @property
     def platform(self) -> PlatformSolution | None:

@@ -11,7 +11,9 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.earth.models import WGS84, Ellipsoid
-from sinssim.errors import InputError
+from sinssim.errors import InputError, check_name
+from sinssim.frames import AXES
+from sinssim.strapdown.polar import turn_of_north, turned, turned_attitude
 
 _BLOCK = 65536  # rows per block, to avoid a temporary as long as the run
 
@@ -19,6 +21,9 @@ _BLOCK = 65536  # rows per block, to avoid a temporary as long as the run
 @dataclass(frozen=True)
 class NavError:
     """Errors of a navigation solution, row by row, in the local level of the true position.
+
+    In transported axes (`sinssim.strapdown.polar`) north and east are those of the solution's position, and velocity
+    and attitude are compared with the true ones carried there without a turn about the vertical.
 
     Attributes:
         time: (N,) s.
@@ -59,23 +64,28 @@ class NavError:
         return _norm(self.attitude)
 
 
-def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid = WGS84) -> NavError:
+def navigation_error(
+    truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid = WGS84, axes: str = "north"
+) -> NavError:
     """Return the errors of a navigation solution.
 
     North and east come from the difference of the Earth-fixed positions, resolved at the true position: no wrap of
     longitude, no division by cos φ at a pole. Velocity and attitude are compared component by component, as in the
-    error equations; within kilometres of a pole, where the direction of north changes, so do the components.
+    error equations; within kilometres of a pole, where the direction of north changes, so do the components, unless
+    the axes are transported.
 
     Args:
         truth: true states at the solution's times, arrays of N rows.
         solution: N rows.
         ellipsoid: reference ellipsoid of both heights.
+        axes: "north", or "transported" for motions near a pole; see `sinssim.frames.AXES`.
 
     Returns:
         The errors, N rows.
 
     Raises:
-        InputError: truth and solution have different numbers of rows, or one of them has the wrong type.
+        InputError: truth and solution have different numbers of rows, one of them has the wrong type, or the axes are
+            unknown.
     """
     if not isinstance(solution, NavSolution):
         raise InputError(
@@ -92,10 +102,25 @@ def navigation_error(truth: NavState, solution: NavSolution, ellipsoid: Ellipsoi
             f"truth has {truth.latitude.shape} rows and the {solution.algorithm} solution {solution.latitude.shape}; "
             "give the true state at each of the solution's times."
         )
+    check_name("axes of errors", axes, AXES)
     error = NavError(solution.time, *(np.empty((len(solution.time), 3)) for _ in range(3)))
     for start in range(0, len(solution.time), _BLOCK):
-        _fill(error, truth, solution, ellipsoid, slice(start, start + _BLOCK))
+        part = slice(start, start + _BLOCK)
+        _fill(error, truth, solution, ellipsoid, part)
+        if axes == "transported":
+            _transport(error, truth, solution, part)
     return error
+
+
+def _transport(error: NavError, truth: NavState, solution: NavSolution, part: slice) -> None:
+    """Put a block of errors into the axes of the solution's place, with the true motion carried there."""
+    here = truth.latitude[part], truth.longitude[part]
+    psi = turn_of_north(*here, solution.latitude[part], solution.longitude[part])
+    error.position_ned[part] = turned(error.position_ned[part], psi)
+    error.velocity_ned[part] = solution.velocity_ned[part] - turned(truth.velocity_ned[part], psi)
+    error.attitude[part] = rotation.rotation_vector_from_quaternion(
+        rotation.multiply(turned_attitude(truth.q_nb[part], psi), rotation.conjugate(solution.q_nb[part])),
+    )
 
 
 def _fill(error: NavError, truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid, part: slice) -> None:

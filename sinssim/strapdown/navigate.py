@@ -115,7 +115,7 @@ def navigate(
         if not uniform:
             raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
         ratio, per_medium, per_slow = schedule(rates_hz, len(dtheta) / float(time[-1] - time[0]))
-        dtheta, dvel = _summed(dtheta, ratio), _summed(dvel, ratio)
+        dtheta, dvel = summed(dtheta, ratio), summed(dvel, ratio)
         edges = slice(0, len(dtheta) * ratio + 1, ratio)
         time, reference, climb = (np.ascontiguousarray(array[edges]) for array in (time, reference, climb))
         per_row = per_medium * per_slow
@@ -173,8 +173,16 @@ def navigate(
     return replace(solution, events=singularity_events(solution, without_singularity))
 
 
-def _summed(increments: Array, ratio: int) -> Array:
-    """Return sums of `ratio` consecutive increments, (N // ratio, 3); remaining samples at the end are dropped."""
+def summed(increments: Array, ratio: int) -> Array:
+    """Return sums of consecutive increments.
+
+    Args:
+        increments: (N, 3).
+        ratio: number of them in a sum.
+
+    Returns:
+        (N // ratio, 3); remaining samples at the end are dropped.
+    """
     whole = len(increments) // ratio
     return np.ascontiguousarray(increments[: whole * ratio].reshape(whole, ratio, 3).sum(axis=1))
 

@@ -16,6 +16,13 @@ for options in ({"algorithm": "functional-iteration"}, {"curvature": "simplified
         navigate(flight.increments(20.0), flight.state(0.0), frame="earth-fixed", **options)
     except Exception as error:
         print(error)
+from sinssim.strapdown.segments import Segments
+imu, state = flight.increments(20.0), flight.state(0.0)
+whole, engine = navigate(imu, state, frame="earth-fixed"), Segments(imu, frame="earth-fixed")
+for first, last in ((0, 3), (3, 1000), (1000, 2400)):
+    part = engine.navigate(first, last, state, engine.samples(first, last)[1])
+    state = part.state()
+print(6.4e6 * abs(state.latitude - whole.latitude[-1]) + abs(state.velocity_ned - whole.velocity_ned[-1]).max())
 """
 
 
@@ -37,4 +44,5 @@ def test_page(tmp_path: Path) -> None:
         "the three-rate schedule works in the frames level, wander, free-azimuth, transverse and inertial, not in"
         in lines[4]
     )
+    assert float(lines[5]) < 1e-6  # the segments of a filter
     assert "earth-fixed" in copy.command("list", "frames")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
+from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.segments import Segments
@@ -31,31 +34,88 @@ def flown(unequal: bool = False) -> tuple[ImuData, NavState]:
     return imu, NavState(*start)
 
 
-@pytest.mark.parametrize(
-    ("algorithm", "unequal"), [("quaternion", False), ("quaternion", True), ("rotation-vector-1p", False)]
-)
-def test_a_run_cut_anywhere_is_the_run_in_one_go(algorithm: str, unequal: bool) -> None:
-    imu, state = flown(unequal)
-    whole = navigate(imu, state, algorithm=algorithm, gravity="somigliana")
-    engine = Segments(imu, algorithm=algorithm, gravity="somigliana")
-    # lengths of one sample and of two, at both ends and in the middle, are where a fit could run out of neighbours
-    end = len(imu)
-    for first, last in itertools.pairwise([0, 1, 2, 5, 6, 100, 101, 103, 700, 701, end - 10, end - 3, end - 1, end]):
+def cut(imu: ImuData, state: NavState, **options: Any) -> tuple[float, float, float]:
+    """Return the largest differences of position, velocity and attitude of segments from the run in one go."""
+    whole = navigate(imu, state, **options)
+    engine = Segments(imu, **options)
+    np.testing.assert_array_equal(engine.time, whole.time)
+    # lengths of one row and of two, at both ends and in the middle, are where a fit could run out of neighbours
+    end = len(whole.time) - 1
+    cuts = {0, 1, 2, 5, 6, 100, 101, 103, 700, 701, end - 10, end - 3, end - 1, end}
+    worst = np.zeros(3)
+    for first, last in itertools.pairwise(sorted(c for c in cuts if c <= end)):
         before, samples = engine.samples(first, last)
-        assert samples.time[before] == imu.time[first]
+        assert samples.time[before] == whole.time[first]
         solution = engine.navigate(first, last, state, samples)
         state = solution.state()
         reference = NavState(*(getattr(whole, n)[first : last + 1] for n in NavState.__dataclass_fields__))
         error = navigation_error(reference, solution)
-        assert np.abs(error.position_ned).max() < 1e-7
-        assert np.abs(error.velocity_ned).max() < 1e-8
-        assert error.angle.max() < 1e-13
+        found = np.abs(error.position_ned).max(), np.abs(error.velocity_ned).max(), error.angle.max()
+        worst = np.maximum(worst, found)
+    return float(worst[0]), float(worst[1]), float(worst[2])
+
+
+ROUTE = (0.7, 0.1, 0.72, 0.14)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize(
+    ("algorithm", "unequal"), [("quaternion", False), ("quaternion", True), ("rotation-vector-1p", False)]
+)
+def test_a_run_cut_anywhere_is_the_run_in_one_go(algorithm: str, unequal: bool, frame: str) -> None:
+    imu, state = flown(unequal)
+    route = {"route": ROUTE} if frame == "transverse" else {}
+    position, velocity, angle = cut(imu, state, algorithm=algorithm, frame=frame, gravity="somigliana", **route)
+    assert position < (1e-7 if frame == "level" else 2e-7)  # rounding of the geodetic coordinates at the ends
+    assert velocity < 1e-8
+    assert angle < 3e-13
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_the_schedule_of_rates_is_kept(frame: str) -> None:
+    """Held slow quantities are those of the last row, so that a cut changes nothing."""
+    imu, state = flown()
+    route = {"route": ROUTE} if frame == "transverse" else {}
+    found = cut(imu, state, frame=frame, rates_hz=(20.0, 10.0, 2.0), **route)
+    assert max(found) < 2e-7
+    assert Segments(imu, frame=frame, rates_hz=(20.0, 10.0, 2.0)).time[1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("curvature", ["simplified", "spherical", "no-height"])
+@pytest.mark.parametrize("frame", ["level", "wander"])
+def test_the_radii_are_those_asked_for(frame: str, curvature: str) -> None:
+    imu, state = flown()
+    assert max(cut(imu, state, frame=frame, curvature=curvature, ellipsoid="krasovsky-1940")) < 2e-7
+    own, exact = (navigate(imu, state, frame=frame, curvature=c) for c in (curvature, "exact"))
+    assert not np.array_equal(own.latitude, exact.latitude)
+
+
+@pytest.mark.parametrize("algorithm", ["rotation-vector-2", "rotation-vector-4"])
+def test_algorithms_of_several_samples_are_cut_at_their_rows(algorithm: str) -> None:
+    imu, state = flown()
+    assert max(cut(imu, state, algorithm=algorithm, frame="inertial")) < 2e-7
+
+
+def test_a_frame_that_does_not_fit_across_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its segments are fitted by their own samples: right, and less accurate at their ends."""
+    monkeypatch.setitem(FRAME_REGISTRY, "inertial", replace(FRAME_REGISTRY["inertial"], starts_anywhere=False))
+    for unequal in (False, True):
+        position, velocity, angle = cut(*flown(unequal), frame="inertial")
+        assert position < 0.05
+        assert velocity < 0.01
+        assert 1e-9 < angle < 1e-4
 
 
 def test_refused() -> None:
     imu, state = flown()
-    with pytest.raises(InputError, match="several samples at once"):
-        Segments(imu, algorithm="rotation-vector-3")
+    with pytest.raises(InputError, match="navigates by windows of samples"):
+        Segments(imu, algorithm="functional-iteration")
+    with pytest.raises(InputError, match="would have no effect"):
+        Segments(imu, frame="inertial", curvature="simplified")
+    with pytest.raises(InputError, match="needs equal sampling intervals"):
+        Segments(flown(unequal=True)[0], rates_hz=(20.0, 10.0, 2.0))
+    with pytest.raises(InputError, match="unknown frame"):
+        Segments(imu, frame="levle")
     with pytest.raises(InputError, match="equal sampling intervals"):
         Segments(flown(unequal=True)[0], algorithm="rotation-vector-1p")
     with pytest.raises(InputError, match="unknown algorithm"):

@@ -19,8 +19,8 @@ from sinssim.estimation.from_scenario.memory import ROWS
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
 from sinssim.estimation.initial_alignment.start import Start, at_rest, in_motion
-from sinssim.frames import FILTER_ALGORITHM
 from sinssim.sensors.aiding.base.sensor import Vehicle
+from sinssim.strapdown.polar import axes_along
 from sinssim.system.memory import give_back_memory
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
         InputError: the run is too short for a sensor, the vehicle moves during a coarse alignment at rest, or rates do
             not divide.
     """
-    section, aiding = scenario.filter, scenario.aiding
+    section, aiding, navigation = scenario.filter, scenario.aiding, scenario.navigation
     assert section is not None
     assert aiding is not None
     vehicle = Vehicle(trajectory, scenario.seed, partial(_navigate_beside, scenario, trajectory))
@@ -73,9 +73,15 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
         smooth=section.smooth,
         history=True,
         row_s=0.0 if section.smooth else float(imu.time[-1] - imu.time[0]) / ROWS,
-        algorithm=FILTER_ALGORITHM,
-        gravity=scenario.navigation.gravity,
-        ellipsoid=trajectory.ellipsoid.name,
+        algorithm=navigation.algorithms[0],
+        frame=navigation.frame,
+        gravity=navigation.gravity,
+        ellipsoid=navigation.ellipsoid_over(trajectory.ellipsoid.name),
+        curvature=navigation.curvature,
+        rates_hz=navigation.rates_hz,
+        slow_quantities=navigation.slow_quantities,
+        route=None if navigation.route_deg is None else tuple(np.radians(navigation.route_deg)),
+        axes=axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end),
     )
     give_back_memory()
     return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
@@ -95,6 +101,7 @@ def _navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lev
         imu,
         place.state(place.start),
         algorithm="quaternion",
+        frame=scenario.navigation.frame,
         gravity=scenario.navigation.gravity,
         ellipsoid=trajectory.ellipsoid.name,
         vertical="baro-loop",
@@ -115,7 +122,8 @@ def _aligned(
             f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
             "filter needs time after the alignment."
         )
-    gravity, ellipsoid = scenario.navigation.gravity, trajectory.ellipsoid.name
+    gravity = scenario.navigation.gravity
+    ellipsoid = scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name)
     if section.alignment == "at-rest":
         try:
             # the vehicle stands still or not, whatever noise the filter is told

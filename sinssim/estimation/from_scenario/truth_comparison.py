@@ -83,7 +83,8 @@ class Aided:
                 continue
             block = slice(start, start + BLOCK)
             own = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
-            error = navigation_error(self.trajectory.state(own.time), own, self.trajectory.ellipsoid)
+            there = self.trajectory.state(own.time)
+            error = navigation_error(there, own, self.trajectory.ellipsoid, self.estimate.model.axes)
             for name, values in found.items():
                 values[inside] = getattr(error, name)[number[inside] - start]
         return found
@@ -148,7 +149,7 @@ def compare_with_truth(
     if smoothed is not None:
         there = trajectory.state(smoothed.time)
         own = _true_parameters(true[1], sensed, smoothed.time, estimated.model)
-        smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid)
+        smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid, estimated.model.axes)
         smoothed_errors = state_errors(estimated.model, smoothed, there, own, trajectory.ellipsoid)
     nominal = np.zeros((0, estimated.model.size))
     if (history := estimated.history) is not None:

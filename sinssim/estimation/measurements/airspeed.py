@@ -23,6 +23,7 @@ class Airspeed(MeasurementKind):
     axes = ("",)
     unit = "mps"
     rounding = "accelerometers"
+    of_north = True
     own_errors: ClassVar = {"wind": (("n", "e"), "mps")}
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:

@@ -21,6 +21,7 @@ class LevelAttitude(MeasurementKind):
     axes = ("x", "y", "z")
     unit = "rad"
     rounding = "gyros"
+    of_north = True
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare with the attitude in the local level; see the base."""
@@ -38,6 +39,7 @@ class EarthAttitude(LevelAttitude):
     """Attitude q_eb relative to Earth-fixed axes, scalar first; residual about the body's axes [rad]."""
 
     columns = ("q_eb_w", "q_eb_x", "q_eb_y", "q_eb_z")
+    of_north = False
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare with the attitude relative to the Earth; see the base."""

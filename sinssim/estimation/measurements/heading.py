@@ -21,6 +21,7 @@ class Heading(MeasurementKind):
     axes = ("",)
     unit = "rad"
     rounding = "gyros"
+    of_north = True
     own_errors: ClassVar = {"deviation": (("sin", "cos"), "rad")}
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:

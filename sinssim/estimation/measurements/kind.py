@@ -1,8 +1,8 @@
 """The base class of every kind of measurement: residual, H and noise of the readings of an aiding sensor.
 
 The residual is what inertial navigation predicts less the reading, so that to first order residual = H x + noise with
-the errors x of `sinssim.estimation.model`. A sensor's own bias b and scale factor k belong to the reading,
-(1 + k) z + b, and enter H with the opposite sign.
+the errors x of `sinssim.estimation.model`, relative to north; `observe` refers H to the axes of the model. A sensor's
+own bias b and scale factor k belong to the reading, (1 + k) z + b, and enter H with the opposite sign.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import check_name
 from sinssim.estimation.dynamics import PHI, R, earth_rate, earth_rate_slope, rate_error, skew
+from sinssim.estimation.earth_dynamics import refer_to_transported
 from sinssim.estimation.model import ErrorModel
 from sinssim.sensors.aiding.registry import KINDS, load_class
 
@@ -116,6 +117,9 @@ class MeasurementKind:
         mean_rate: whether the reading is compared with the gyros' mean rate since the previous reading.
         at_antenna: whether the reading is that of the satellite antenna, so that the states "gnss lever arm" apply.
         own_errors: axes and unit, as in the streams, of errors that only sensors of this kind have.
+        of_north: whether the reading depends on the direction of north, so that it has no meaning at a pole.
+        turns_with_north: whether H is that of errors relative to north, which `observe` refers to the model's axes;
+            False if it is the same in all axes, as for a velocity of zero.
     """
 
     columns: ClassVar[tuple[str, ...]]
@@ -125,6 +129,8 @@ class MeasurementKind:
     mean_rate: ClassVar[bool] = False
     at_antenna: ClassVar[bool] = False
     own_errors: ClassVar[Mapping[str, tuple[tuple[str, ...], str]]] = {}
+    of_north: ClassVar[bool] = False
+    turns_with_north: ClassVar[bool] = True
 
     @property
     def components(self) -> int:
@@ -238,4 +244,8 @@ def observe(
     arm = np.asarray(measurements.lever_arm, dtype=np.float64)
     if kind.at_antenna and "gnss lever arm" in model.slices:
         arm = arm + parameters["gnss lever arm"]
-    return kind.observe(Comparison(prediction, model, parameters, measurements.label, arm), measurements.value)
+    at = Comparison(prediction, model, parameters, measurements.label, arm)
+    residual, h = kind.observe(at, measurements.value)
+    if model.axes == "transported" and kind.turns_with_north:
+        refer_to_transported(h, prediction.state, prediction.ellipsoid)
+    return residual, h

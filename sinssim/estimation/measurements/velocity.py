@@ -45,6 +45,7 @@ class GnssVelocity(MeasurementKind):
     unit = "mps"
     rounding = "accelerometers"
     at_antenna = True
+    of_north = True
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare at the lever arm; see the base."""
@@ -58,6 +59,7 @@ class ZeroVelocity(MeasurementKind):
     axes = ("n", "e", "d")
     unit = "mps"
     rounding = "accelerometers"
+    turns_with_north = False
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare with the block's own velocity; see the base."""

@@ -115,6 +115,8 @@ def error_plots(run: Run, period: float) -> Iterator[str]:
         return columns, suiting(scale, *(c for column in columns for c in column))
 
     yield _explanation(period, bool(marks))
+    if run.axes == "transported":
+        yield _NEAR_A_POLE
     horizontal = [e.horizontal for e in errors]
     unit = suiting(LENGTHS, *horizontal)
     mile = [] if unit[0] == "mm" else [_mile_an_hour(span, unit[1])]
@@ -141,6 +143,14 @@ def error_plots(run: Run, period: float) -> Iterator[str]:
     yield "</div>"
     if len(names) > 1:
         yield _apart(run, colors, dashes, span, marks)
+
+
+_NEAR_A_POLE = (
+    '<p class="note">The run comes within 1° of a pole, where the direction of north depends on the position. Velocity '
+    "and attitude are therefore compared without a turn about the vertical. The components are along north and east of "
+    "the solution’s place: they change their signs where it passes over the pole.</p>"
+)
+"""What the errors of a run near a pole are."""
 
 
 def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Mark]]:

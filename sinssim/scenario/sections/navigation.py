@@ -78,8 +78,8 @@ class NavigationSection(Section):
     algorithms: tuple[Algorithm, ...] = Field(
         default=("quaternion",),
         min_length=1,
-        description="attitude algorithms, each of which gives a solution; see `sinssim list algorithms`; "
-        'default with a platform: "platform" and "quaternion"',
+        description="attitude algorithms, each of which gives a solution; a filter uses the first; see `sinssim list "
+        'algorithms`; default with a platform: "platform" and "quaternion"',
     )
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")

@@ -25,6 +25,9 @@ from sinssim.sensors.aiding.base.sensor import (
 _DOWN = np.array([1.0, 1.0, -1.0])
 """Factors from north, east, up to north, east, down."""
 
+_NEAR_POLE = np.radians(89.9)
+"""Latitude beyond which an error is added in the tangent plane, because a pole has no metres of longitude."""
+
 
 class _Fault(Section):
     from_s: Moment = Field(description="time at which the fault begins")
@@ -123,6 +126,11 @@ class GnssSection(AidingSensor):
                     antenna.height + error[:, 2],
                 )
             )
+            near = np.abs(antenna.latitude) > _NEAR_POLE
+            if near.any():
+                at = antenna.latitude[near], antenna.longitude[near], antenna.height[near]
+                place = earth.displaced(*at, error[near, 0], error[near, 1], trajectory.ellipsoid)
+                value[near, :2] = np.column_stack(place)
             true = {"gnss-position bias": bias * _DOWN if bias.any() else np.zeros(3), **arm}
             readings.append(s.readings("gnss-position", "gnss-position", time, value, sigma, true, lever_arm=assumed))
         if s.velocity:

@@ -119,6 +119,7 @@ def _navigate(
     dvel: Array,
     weights: Array,
     uniform: bool,
+    first: int,
     p: EarthParameters,
     gravity: int,
     simplified: bool,
@@ -186,7 +187,7 @@ def _navigate(
 
         # --- the body's rotation and specific force over the interval, into the frame of its start
         if k % BLOCK == 0:
-            fill_turns(dtheta, dvel, weights, uniform, k, min(k + BLOCK, count), turns)
+            fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
         b = turn_in_block_k(turns, k % BLOCK)
         c_wb = dcm_k(attitude)
         dx, dy, dz = resolved_k(c_wb, b.dv_x, b.dv_y, b.dv_z)
@@ -302,7 +303,7 @@ def solve(problem: Problem, frame: str) -> None:
     """Navigate in a frame of this file; see `sinssim.strapdown.files.FrameFile`."""
     p = problem
     engine(p.algorithm, p.form)(
-        p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.earth, p.gravity, p.simplified, *p.channel,
+        p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.first, p.earth, p.gravity, p.simplified, *p.channel,
         *azimuth_rule(p, frame), *p.solution, p.azimuth,
     )  # fmt: skip
 

@@ -56,6 +56,7 @@ def _navigate(
     dvel: Array,
     weights: Array,
     uniform: bool,
+    first: int,
     p: EarthParameters,
     gravity: int,
     vertical: int,
@@ -93,7 +94,7 @@ def _navigate(
     for k in range(count):
         dt = time[k + 1] - time[k]
         if k % BLOCK == 0:
-            fill_turns(dtheta, dvel, weights, uniform, k, min(k + BLOCK, count), turns)
+            fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
         b = turn_in_block_k(turns, k % BLOCK)
         c_ib = dcm_k(attitude)
         dx, dy, dz = resolved_k(c_ib, b.dv_x, b.dv_y, b.dv_z)
@@ -166,7 +167,7 @@ def solve(problem: Problem, frame: str) -> None:
     """Navigate in the inertial frame; see `sinssim.strapdown.files.FrameFile`."""
     p = problem
     engine(p.algorithm)(
-        p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.earth, p.gravity, *p.channel, *p.solution
+        p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.first, p.earth, p.gravity, *p.channel, *p.solution
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ neighbours.
 
 from __future__ import annotations
 
-from math import cos, degrees, pi, radians, sin
+from math import cos, degrees, pi, sin
 
 import numpy as np
 
@@ -38,9 +38,7 @@ from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.increments.interval import frame_turn_k
-
-POLAR_LIMIT = radians(89.9)
-"""Latitude [rad] beyond which a north-pointing frame rotates too fast about the vertical."""
+from sinssim.strapdown.polar import POLAR_LIMIT
 
 _EXACT_EVERY = 128  # steps between new sines and cosines of the latitude
 
@@ -236,13 +234,12 @@ def solve(problem: Problem, frame: str) -> None:
     )  # fmt: skip
 
 
-def check(problem: Problem, frame: str, remedy: str = "") -> None:
+def check(problem: Problem, frame: str) -> None:
     """Raise if the solution comes too near to a pole.
 
     Args:
         problem: solved.
         frame: "level".
-        remedy: a sentence with the remedy; "" names the frames that pass the poles.
 
     Raises:
         RunError: it does.
@@ -253,11 +250,11 @@ def check(problem: Problem, frame: str, remedy: str = "") -> None:
     row = int(np.argmax(~(np.abs(latitude) <= POLAR_LIMIT)))
     if not abs(latitude[row]) <= 0.5 * pi:  # no step of a vehicle crosses the pole from 89.9°
         raise ran_away(problem, "latitude", row)
-    remedy = remedy or f"The frames {listed(frames_that(lambda entry: entry.passes_poles))} pass the poles."
+    able = listed(frames_that(lambda entry: entry.passes_poles))
     time = float(problem.time[row])
     raise RunError(
         f"the north-pointing level frame cannot be used within {90.0 - degrees(POLAR_LIMIT):.1f}° of a pole, where "
         f"the direction of north changes too fast: latitude {degrees(latitude[row]):.4f}° at t = {time:.2f} s. "
-        f"{remedy}",
+        f"The frames {able} pass the poles.",
         time=time,
     )

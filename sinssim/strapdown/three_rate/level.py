@@ -83,6 +83,7 @@ def _navigate(
     dtheta: Array,
     dvel: Array,
     weights: Array,
+    first: int,
     p: EarthParameters,
     gravity: int,
     simplified: bool,
@@ -111,7 +112,7 @@ def _navigate(
     loop1, loop2, loop3 = loop_gains_k(time_constant, now.gravity_d, now.k2)
     loop_sum = 0.0
     share = 1.0 / medium_per_slow if extrapolate else 0.0  # of a slow interval
-    k = 0
+    k = first
 
     for row in range(time.shape[0] - 1):
         slow_dt = time[row + 1] - time[row]
@@ -187,6 +188,6 @@ def solve(problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: i
     """Navigate at three rates; see `sinssim.strapdown.files.ThreeRateFile`."""
     p = problem
     engine(p.algorithm, p.form)(
-        p.time, p.dtheta, p.dvel, p.weights, p.earth, p.gravity, p.simplified, *p.channel,
+        p.time, p.dtheta, p.dvel, p.weights, p.first, p.earth, p.gravity, p.simplified, *p.channel,
         fast_per_medium, medium_per_slow, extrapolate, *p.solution,
     )  # fmt: skip

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.frames import FRAMES
 from sinssim.scenario import load_scenario
 from sinssim.scenario.notes import times_not_reached
 from sinssim.scenario.summary import plan_lines
@@ -167,29 +168,38 @@ def test_tables_that_do_not_go_together(tmp_path: Path, text: str, said: str) ->
 
 
 @pytest.mark.parametrize(
-    ("section", "said"),
+    "section",
     [
-        (
-            'frame = "inertial"',
-            'navigation.frame = "inertial" does not apply to [filter], which navigates in the frame',
-        ),
-        ('frame = "wander"', "remove navigation.frame, or [filter]"),
-        ('ellipsoid = "chapter"', 'navigation.ellipsoid = "chapter" does not apply to [filter]'),
-        ('curvature = "simplified"', 'navigation.curvature = "simplified" does not apply to [filter]'),
-        ("rates_hz = [100.0, 50.0, 10.0]", "navigation.rates_hz = [100.0, 50.0, 10.0] does not apply to [filter]"),
-        ('algorithms = ["euler"]', 'does not apply to [filter], which navigates by "quaternion": add "quaternion"'),
+        *(f'frame = "{frame}"' for frame in FRAMES),
+        'ellipsoid = "chapter"',
+        'curvature = "simplified"',
+        "rates_hz = [100.0, 50.0, 10.0]",
+        'algorithms = ["euler"]',
+        'algorithms = ["rotation-vector-3"]',
+        'frame = "transverse"\nroute_deg = [48.0, 11.0, 49.0, 12.0]',
     ],
 )
-def test_what_does_not_reach_the_filter_is_refused(tmp_path: Path, section: str, said: str) -> None:
-    """By name, with what the filter navigates in; the same section without a filter is right."""
-    text = f"{TEXT}\n[navigation]\n{section}\n"
+def test_the_filter_navigates_as_the_section_says(tmp_path: Path, section: str) -> None:
+    scenario = load_scenario(write(tmp_path, f"{TEXT}\n[navigation]\n{section}\n"))
+    assert scenario.filter is not None
+
+
+def test_what_a_filter_cannot_correct_is_refused(tmp_path: Path) -> None:
+    """By name, with what is right; beside the filter, or without one, it is right."""
+    text = f'{TEXT}\n[navigation]\nalgorithms = ["functional-iteration", "quaternion"]\n'
+    said = (
+        "navigation.algorithms = ['functional-iteration', 'quaternion']: [filter] navigates by the first of them, and "
+        "functional-iteration navigates by windows of samples"
+    )
     with pytest.raises(InputError, match=re.escape(said)):
         load_scenario(write(tmp_path, text))
+    behind = text.replace('"functional-iteration", "quaternion"', '"quaternion", "functional-iteration"')
+    assert load_scenario(write(tmp_path, behind)).filter is not None
     alone = text[: text.index("[aiding.gnss]")] + text[text.index("[navigation]") :]
     assert load_scenario(write(tmp_path, alone)).filter is None
 
 
 def test_more_algorithms_beside_the_filter(tmp_path: Path) -> None:
-    """The filter navigates by one of them, and the others stay as they are."""
+    """The filter navigates by the first of them, and the others stay as they are."""
     text = TEXT + '\n[navigation]\nalgorithms = ["euler", "quaternion"]\nframe = "level"\n'
     assert load_scenario(write(tmp_path, text)).navigation.algorithms == ("euler", "quaternion")

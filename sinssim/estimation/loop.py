@@ -1,0 +1,258 @@
+"""One pass of the filter through the data: segments of inertial navigation, and the epochs in each; see `estimate`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sinssim.data import Array, NavState
+from sinssim.errors import InputError, RunError
+from sinssim.estimation.branch import Branches
+from sinssim.estimation.checks.divergence_checks import Diverged, check_covariance
+from sinssim.estimation.dynamics import CORE, PHI
+from sinssim.estimation.earth_dynamics import turn_of_axes
+from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
+from sinssim.estimation.measurements.kind import measurement_kind
+from sinssim.estimation.model import NAVIGATION
+from sinssim.estimation.nominal import rows_of
+from sinssim.estimation.record import HistoryRow, InnovationGate, Record
+from sinssim.estimation.result import Divergence, corrected
+from sinssim.sensors.imu.compensation import compensate_checked
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.strapdown.segments import Segments
+
+_SHORTEST, _OPEN = 1.0, 64.0
+"""Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
+
+_SMALL = np.repeat((100.0, 5.0, 1e-3), 3)
+"""Largest errors of position [m], velocity [m/s] and attitude [rad] carried in the filter over a segment: their
+second-order effects are below 2 mm, 5 µm/s² and 0.1″."""
+
+_NO_NORTH = "relative to north within 0.1° of a pole, where north depends on the position itself"
+"""Why a reading is skipped near a pole."""
+
+
+class Loop:
+    """One pass of the filter through the data."""
+
+    def __init__(
+        self,
+        around: Surroundings,
+        engine: Segments,
+        covariance: Array,
+        gate: float | None,
+        history: bool,
+        row_s: float,
+    ) -> None:
+        self.around, self.engine = around, engine
+        zero_rate = {s for s, r in enumerate(around.readings) if measurement_kind(r.data.kind).mean_rate}
+        self.branches = Branches(covariance, zero_rate)
+        self.filter = self.branches.main.filter
+        self.gates = [InnovationGate(readings, gate) for readings in around.readings]
+        rows = self._expected_rows(row_s)
+        self.record = Record(around.model, around.epochs, around.ellipsoid, rows, history=history)
+        self.done = 0  # epochs that are
+        self._taken = ""  # the last reading that was processed
+        self._compensated = np.zeros(around.model.size)
+        self._history, self._row_s, self._row_at = history, row_s, -np.inf
+        self._begin_row(around.model.size)
+        self._restart = {s: self._begins(s) for s in zero_rate}
+        self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
+
+    def _expected_rows(self, row_s: float) -> int:
+        """Return about how many rows will be stored."""
+        epochs = self.around.epochs
+        due = epochs.second.copy()
+        for readings in self.around.readings:
+            due[readings.epoch[readings.usable]] = True
+        rows = int(np.count_nonzero(due))
+        if row_s:
+            rows = min(rows, int(float(epochs.time[-1] - epochs.time[0]) / row_s) + 1)
+        return rows + 1
+
+    def _begin_row(self, n: int) -> None:
+        """Reset the sums over the interval from this row to the next."""
+        self._transition, self._decay, self._fed = np.eye(n), np.eye(n), np.zeros(n)
+        self._noise, self._information = np.zeros((n, n)), np.zeros((n, n))
+
+    def _begins(self, sensor: int) -> set[int]:
+        """Return the epochs at which an interval of a zero-rate sensor begins."""
+        readings = self.around.readings[sensor]
+        begin = readings.data.time[readings.usable] - readings.interval[readings.usable]
+        return set(np.searchsorted(self.around.epochs.time, begin - 1e-5).tolist())
+
+    def run(self, state: NavState, feedback_s: float | None) -> Divergence | None:
+        """Go through all epochs.
+
+        Args:
+            state: at the first.
+            feedback_s: longest segment of the closed loop, s; None for the open loop.
+
+        Returns:
+            The divergence; None if there is none.
+        """
+        epochs = self.around.epochs
+        ends = np.flatnonzero(epochs.on_edge)
+        length, edge = _SHORTEST if feedback_s else _OPEN, 0
+        try:
+            while self.done < len(epochs.time):
+                now = epochs.time[max(self.done - 1, 0)]
+                reach = np.searchsorted(epochs.time[ends], now + length + 1e-7, side="right") - 1
+                last = int(ends[max(reach, int(np.searchsorted(ends, max(self.done, 1))))])
+                state, as_far = self._stretch(last, edge, state, closed=feedback_s is not None)
+                edge = int(epochs.edge[self.done - 1])
+                if feedback_s is not None:
+                    length = min(2.0 * length, feedback_s) if as_far else min(_SHORTEST, feedback_s)
+        except Diverged as diverged:
+            return diverged.divergence
+        except RunError as error:
+            return Divergence(float(now), self._taken, f"inertial navigation failed: {str(error).rstrip('.')}")
+        return None
+
+    def _stretch(self, last: int, edge: int, state: NavState, *, closed: bool) -> tuple[NavState, bool]:
+        """Process the epochs up to `last`, starting from a state at an edge.
+
+        Returns:
+            The state at the end, after feedback, and whether the end is `last`: the closed loop ends a segment early if
+            its errors become too large.
+        """
+        around, first = self.around, self.done
+        calibration, parameters = self._calibration(), self._parameters()
+        final = int(around.epochs.edge[last])
+        _, samples = self.engine.samples(edge, final)
+        try:
+            nominal = self.engine.navigate(edge, final, state, compensate_checked(samples, calibration))
+        except InputError as error:  # the data are valid; the feedback is not
+            now = float(around.epochs.time[max(first - 1, 0)])
+            why = f"navigation is impossible after the feedback: {str(error).rstrip('.')}"
+            raise Diverged(now, self._taken, why) from error
+        line = linearise(around, first, last, nominal, calibration, parameters)
+        for sensor, row in line.skipped:
+            self.gates[sensor].skip(row, _NO_NORTH)
+        try:
+            self._through(line, last, closed)
+        except Diverged:
+            if self.done > first:
+                self._finish(line, first, feed=False)
+            raise
+        return self._finish(line, first, feed=closed), self.done == last + 1
+
+    def _through(self, line: Linearisation, last: int, closed: bool) -> None:
+        """Filter the epochs of a segment, up to `last` or until its errors become too large."""
+        epochs, small = self.around.epochs, True
+        part = slice(line.first, last + 1)
+        rows = zip(epochs.time[part].tolist(), epochs.second[part].tolist(), line.interval.tolist(), strict=True)
+        for k, (now, second, interval) in enumerate(rows):
+            epoch = line.first + k
+            if interval:
+                self._predict(line, k, interval)
+            observed = line.observed.get(epoch, ())
+            for one in observed:
+                self._update(one, epoch)
+            known = self.branches.known(now)
+            self.record.note(known.x, known.covariance)
+            self.done = epoch + 1
+            if closed and observed and np.any(np.abs(self.filter.x[:CORE]) > _SMALL):
+                small = False
+            ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
+            due = observed or ends or second
+            if due and (now - self._row_at >= self._row_s - 1e-6 or epoch == len(epochs.time) - 1):
+                self._keep(epoch, known.covariance)
+            if ends:
+                return
+
+    def _finish(self, line: Linearisation, first: int, *, feed: bool) -> NavState:
+        """Record the results of a segment, and return the state at its end after feedback."""
+        around, count = self.around, self.done - first
+        fed = np.where(around.model.fed_back, self.filter.x, 0.0) if feed else np.zeros(around.model.size)
+        end, turn = rows_of(line.state, slice(count - 1, count)), None
+        if feed:
+            before, end = end, corrected(end, fed[None], around.ellipsoid, around.model.axes)
+            turn = turn_of_axes(before, end, len(fed)) if around.model.axes == "transported" else None
+        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end, turn)
+        self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
+        for branch in self.branches.every():
+            branch.filter.x = branch.filter.x - fed
+        inside = self._row_at < around.epochs.time[self.done - 1]  # of the interval between two rows
+        if inside:
+            self._fed = self._fed + fed
+        if turn is not None:
+            for branch in self.branches.every():
+                branch.turn(turn)
+            if inside:
+                self._transition, self._decay, self._fed = turn @ self._transition, turn @ self._decay, turn @ self._fed
+                self._noise = turn @ self._noise @ turn.T
+        return NavState(*(part[0] for part in vars(end).values()))
+
+    def _parameters(self) -> dict[str, Array]:
+        model = self.around.model
+        return {b.name: self._compensated[model.slices[b.name]] for b in model.blocks[len(NAVIGATION) :]}
+
+    def _calibration(self) -> ImuErrors:
+        """Return the compensated errors of the inertial sensors."""
+        found = self._parameters()
+
+        def triad(name: str) -> TriadErrors:
+            matrix = np.zeros((3, 3))
+            matrix[~np.eye(3, dtype=bool)] = found.get(f"{name} misalignment", 0.0)
+            bias, scale = (found.get(f"{name} {what}", np.zeros(3)) for what in ("bias", "scale"))
+            return TriadErrors(bias=bias, scale=scale, misalignment=matrix)
+
+        return ImuErrors(triad("gyro"), triad("accelerometer"))
+
+    def _predict(self, line: Linearisation, k: int, interval: float) -> None:
+        phi, q = line.phi[k], line.q[k]
+        if self._history:
+            self._transition = phi @ self._transition
+            self._noise = phi @ self._noise @ phi.T + q
+            self._decay = phi @ self._decay
+            self._fed = phi @ self._fed
+        if not self._restart and not self.branches.waiting:  # by far the most frequent case
+            self.filter.predict(phi, q)
+            return
+        came = {}
+        for sensor, begins in self._restart.items():
+            if line.first + k - 1 in begins:
+                for branch in self.branches.every():
+                    branch.cross[sensor] = np.zeros((len(phi), 3))
+            # φ̇ = … − C w: noise at mid-interval
+            at_start = phi[:, PHI] if line.turn is None else phi[:, PHI] @ line.turn[k]
+            half_way = -0.5 * (at_start + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
+            came[sensor] = half_way * (self.around.model.gyro_noise**2 * interval)
+        for branch in self.branches.every():
+            branch.predict(phi, q, came)
+
+    def _update(self, one: Observed, epoch: int) -> None:
+        readings = self.around.readings[one.sensor]
+        data, now = readings.data, float(self.around.epochs.time[epoch])
+        interval, gate, main = one.interval, self.gates[one.sensor], self.branches.main
+        r = np.diag(one.variance)
+        innovation = main.innovation(one, r, interval)
+        name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
+        if not np.isfinite(innovation.nis):
+            raise Diverged(now, name, "the innovation is not finite")
+        arrival = float(data.arrival[one.row])
+        if arrival > now + 1e-6:
+            self.branches.wait(arrival)
+        for branch in self.branches.waiting:  # each branch by its own estimate
+            if branch.holds(arrival) and gate.admits(branch.innovation(one, r, interval)):
+                branch.take(one, r, interval)
+        if not gate.passes(one.row, innovation):
+            return
+        main.take(one, r, interval)
+        self._taken = name
+        if self._history:
+            seen = one.h @ self._transition
+            self._information += seen.T @ (seen / one.variance[:, None])
+            self._decay = self._decay - self.filter.gain @ (one.h @ self._decay)
+        check_covariance(self.filter.covariance, self._varying, now, name)
+
+    def _keep(self, epoch: int, known: Array) -> None:
+        row = None
+        if self._history:
+            row = HistoryRow(
+                self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
+                self._decay, self._fed,
+            )  # fmt: skip
+            self._begin_row(self.around.model.size)
+        self._row_at = float(self.around.epochs.time[epoch])
+        self.record.keep(epoch, known, row)

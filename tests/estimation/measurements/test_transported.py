@@ -1,0 +1,116 @@
+"""H in transported axes is the derivative of the residual, also near a pole, for every kind of measurement."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim.data import Array, Measurements, NavState
+from sinssim.earth.models import WGS84
+from sinssim.estimation import BLOCKS, Block, ErrorModel
+from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
+from sinssim.sensors.aiding.registry import KINDS
+from tests.oracles import integrator as oracle
+from tests.oracles.transported import geodetic, wrong_by
+
+MODEL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS), 0.0, 0.0, axes="transported")
+ARM, RATE = np.array([1.5, -0.4, -2.0]), np.array([0.05, -0.3, 0.2])
+C_NB = Rotation.from_euler("ZYX", (1.1, 0.2, -0.5))
+OMEGA_E = np.array([0.0, 0.0, oracle.OMEGA])
+STEP = np.repeat((1.0, 1e-2, 1e-4), 3)
+
+
+class Truth(NamedTuple):
+    """A place and a velocity."""
+
+    place: tuple[float, float, float]
+    velocity: Array
+
+
+def reading(kind: str, truth: Truth) -> Array:
+    """Return the reading of a perfect sensor, all in Earth-fixed axes."""
+    c_en = oracle.ned_axes(*truth.place[:2]).T
+    c_eb = c_en @ C_NB.as_matrix()
+    turning = RATE - c_eb.T @ OMEGA_E
+    velocity = c_en @ truth.velocity + c_eb @ np.cross(turning, ARM)
+    antenna = geodetic(oracle.geodetic_to_ecef(*truth.place) + c_eb @ ARM, truth.place)
+    readings = {
+        "gnss-position": np.array(antenna),
+        "gnss-velocity": c_en.T @ velocity,
+        "zero-velocity": truth.velocity,
+        "zero-rate": turning,
+        "baro-height": np.array([truth.place[2]]),
+        "heading": np.array([1.1]),
+        "speed": (c_eb.T @ velocity)[:1],
+        "airspeed": np.array([np.linalg.norm(velocity)]),
+        "attitude": C_NB.as_quat(scalar_first=True),
+        "earth-attitude": Rotation.from_matrix(c_eb).as_quat(scalar_first=True),
+    }
+    return readings[kind]
+
+
+def residual(kind: str, truth: Truth, x: Array) -> tuple[Array, Array]:
+    """Return residual and H where navigation is wrong by x."""
+    place, velocity, c_nb = wrong_by(truth.place, truth.velocity, C_NB, x)
+    state = NavState(*(np.array([c]) for c in place), velocity[None], c_nb.as_quat(scalar_first=True)[None])
+    errors = measurement_kind(kind).errors
+    given = Measurements(kind, np.zeros(1), np.zeros(1), reading(kind, truth)[None], np.ones((1, errors)), ARM)
+    known = {block.name: np.zeros(block.size) for block in MODEL.blocks[3:]}
+    y, h = observe(given, Prediction(state, RATE[None], WGS84), MODEL, known)
+    return y[0], h[0]
+
+
+# 10 m from a pole a metre turns north by 0.1 rad: readings relative to north are not used so near
+LATITUDES = [0.8, -np.radians(89.0), np.radians(89.9)]
+CASES = [(kind, latitude) for kind in KINDS for latitude in LATITUDES]
+CASES += [(kind, np.radians(89.9999)) for kind in KINDS if not measurement_kind(kind).of_north]
+
+
+@pytest.mark.parametrize(("kind", "latitude"), CASES)
+def test_h_is_the_derivative_of_the_residual(kind: str, latitude: float) -> None:
+    moving = 0.0 if kind == "zero-velocity" else 1.0
+    truth = Truth((latitude, -2.0, 7000.0), moving * np.array([120.0, -80.0, 6.0]))
+    at_truth, h = residual(kind, truth, np.zeros(9))
+    np.testing.assert_allclose(at_truth, 0.0, atol=1e-8)  # rounding of positions on the Earth
+    for block in (slice(0, 3), slice(3, 6), slice(6, 9)):
+        for j in range(block.start, block.stop):
+            x = np.zeros(9)
+            x[j] = STEP[j]
+            slope = (residual(kind, truth, x)[0] - residual(kind, truth, -x)[0]) / (2.0 * STEP[j])
+            # a metre over the distance from the pole, to the second power
+            curved = (STEP[0] / (6.4e6 * np.cos(latitude))) ** 2 if block.start == 0 else 0.0
+            bound = (1e-6 + curved) * np.abs(h[:, block]).max() + 2e-9 / STEP[j]
+            assert np.abs(slope - h[:, j]).max() < bound, j
+
+
+def test_readings_of_a_vehicle_at_rest_do_not_depend_on_north() -> None:
+    """Zero velocity at the pole itself, where tan φ would be 1e16."""
+    truth = Truth((0.5 * np.pi, 0.3, 100.0), np.zeros(3))
+    for kind in ("zero-velocity", "gnss-position", "baro-height"):
+        _, h = residual(kind, replace_velocity(truth), np.zeros(9))
+        assert np.abs(h[:, :9]).max() <= 10.0
+
+
+def replace_velocity(truth: Truth) -> Truth:
+    """Return a truth with the small velocity of a solution that stands."""
+    return truth._replace(velocity=np.array([1e-3, -2e-3, 1e-3]))
+
+
+def test_relative_to_north_nothing_changes() -> None:
+    """With axes "north" `observe` leaves H as the kind made it."""
+    truth = Truth((0.8, -2.0, 7000.0), np.array([120.0, -80.0, 6.0]))
+    state = NavState(*(np.array([c]) for c in truth.place), truth.velocity[None],
+                     C_NB.as_quat(scalar_first=True)[None])  # fmt: skip
+    given = Measurements("gnss-velocity", np.zeros(1), np.zeros(1), truth.velocity[None], np.ones((1, 3)), ARM)
+    known = {block.name: np.zeros(block.size) for block in MODEL.blocks[3:]}
+    at = Prediction(state, RATE[None], WGS84)
+    north, level = (observe(given, at, replace(MODEL, axes=axes), known)[1][0] for axes in ("north", "transported"))
+    assert not north[:, 1].any()
+    swing = C_NB.as_matrix() @ np.cross(RATE - C_NB.as_matrix().T @ oracle.ned_axes(0.8, -2.0) @ OMEGA_E, ARM)
+    psi = np.tan(0.8) / (oracle.A / np.sqrt(1.0 - oracle.F * (2.0 - oracle.F) * np.sin(0.8) ** 2) + 7000.0)
+    moved = truth.velocity + swing
+    np.testing.assert_allclose(level[:, 1], psi * np.array([-moved[1], moved[0], 0.0]), rtol=1e-6, atol=3e-11)
