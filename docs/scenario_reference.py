@@ -87,6 +87,8 @@ EXAMPLES: dict[str, Any] = {
     "imu.faults.gyro_deg_h": [0.0, 0.0, 10.0],
     "imu.faults.gyro_arcsec": [0.0, 100.0, 0.0],
     "imu.faults.gyro_deg_s": 10.0,
+    "ensemble.epoch_s": 10.0,
+    "ensemble.solution": "aided",
     "coordinate": "pitch",
     "rms_arcsec": 20.0,
     "rms_mm": 0.05,
@@ -104,7 +106,11 @@ CHOSEN = {
     "Saturation": {"gyro_deg_s"},
 }
 
-LEG_EXAMPLES = {leg.__name__: leg.example for leg in LEGS}
+LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in LEGS} | {
+    "Normal": {"key": "navigation.initial_error.heading_arcmin", "mean": 0.0, "sigma": 3.0},
+    "Uniform": {"key": "imu.temperature_start_c", "low": -20.0, "high": 40.0},
+    "Choice": {"key": "imu.rate_hz", "values": [100.0, 200.0]},
+}
 """Keys of a valid leg by the name of its class: what its file gives as an example."""
 
 # Tables that exclude others of the example: they are shown as comments.
@@ -271,6 +277,7 @@ def reference() -> str:
         "navigation": "Navigation",
         "filter": "The filter",
         "output": "Further coordinates",
+        "ensemble": "Many runs",
     }
     page = [INTRODUCTION]
     order = [name for name in properties if name in motions] + [

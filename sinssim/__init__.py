@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from sinssim.algorithms import ALGORITHMS
     from sinssim.data import ImuData, Measurements, NavSolution, NavState, SingularityEvent
     from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS
+    from sinssim.ensembles.result import EnsembleResult
+    from sinssim.ensembles.running.run import ensemble
     from sinssim.errors import InputError, RunError, SinssimError
     from sinssim.estimation.estimate import estimate
     from sinssim.frames import FRAMES
@@ -32,6 +34,7 @@ __all__ = [
     "FRAMES",
     "GRADES",
     "GRAVITY_MODELS",
+    "EnsembleResult",
     "ImuData",
     "InputError",
     "Measurements",
@@ -44,6 +47,7 @@ __all__ = [
     "SinssimError",
     "Trajectory",
     "emulate",
+    "ensemble",
     "estimate",
     "fly",
     "load_scenario",
@@ -56,6 +60,7 @@ __getattr__, __dir__ = on_first_use(
     {
         "ALGORITHMS": "sinssim.algorithms",
         "ELLIPSOIDS": "sinssim.earth.models",
+        "EnsembleResult": "sinssim.ensembles.result",
         "FRAMES": "sinssim.frames",
         "GRADES": "sinssim.sensors.imu.grades",
         "GRAVITY_MODELS": "sinssim.earth.models",
@@ -71,6 +76,7 @@ __getattr__, __dir__ = on_first_use(
         "SinssimError": "sinssim.errors",
         "Trajectory": "sinssim.truth.trajectory",
         "emulate": "sinssim.sensors.imu.emulate",
+        "ensemble": "sinssim.ensembles.running.run",
         "estimate": "sinssim.estimation.estimate",
         "fly": "sinssim.truth.source",
         "load_scenario": "sinssim.scenario.load",

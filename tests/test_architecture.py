@@ -19,7 +19,7 @@ PACKAGE = Path(sinssim.__file__).parent
 LAYERS = [
     # what stands under everything
     "errors", "lazy", "moved", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
-    "transverse", "checks", "jit", "rotation", "earth",
+    "transverse", "checks", "jit", "rotation", "earth", "statistics",
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe
@@ -34,9 +34,11 @@ LAYERS = [
     "truth", "sensors", "platform", "noise_identification", "alignment", "estimation",
     "recording.scales", "recording.sensor_comparison",
     "simulation.initial_error", "simulation.navigation", "simulation.one_component", "simulation.result",
+    "ensembles",
     "studies", "recording",
     "studies.in_coordinates",  # compares what the streams of a run have
     "studies.compare",  # runs a study and writes its directory, as simulation does with a run
+    "ensembles.running",  # the same for an ensemble
     "simulation", "cli", "__main__",
 ]  # fmt: skip
 """Modules and packages, each of which may import those before it; the longest name that fits counts."""

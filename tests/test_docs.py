@@ -54,3 +54,32 @@ def test_scenario_and_commands_of_the_filter(tmp_path):
         assert load_scenario(name).filter is not None
     for link in re.findall(r"\]\(([\w./-]+)\)", page):
         assert (DOCS / link).exists(), link
+
+
+def test_examples_of_ensembles(capsys, tmp_path, monkeypatch):
+    """The page's numbers: circles by closed form where there is one, percentiles of the drawn rates by numpy."""
+    page = (DOCS / "ensembles.md").read_text(encoding="utf-8")
+    statistics, whole = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(statistics, names)
+    first, second = capsys.readouterr().out.splitlines()
+    wanted = np.percentile(names["rates"], [50.0, 95.0], method="median_unbiased")
+    assert first.startswith(f"CEP {wanted[0]:.3f} nmi/h, R95 {wanted[1]:.3f} (")
+    assert 20.0 * 2.4477 < float(second.split()[0]) < 30.0 * 2.4477
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(whole, names)
+    shape = capsys.readouterr().out.split(") ")[0]
+    assert shape == "(80, 11, 3"
+    assert sorted(file.name for file in Path("tables").iterdir()) == ["errors.parquet", "runs.parquet"]
+
+
+def test_scenario_and_links_of_ensembles(tmp_path):
+    page = (DOCS / "ensembles.md").read_text(encoding="utf-8")
+    (keys,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / "page.toml"
+    path.write_text(f'name = "page"\n[parked]\nlatitude_deg = 50.0\nduration_s = 60.0\n{keys}', encoding="utf-8")
+    scenario = load_scenario(path)
+    assert scenario.ensemble.vary[0].key == "parked.heading_deg"
+    for link in re.findall(r"\]\(([\w./-]+)\)", page):
+        assert (DOCS / link).exists(), link

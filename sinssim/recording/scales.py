@@ -35,7 +35,7 @@ def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
     Returns:
         The unit's name, and its size in SI; the largest unit if a value is not finite.
     """
-    largest = max((float(np.abs(v).max()) for v in values), default=0.0)
+    largest = max((float(np.abs(v).max(initial=0.0)) for v in values), default=0.0)
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
 
 

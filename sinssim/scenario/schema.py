@@ -9,7 +9,7 @@ from typing import Any, Self
 from pydantic import Field, field_validator, model_validator
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
-from sinssim.errors import InputError, shortened
+from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
     check_correctable,
@@ -17,6 +17,7 @@ from sinssim.frames import (
 )
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.compensation import CompensationSection
+from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.scenario.sections.filter import FilterSection
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
@@ -27,6 +28,7 @@ from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
 from sinssim.scenario.sections.within_imu.sensor_set import Platform
+from sinssim.scenario.variation import check_variation
 from sinssim.section import (
     Name,
     Section,
@@ -44,7 +46,18 @@ _OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
 _BESIDE_PLATFORM = (PLATFORM, "quaternion")
 """The default algorithms of a scenario with a platform."""
 
-_IN_SPACE = ("vibration", "isolator", "truth", "imu", "compensation", "aiding", "navigation", "filter", "output")
+_IN_SPACE = (
+    "vibration",
+    "isolator",
+    "truth",
+    "imu",
+    "compensation",
+    "aiding",
+    "navigation",
+    "filter",
+    "output",
+    "ensemble",
+)
 """The tables of a run in three dimensions, which a one-component run does not have."""
 
 
@@ -74,6 +87,7 @@ class Scenario(Section):
     navigation: NavigationSection = Field(default=NavigationSection())
     filter: FilterSection | None = None
     output: OutputSection = Field(default=OutputSection())
+    ensemble: EnsembleSection | None = None
     views: tuple[str, ...] = Field(
         default=(),
         description="files (.py) of your own views, relative to this file, recorded with the run; see views.md",
@@ -282,6 +296,32 @@ class Scenario(Section):
                         "navigation.algorithms"
                     )
 
+    @model_validator(mode="after")
+    def _ensemble_is_possible(self) -> Self:
+        if self.ensemble is None:
+            return self
+        known = [*self.navigation.algorithms, *(["aided"] if self.filter else [])]
+        if self.ensemble.solution is not None and self.ensemble.solution not in known:
+            raise ValueError(f"ensemble.solution: {unknown_name('solution', self.ensemble.solution, known)}")
+        if self.ensemble.vary:
+            try:
+                check_variation(self, self.ensemble, self.contents(without=("ensemble",)))
+            except ValueError as error:
+                raise ValueError(f"ensemble.{error}") from error
+        return self
+
+    def contents(self, without: Iterable[str] = ()) -> dict[str, Any]:
+        """Return the contents of the scenario's file with every default, as TOML can hold them.
+
+        Args:
+            without: tables to leave out.
+
+        Returns:
+            Tables, arrays and values by key; `Scenario.model_validate` makes an equal scenario of them.
+        """
+        found = {key: value for key, value in self.as_written().items() if key not in set(without)}
+        return dict(_without_none(found))
+
     def as_written(self) -> dict[str, Any]:
         """Return the contents of the scenario's file with every default, as `model_dump`.
 
@@ -301,7 +341,7 @@ class Scenario(Section):
         """
         import tomli_w
 
-        text = tomli_w.dumps(_without_none(self.as_written()))
+        text = tomli_w.dumps(self.contents())
         comment = "".join(f"# {line}\n" for line in about_filter)
         return text.replace("\n[filter]\n", f"\n[filter]\n{comment}")
 

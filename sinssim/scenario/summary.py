@@ -80,6 +80,11 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         named = scenario.filter.states
         states = "states by default" if named is None else ", ".join(named) or "no states of the inertial sensors"
         yield f"filter      {states}; {given(scenario.filter, 'states') or 'all by default'}"
+    if scenario.ensemble is not None:
+        others = given(scenario.ensemble, "vary", "runs")
+        yield f"ensemble    runs = {scenario.ensemble.runs}{', ' if others else ''}{others}"
+        for one in scenario.ensemble.vary:
+            yield f"  varied    {one.key}: {one.type}, {values_of(one, 'type', 'key')}"
     yield f"seed        {scenario.seed}"
     for sentence in (
         *earth_of_the_navigator(scenario),
@@ -184,16 +189,17 @@ def given(section: BaseModel, *without: str) -> str:
     return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
 
 
-def values_of(section: BaseModel) -> str:
+def values_of(section: BaseModel, *without: str) -> str:
     """Return all values of a table, defaults included.
 
     Args:
         section: the table.
+        without: keys to leave out.
 
     Returns:
         "key = value, …".
     """
-    return _values(section.model_dump())
+    return _values(section.model_dump(exclude=set(without)))
 
 
 def _values(values: Mapping[str, object]) -> str:

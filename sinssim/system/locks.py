@@ -40,6 +40,32 @@ def hold(folder: Path) -> int:
         os.close(file)  # another process has removed the folder meanwhile
 
 
+def try_hold(folder: Path) -> int | None:
+    """Mark a folder as in use, unless another process has.
+
+    Args:
+        folder: an existing folder.
+
+    Returns:
+        Descriptor of the locked file, as for `hold`; None if another process has locked it. Without locks, on Windows
+        or on some network drives, the folder is taken as free.
+
+    Raises:
+        OSError: the file cannot be opened.
+    """
+    file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
+    if sys.platform == "win32":
+        return file
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(file)
+        return None
+    except OSError:  # a file system without locks
+        return file
+    return file
+
+
 def remove_unused(folder: Path) -> bool:
     """Remove a folder unless a process has marked it as in use.
 

@@ -33,7 +33,17 @@ _APART = 1 << 41
 """Offset of the seed, far from the seeds of scenarios and of calibrations."""
 
 
-def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: NavState, errors: TrueErrors) -> Aided:
+# Long: the stages of an aided run in order.
+def aid_run(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    imu: ImuData,
+    initial: NavState,
+    errors: TrueErrors,
+    *,
+    history: bool = True,
+    row_s: float | None = None,
+) -> Aided:
     """Emulate a scenario's aiding sensors, run its filter, and compare the estimate with the truth.
 
     Args:
@@ -42,6 +52,10 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
         imu: increments that the engine navigates on.
         initial: state that navigation starts from.
         errors: the true errors of the inertial sensors in this run.
+        history: whether to keep the history for smoothing and observability; without it nothing is smoothed. The aided
+            solution is the same.
+        row_s: least time between stored rows of the covariance, s; by default about 2000 rows are kept, all of them if
+            the scenario smooths.
 
     Returns:
         The aided solution; if the filter diverged, it ends there.
@@ -53,7 +67,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     section, aiding, navigation = scenario.filter, scenario.aiding, scenario.navigation
     assert section is not None
     assert aiding is not None
-    vehicle = Vehicle(trajectory, scenario.seed, partial(_navigate_beside, scenario, trajectory))
+    vehicle = Vehicle(trajectory, scenario.seed, partial(navigate_beside, scenario, trajectory))
     sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
@@ -61,6 +75,9 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     start = Start(imu, initial, None)
     if section.alignment_s is not None:
         start = _aligned(scenario, trajectory, start, measurements, model)
+    smooth = section.smooth and history
+    if row_s is None:
+        row_s = 0.0 if smooth else float(imu.time[-1] - imu.time[0]) / ROWS
     solution = estimate(
         start.imu,
         start.state,
@@ -70,9 +87,9 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
         loop=section.loop,
         rate_hz=section.rate_hz,
         gate=section.gate or None,
-        smooth=section.smooth,
-        history=True,
-        row_s=0.0 if section.smooth else float(imu.time[-1] - imu.time[0]) / ROWS,
+        smooth=smooth,
+        history=history,
+        row_s=row_s,
         algorithm=navigation.algorithms[0],
         frame=navigation.frame,
         gravity=navigation.gravity,
@@ -87,7 +104,7 @@ def aid_run(scenario: Scenario, trajectory: Trajectory, imu: ImuData, initial: N
     return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
 
 
-def _navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
+def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
     """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.emulate import emulate

@@ -1,0 +1,99 @@
+"""`sinssim ensemble`: many runs of a scenario, and the statistics of their errors."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json, Quiet, ScenarioName, Settings
+from sinssim.cli.terminal import console, one_bar, print_json, program_name
+
+
+# Long: every option is a parameter, and the docstring is the help.
+def command(
+    scenario: ScenarioName,
+    runs: Annotated[
+        int | None,
+        typer.Option("--runs", "-n", metavar="N", help="Number of runs.", show_default="ensemble.runs, or 1000"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-ensemble"),
+    ] = None,
+    settings: Settings = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue an ensemble, or extend it to more runs.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing ensemble; your own files stay.")
+    ] = False,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            metavar="N",
+            help="Runs computed at a time on this machine: threads, or processes for a filter.",
+            show_default="the number of cores",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", help="Workers of a dask cluster on this machine, instead of threads."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler to use, for example tcp://10.0.0.1:8786."),
+    ] = None,
+    sheet: Annotated[
+        bool, typer.Option("--sheet", help="Print the performance of the unit in the words of a data sheet.")
+    ] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Run a scenario many times with other random numbers, and give the errors of the population.
+
+    Writes a directory with a report (report.html, self-contained), a figure for a paper (ensemble.svg, ensemble.png),
+    all numbers (summary.json), a recording for the view *ensemble* (recording.rrd) and the errors of every run at the
+    epochs (runs/, Parquet). Ctrl-C leaves the finished groups of runs and their report; --resume continues.
+
+    Run i is `sinssim run SCENARIO --set seed=S_i`, bit for bit; the commands of the worst, the median and the best run
+    are printed. The keys to vary from run to run are in [[ensemble.vary]] of the scenario.
+
+    Examples:
+
+        sinssim ensemble first_flight --runs 1000
+        sinssim ensemble gyrocompassing --runs 50 --sheet
+    """
+    from sinssim.scenario import load_scenario
+
+    plan = load_scenario(scenario, settings or ())
+    directory = out or Path("runs") / f"{plan.name}-ensemble"
+    from sinssim.ensembles.running.run import ensemble
+
+    def say(text: str) -> None:
+        if not quiet:
+            print(text, file=sys.stderr)
+
+    with one_bar(show=not quiet) as progress:
+        result = ensemble(
+            plan, runs, directory, resume=resume, overwrite=overwrite, threads=threads, workers=workers,
+            scheduler=scheduler, progress=progress, say=say,
+        )  # fmt: skip
+    from sinssim.ensembles.summary import ensemble_numbers
+
+    numbers = ensemble_numbers(result)
+    if as_json:
+        from sinssim.recording.store.summary import plain
+
+        print_json(plain(numbers))
+    elif not quiet:
+        from sinssim.recording.tables.ensemble import show, show_sheet
+
+        if sheet:
+            show_sheet(result, numbers, console(least_width=120))
+        else:
+            show(result, numbers, console(least_width=120), program_name())
+        print(f"Report: {directory / 'report.html'}    (in any browser)")
+        print(f"View:   {program_name()} view {directory}    (--web: in a browser)")

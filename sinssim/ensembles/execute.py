@@ -1,0 +1,143 @@
+"""Computes the errors of the runs of an ensemble at its epochs: `errors_of_runs`, the only place that does.
+
+A run is computed by the same functions, on the same numbers, as by `sinssim run`, and has the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import NavSolution
+from sinssim.ensembles.fill_in import check_finite, fill_in, rows_at
+from sinssim.ensembles.members import Member, member
+from sinssim.ensembles.run_errors import RunErrors, empty
+from sinssim.errors import SinssimError
+from sinssim.strapdown.nav_error import NavError, navigation_error
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.plan import Plan
+    from sinssim.ensembles.truth import Truth, TruthCache
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.result import Run
+
+_ROWS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
+
+
+def errors_of_runs(
+    plan: Plan, runs: range, truths: TruthCache, on_run: Callable[[int], None] | None = None
+) -> RunErrors:
+    """Compute some runs of an ensemble and return their errors at its epochs.
+
+    Whatever computes them otherwise, such as many pure inertial runs on one motion together, is called from here.
+
+    Args:
+        plan: the plan of the ensemble.
+        runs: numbers of the runs.
+        truths: true motions that are kept between calls.
+        on_run: called with the number of further runs that are finished; it may raise to abandon the rest.
+
+    Returns:
+        The errors; a run that fails has the reason in `failure`, and its errors are NaN.
+    """
+    errors = empty(len(runs), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
+    for row, number in enumerate(runs):
+        one = member(plan.scenario, number)
+        errors.number[row], errors.seed[row] = number, one.seed
+        for key, value in one.values.items():
+            errors.values[key][row] = value
+        try:
+            errors_of_run(plan, one, truths, errors, row)
+        except SinssimError as error:
+            _fail(errors, row, str(error))
+        except MemoryError:  # no property of the run: another machine, or fewer runs at a time, would do
+            raise
+        except Exception as error:  # whatever went wrong in one of a thousand runs is a result to report
+            _fail(errors, row, f"{type(error).__name__}: {error}")
+        if on_run is not None:
+            on_run(1)
+    return errors
+
+
+def errors_of_run(plan: Plan, one: Member, truths: TruthCache, errors: RunErrors, row: int) -> None:
+    """Compute one run, and fill in its row.
+
+    Args:
+        plan: the plan of the ensemble.
+        one: the run.
+        truths: true motions that are kept between calls.
+        errors: errors of several runs.
+        row: the row to fill in.
+
+    Raises:
+        SinssimError: the run fails.
+    """
+    from sinssim.scenario.route import check_route, check_route_flown
+    from sinssim.simulation.result import Run
+
+    scenario = one.scenario
+    if one.values:
+        check_route(scenario)
+    truth = truths.of(scenario)
+    check_route_flown(scenario, truth.time, truth.state)
+    run = Run(scenario)
+    run.trajectory, run.time, run.ideal, run.truth = truth.trajectory, truth.time, truth.ideal, truth.state
+    _sense(run)
+    errors.end[row] = truth.time[-1]
+    if plan.filtered:
+        from sinssim.ensembles.filtered import fill_in_filtered
+
+        fill_in_filtered(plan, run, errors, row)
+        return
+    error, rows = _inertial(plan, run, truth)
+    check_finite(error)
+    fill_in(errors, row, error, rows)
+
+
+def _sense(run: Run) -> None:
+    """Fill in the readings of the sensors, and the compensated increments."""
+    from sinssim.sensors.imu.compensation import compensate
+    from sinssim.sensors.sets.reading import read
+
+    true = run.true_errors
+    run.readings = read(run.trajectory, run.ideal, run.scenario.imu, run.scenario.seed, true)[1]
+    run.compensated = run.measured if true.calibration is None else compensate(run.measured, true.calibration)
+
+
+def _inertial(plan: Plan, run: Run, truth: Truth) -> tuple[NavError, NDArray[np.intp]]:
+    """Return the errors of an inertial solution at the epochs that it reaches, and which epochs these are."""
+    from sinssim.simulation.navigation import height_reference, solve
+
+    scenario = _by(run.scenario, plan.solution)
+    height = height_reference(scenario, truth.trajectory, truth.state.height)
+    solutions, _ = solve(scenario, truth.trajectory, run.compensated, run.readings.attitude, height)
+    solution = solutions[plan.solution]
+    epochs, rows = rows_at(plan.epochs, solution.time)
+    # the states of all rows first: a single row may have other last bits than in an array
+    whole = truth.state if len(solution.time) == len(truth.time) else truth.trajectory.state(solution.time)
+    kept = NavSolution(
+        **{name: getattr(solution, name)[rows] for name in _ROWS}, algorithm=solution.algorithm, events=()
+    )
+    there = replace(whole, **{name: value[rows] for name, value in vars(whole).items()})
+    return navigation_error(there, kept, truth.trajectory.ellipsoid), epochs
+
+
+def _by(scenario: Scenario, algorithm: str) -> Scenario:
+    """Return a scenario that navigates by one of its algorithms alone."""
+    navigation = scenario.navigation.model_copy(update={"algorithms": (algorithm,)})
+    return scenario.model_copy(update={"navigation": navigation})
+
+
+def _fail(errors: RunErrors, row: int, text: str) -> None:
+    """Mark a run as failed."""
+    errors.failure[row] = text or "it failed without a message."
+    for values in (errors.position_ned, errors.velocity_ned, errors.attitude, errors.final, errors.sigma):
+        if values is not None:
+            values[row] = np.nan
+    for kept in (errors.nees, errors.nees_freedom, errors.nis, errors.nis_freedom):
+        for values in kept.values():
+            values[row] = np.nan

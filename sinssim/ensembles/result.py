@@ -1,0 +1,230 @@
+"""The result of an ensemble: errors of all runs as arrays, and their statistics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.ensembles.members import Member, member
+from sinssim.ensembles.run_errors import VECTORS, RunErrors
+from sinssim.errors import InputError
+from sinssim.statistics.chi_square import Band, mean_square_band
+from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95
+from sinssim.statistics.rates import mean_rate
+from sinssim.statistics.standard_deviation import Spread, spread
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.plan import Plan
+
+
+@dataclass(frozen=True)
+class MeanSquare:
+    """A mean normalised square over the runs, at the epochs.
+
+    Attributes:
+        name: block of the filter's states, or aiding sensor.
+        value: mean per degree of freedom, (K,); 1 is expected; NaN at an epoch without one.
+        band: its χ² band for the number of runs, at each epoch.
+        freedom: degrees of freedom in all, (K,).
+    """
+
+    name: str
+    value: Array
+    band: Band
+    freedom: Array
+
+
+@dataclass(eq=False, repr=False)
+class EnsembleResult:
+    """The result of an ensemble of N runs at K epochs.
+
+    Attributes:
+        plan: what the runs have in common: the scenario, the epochs, the solution.
+        errors: errors of all runs, in the order of their numbers.
+        directory: directory of the ensemble; None if nothing is kept.
+        seconds: duration of the computation, s, of this call alone.
+        computed: number of runs computed by this call; the others had been finished before.
+        notes: remarks on how it was computed, whole sentences.
+    """
+
+    plan: Plan
+    errors: RunErrors
+    directory: Path | None = None
+    seconds: float = 0.0
+    computed: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    def __repr__(self) -> str:
+        failed = int(self.failed.sum())
+        return f"EnsembleResult({self.plan.scenario.name}: {len(self)} runs, {failed} failed, {len(self.time)} epochs)"
+
+    @property
+    def time(self) -> Array:
+        """The epochs, (K,) s."""
+        return self.plan.epochs
+
+    @property
+    def elapsed(self) -> Array:
+        """Time since the start of the run at the epochs, (K,) s."""
+        return self.plan.epochs - self.plan.start
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether each run failed, (N,)."""
+        return self.errors.failed
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Why runs failed, by their number."""
+        return {int(n): text for n, text in zip(self.errors.number, self.errors.failure, strict=True) if text}
+
+    @cached_property
+    def horizontal(self) -> Array:
+        """Horizontal (radial) error r of each run, (N, K) m: infinite for a failed run, NaN after the end of a run."""
+        north, east = self.errors.position_ned[..., 0], self.errors.position_ned[..., 1]
+        return np.where(self.failed[:, None], np.inf, np.hypot(north, east))
+
+    @cached_property
+    def final_horizontal(self) -> Array:
+        """Horizontal error of each run at its own end, (N,) m; infinite for a failed run."""
+        return np.where(self.failed, np.inf, np.hypot(self.errors.final[:, 0], self.errors.final[:, 1]))
+
+    def percentile(self, share: float, confidence: float = 0.95) -> Percentile:
+        """Return a percentile of the horizontal error over the runs, at the epochs.
+
+        Args:
+            share: share of the runs, between 0 and 1.
+            confidence: of its band.
+
+        Returns:
+            The percentile in m, (K,), with its band.
+        """
+        return percentile(self.horizontal, share, confidence)
+
+    @cached_property
+    def cep(self) -> Percentile:
+        """CEP(t) with its 95 % band, (K,) m."""
+        return cep(self.horizontal)
+
+    @cached_property
+    def r95(self) -> Percentile:
+        """R95(t) with its 95 % band, (K,) m."""
+        return r95(self.horizontal)
+
+    @cached_property
+    def mean_rates(self) -> Array:
+        """Rate of each run by the least-squares line through the origin, Σ t r / Σ t², (N,) m/s."""
+        return mean_rate(self.elapsed, self.horizontal)
+
+    @cached_property
+    def end_rates(self) -> Array:
+        """Rate of each run by its end, r(T)/T, (N,) m/s."""
+        lasts = np.where(self.failed, 1.0, self.errors.end - self.plan.start)
+        return np.asarray(self.final_horizontal / lasts)
+
+    def spread(self, quantity: str) -> Spread:
+        """Return mean and σ over the runs of an error by component, at the epochs; failed runs do not count.
+
+        Args:
+            quantity: "position_ned", "velocity_ned" or "attitude".
+
+        Returns:
+            (K, 3) each: m, m/s or rad, with the standard error of σ.
+
+        Raises:
+            InputError: there is no such quantity.
+        """
+        if quantity not in VECTORS:
+            raise InputError(f"quantity = {quantity!r} must be one of {', '.join(VECTORS)}.")
+        return spread(getattr(self.errors, quantity))
+
+    @cached_property
+    def nees(self) -> dict[str, MeanSquare]:
+        """ANEES by block of the filter's states: NEES averaged over the runs; empty without a filter."""
+        return _mean_squares(self.errors.nees, self.errors.nees_freedom)
+
+    @cached_property
+    def nis(self) -> dict[str, MeanSquare]:
+        """NIS by aiding sensor, averaged over the runs and the readings since the previous epoch."""
+        return _mean_squares(self.errors.nis, self.errors.nis_freedom)
+
+    @cached_property
+    def ranking(self) -> NDArray[np.int64]:
+        """Numbers of the runs from the worst to the best: failed ones first, then by the rate Σ t r / Σ t²."""
+        rate = np.where(np.isnan(self.mean_rates), -np.inf, self.mean_rates)
+        return np.asarray(self.errors.number[np.argsort(-rate, kind="stable")])
+
+    def member(self, number: int) -> Member:
+        """Return a run of the ensemble, with its seed, its settings and its scenario.
+
+        Args:
+            number: its number, from 0.
+
+        Returns:
+            The run.
+
+        Raises:
+            InputError: the ensemble has no such run.
+        """
+        if isinstance(number, bool) or not np.any(self.errors.number == number):
+            have = f"{len(self)} runs from {self.errors.number.min()} to {self.errors.number.max()}"
+            raise InputError(f"run {number}: the ensemble has {have}, and not this one.")
+        return member(self.plan.scenario, int(number))
+
+    def command(self, number: int, program: str = "sinssim", scenario: str | None = None) -> str:
+        """Return the command that runs one run of the ensemble in full.
+
+        Args:
+            number: its number, from 0.
+            program: how sinssim is called.
+            scenario: name or file of the scenario; by default the file in the ensemble's directory.
+
+        Returns:
+            The command; its errors are those of the ensemble, bit for bit.
+
+        Raises:
+            InputError: the ensemble has no such run.
+        """
+        import shlex
+
+        if scenario is None:
+            scenario = self.plan.scenario.name if self.directory is None else str(self.directory / "scenario.toml")
+        settings = " ".join(f"--set {shlex.quote(setting)}" for setting in self.member(number).settings)
+        return f"{program} run {shlex.quote(scenario)} {settings}"
+
+    def to_parquet(self, folder: Path | str) -> tuple[Path, Path]:
+        """Write the ensemble as two tables, for any other program.
+
+        Args:
+            folder: folder to write to; made if it does not exist.
+
+        Returns:
+            `errors.parquet`, a row for each run and epoch, and `runs.parquet`, a row for each run with its seed, its
+            varied keys, rates, final errors and failure.
+
+        Raises:
+            InputError: they cannot be written.
+        """
+        from sinssim.ensembles.tables import write_tables
+
+        return write_tables(self.errors, self.time, self.mean_rates, self.end_rates, Path(folder))
+
+
+def _mean_squares(squares: dict[str, Array], freedoms: dict[str, Array]) -> dict[str, MeanSquare]:
+    found = {}
+    for name, square in squares.items():
+        freedom = np.nansum(freedoms[name], axis=0)
+        total = np.nansum(np.where(freedoms[name] > 0.0, square, np.nan), axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            value = np.where(freedom > 0.0, total / freedom, np.nan)
+        found[name] = MeanSquare(name, value, mean_square_band(freedom), freedom)
+    return found

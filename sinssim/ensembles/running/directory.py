@@ -1,0 +1,276 @@
+"""The directory of an ensemble: a manifest, and a file for each group of runs that is finished.
+
+Files of runs are never changed. An ensemble is continued by computing what is missing, and extended by asking for more
+runs.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from sinssim.ensembles.plan import Plan
+from sinssim.ensembles.run_errors import RunErrors, empty, put
+from sinssim.ensembles.running.chunk_file import PART, DamagedChunkError, chunk_name, read_chunk, runs_of
+from sinssim.errors import InputError, shortened
+from sinssim.recording.store.directory import MARK, write_text
+from sinssim.recording.store.summary import versions
+from sinssim.system.locks import MARK as IN_USE
+from sinssim.system.locks import try_hold
+
+MANIFEST, CHUNKS = "ensemble.json", "runs"
+_KIND = "sinssim ensemble"
+_NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
+"""Software whose versions must be the same throughout an ensemble."""
+
+
+class EnsembleDirectory:
+    """The directory of an ensemble, locked while it is used."""
+
+    def __init__(self, path: Path, plan: Plan, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Begin a directory, or continue one.
+
+        Args:
+            path: the directory.
+            plan: the plan of the ensemble.
+            resume: whether an ensemble in it is continued; a missing or empty directory is begun in any case.
+            overwrite: whether an ensemble in it is removed.
+
+        Raises:
+            InputError: the directory holds something else, another ensemble, or cannot be written; or another process
+                uses it.
+        """
+        self.path, self.plan = path.resolve(), plan
+        self._lock: int | None = None
+        taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
+        if taken:
+            found = _manifest(self.path)
+            if not (resume or overwrite):
+                raise InputError(
+                    f"{path} already holds an ensemble. Continue or extend it with --resume, give another folder with "
+                    "-o, or replace it with --overwrite."
+                )
+            if resume:
+                _check_same(found, plan, path)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = try_hold(self.path)
+            if self._lock is None:
+                raise InputError(
+                    f"another process is computing the ensemble in {path}; wait for it, or give another -o."
+                )
+            if taken and overwrite and not resume:
+                _remove(self.path)
+            self._write_manifest()
+            self.chunks.mkdir(exist_ok=True)
+            for left in self.chunks.glob(f".*{PART}"):  # of processes that were killed
+                left.unlink(missing_ok=True)
+        except OSError as error:
+            self.close()
+            raise InputError(
+                f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
+            ) from error
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def chunks(self) -> Path:
+        """Folder of the files of runs."""
+        return self.path / CHUNKS
+
+    def _write_manifest(self) -> None:
+        """Write the manifest and the scenario."""
+        contents = {
+            "kind": _KIND,
+            "digest": self.plan.digest,
+            "seed": self.plan.scenario.seed,
+            "runs_in_a_file": self.plan.chunk,
+            "solution": self.plan.solution,
+            "versions": {name: versions()[name] for name in _NUMERIC},
+            "flight": self.plan.flight,
+            "epochs_s": self.plan.epochs.tolist(),
+            "blocks": self.plan.blocks,
+            "sensors": list(self.plan.sensors),
+            "contents": self.plan.contents,
+        }
+        write_text(self.path / "scenario.toml", self.plan.scenario.to_toml())
+        write_text(self.path / MANIFEST, json.dumps(contents, indent=1) + "\n")
+
+    def finished(self, say: Callable[[str], None] | None = None) -> list[range]:
+        """Return the runs that are finished, in order; a damaged file is named and removed.
+
+        Args:
+            say: called with a sentence about each damaged file.
+
+        Returns:
+            Numbers of the runs, one entry for each file.
+        """
+        found = []
+        files = ((path, runs_of(path)) for path in self.chunks.glob("*.parquet"))
+        end = 0
+        for path, runs in sorted(((p, r) for p, r in files if r is not None), key=lambda item: item[1].start):
+            if runs.start < end:
+                continue  # runs of two files, which two processes wrote without a lock
+            try:
+                read_chunk(path, self.plan)
+                found.append(runs)
+                end = runs.stop
+            except DamagedChunkError as damage:
+                with suppress(OSError):
+                    path.unlink()
+                if say is not None:
+                    say(f"{damage} Its runs {runs.start} to {runs.stop - 1} are computed again.")
+        return found
+
+    def load(self, groups: Sequence[range]) -> RunErrors:
+        """Return the errors of finished runs.
+
+        Args:
+            groups: numbers of the runs of each file, in order.
+
+        Returns:
+            Their errors.
+
+        Raises:
+            DamagedChunkError: a file has changed since it was checked.
+        """
+        plan = self.plan
+        errors = empty(sum(map(len, groups)), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
+        first = 0
+        for runs in groups:
+            put(errors, read_chunk(self.chunks / chunk_name(runs), plan), first)
+            first += len(runs)
+        return errors
+
+    def keep(self, names: list[str]) -> None:
+        """Write the mark by which sinssim recognises the directory and its own files in it.
+
+        Args:
+            names: files beside the manifest, the scenario and the runs.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        files = [MANIFEST, "scenario.toml", *names]
+        text = json.dumps({"kind": _KIND, "versions": versions(), "files": sorted(files)}, indent=1)
+        write_text(self.path / MARK, text + "\n")
+
+    def free(self) -> float:
+        """Return the free space of the disk, MB."""
+        return shutil.disk_usage(self.path).free / 1e6
+
+    def close(self) -> None:
+        """Unlock the directory."""
+        if self._lock is not None:
+            with suppress(OSError):
+                (self.path / IN_USE).unlink(missing_ok=True)
+            os.close(self._lock)
+            self._lock = None
+
+
+def missing(finished: list[range], runs: int, chunk: int) -> list[range]:
+    """Return the runs that are still to be computed, in groups.
+
+    Args:
+        finished: runs of the files, in order, disjoint.
+        runs: number of runs wanted.
+        chunk: runs in a file; a group ends at a multiple of it.
+
+    Returns:
+        Groups of consecutive runs.
+    """
+    groups, start = [], 0
+    for there in [*finished, range(runs, runs)]:
+        stop = min(there.start, runs)
+        while start < stop:
+            end = min((start // chunk + 1) * chunk, stop)
+            groups.append(range(start, end))
+            start = end
+        start = max(start, there.stop)
+    return groups
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    """Return the manifest of a directory.
+
+    Raises:
+        InputError: the directory holds no ensemble.
+    """
+    if not path.is_dir():
+        raise InputError(f"{path} is a file; give the name of a folder with -o.")
+    try:
+        found = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        if found["kind"] != _KIND:
+            raise KeyError("kind")
+        return dict(found)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"the folder {path} is not empty and holds no ensemble: it lacks a readable {MANIFEST}. It stays "
+            "unchanged; give another folder with -o."
+        ) from error
+
+
+def _check_same(found: dict[str, Any], plan: Plan, path: Path) -> None:
+    """Raise unless a manifest is that of the plan's ensemble; the message names the difference."""
+    if found.get("digest") == plan.digest and not _other_versions(found):
+        return
+    if other := _other_versions(found):
+        difference = f"was computed by {other}"
+    elif found.get("seed") != plan.scenario.seed:
+        difference = f"has the seed {found.get('seed')}, not {plan.scenario.seed}"
+    elif text := _difference(found.get("contents"), json.loads(json.dumps(plan.contents))):
+        difference = f"is of another scenario: {text}"
+    elif found.get("epochs_s") != plan.epochs.tolist():
+        difference = f"keeps errors at {len(found.get('epochs_s', ()))} other epochs (ensemble.epoch_s)"
+    elif found.get("flight") != plan.flight:
+        difference = "is of another flight: the aircraft, or the code that flies it, has changed since"
+    else:
+        difference = "has another format"
+    raise InputError(
+        f"the ensemble in {path} cannot be continued: it {difference}. It stays unchanged; give another folder with "
+        "-o, or replace it with --overwrite."
+    )
+
+
+def _other_versions(found: dict[str, Any]) -> str:
+    now, then = versions(), found.get("versions", {})
+    different = [name for name in _NUMERIC if then.get(name) != now[name]]
+    return ", ".join(f"{name} {then.get(name)} instead of {now[name]}" for name in different)
+
+
+def _difference(then: Any, now: Any, path: str = "") -> str:
+    """Describe the first difference of two scenarios' contents; "" without one."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        for key in sorted({*then, *now}):
+            if text := _difference(then.get(key), now.get(key), f"{path}.{key}".lstrip(".")):
+                return text
+        return ""
+    if isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
+        for number, (a, b) in enumerate(zip(then, now, strict=True), start=1):
+            if text := _difference(a, b, f"{path}.{number}"):
+                return text
+        return ""
+    if then == now:
+        return ""
+    shown = [shortened("left out" if value is None else json.dumps(value), 60) for value in (then, now)]
+    return f"{path} was {shown[0]}, now {shown[1]}"
+
+
+def _remove(path: Path) -> None:
+    """Remove what sinssim wrote in the directory of an ensemble; other files stay."""
+    try:
+        names = json.loads((path / MARK).read_text(encoding="utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        names = [MANIFEST, "scenario.toml"]
+    for chunk in (path / CHUNKS).glob("*.parquet"):
+        if runs_of(chunk) is not None:
+            chunk.unlink()
+    for name in (*names, MARK):
+        if isinstance(name, str) and ".." not in Path(name).parts and not Path(name).is_absolute():
+            (path / name).unlink(missing_ok=True)

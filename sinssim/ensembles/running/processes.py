@@ -1,0 +1,162 @@
+"""Worker processes of this machine: for runs with a filter, which hold Python's lock most of the time."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+from sinssim.ensembles.plan import Plan
+from sinssim.ensembles.running.tasks import Abandoned, Compute, OnRun
+from sinssim.errors import RunError
+
+_LIVES = 3
+"""Number of processes that may die on one group of runs before the ensemble fails."""
+
+
+def in_processes(plan: Plan, folder: Path) -> Callable[[threading.Event], Compute]:
+    """Return what makes a thread's function: it has the groups computed by a process of its own.
+
+    A process that dies costs the group that it was computing, which another process computes again.
+
+    Args:
+        plan: the plan of the ensemble.
+        folder: folder of the files of runs.
+
+    Returns:
+        A function for `tasks.work_through`.
+    """
+
+    def worker(stop: threading.Event) -> Compute:
+        process = _Process(plan, folder, stop)
+
+        def compute(runs: range, on_run: OnRun) -> None:
+            told = 0
+
+            def tell(count: int) -> None:
+                nonlocal told
+                told += count
+                on_run(count)
+
+            for _ in range(_LIVES):
+                if process.compute(runs, tell):
+                    return
+                on_run(-told)
+                told = 0
+            raise RunError(
+                f"{_LIVES} processes died while computing the runs {runs.start} to {runs.stop - 1} of the ensemble, "
+                f"the last one by {process.end}. All other finished runs are kept; a machine with more memory, or "
+                "fewer --threads, may help."
+            )
+
+        return compute
+
+    return worker
+
+
+class _Process:
+    """A worker process, started when first needed, and again after it died."""
+
+    def __init__(self, plan: Plan, folder: Path, stop: threading.Event) -> None:
+        self._plan, self._folder, self._stop = plan, folder, stop
+        self._process: subprocess.Popen[bytes] | None = None
+        self.end = ""
+        threading.Thread(target=self._kill_on_stop, daemon=True).start()
+
+    def compute(self, runs: range, on_run: OnRun) -> bool:
+        """Have a group computed; return whether the process has survived it."""
+        process = self._process or self._start()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            with contextlib.suppress(BrokenPipeError):
+                pickle.dump(runs, process.stdin)
+                process.stdin.flush()
+            while True:
+                answer = _answer(process.stdout)
+                if answer is None:
+                    break
+                kind, value = answer
+                if kind == "done":
+                    return True
+                if kind == "error":
+                    raise value
+                on_run(value)
+        except BaseException:
+            process.kill()
+            raise
+        if self._stop.is_set():
+            raise Abandoned
+        code = process.wait()
+        self.end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        self._process = None
+        return False
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        program = (
+            f"import sys; sys.path[:] = {sys.path!r}; from sinssim.ensembles.running.processes import serve; serve()"
+        )
+        # In its own process group: Ctrl-C reaches only this process, which then ends the other.
+        process = subprocess.Popen(
+            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0,
+            env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        )  # fmt: skip
+        self._process = process
+        assert process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            pickle.dump((self._plan, self._folder), process.stdin)
+            process.stdin.flush()
+        return process
+
+    def _kill_on_stop(self) -> None:
+        self._stop.wait()
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+
+
+def _answer(pipe: IO[bytes]) -> tuple[str, Any] | None:
+    try:
+        answer: tuple[str, Any] = pickle.load(pipe)
+        return answer
+    except (EOFError, pickle.UnpicklingError):
+        return None
+
+
+def serve() -> None:
+    """Compute the groups of runs that standard input names, answer on standard output, and end with the parent."""
+    from sinssim.ensembles.running.tasks import make_chunk
+    from sinssim.ensembles.truth import TruthCache
+
+    pipe = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)  # what a library prints must not mix with the answers
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def answer(kind: str, value: object) -> None:
+        left = memoryview(pickle.dumps((kind, value)))
+        while left:
+            left = left[pipe.write(left) :]
+
+    truths = TruthCache()
+    try:
+        plan, folder = pickle.load(sys.stdin.buffer)
+        while True:
+            runs = pickle.load(sys.stdin.buffer)
+            try:
+                make_chunk(plan, runs, folder, truths, lambda count: answer("runs", count))
+            except (BrokenPipeError, KeyboardInterrupt):
+                raise
+            except BaseException as error:
+                answer("error", error)
+            else:
+                answer("done", None)
+    except (BrokenPipeError, EOFError, KeyboardInterrupt):
+        pass  # the parent process has ended, or has no more work
+    os._exit(0)  # nothing is left to clean up; Python's own exit could complain about closed pipes

@@ -1,0 +1,264 @@
+"""Runs an ensemble from end to end: plan, compute what is missing, report: `ensemble`."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sinssim.ensembles.plan import Plan, make_plan, with_runs
+from sinssim.ensembles.result import EnsembleResult
+from sinssim.ensembles.run_errors import bytes_of
+from sinssim.ensembles.running.directory import EnsembleDirectory, missing
+from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
+from sinssim.ensembles.truth import TruthCache
+from sinssim.errors import InputError, RunError, shortened
+from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
+from sinssim.system.memory import machine_memory
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+Progress = Callable[[str, float], None]
+"""Called with runs done, rate and time left in words, and the fraction done."""
+
+_SAMPLE_BYTES, _OF_MEMORY = 420.0, 0.7
+"""Memory of a run in progress per sample, bytes, and the share of the machine's memory for all of them."""
+
+
+# Long: every option is a parameter, and what is left of an ensemble that stops is decided where it stops.
+def ensemble(
+    scenario: Scenario,
+    runs: int | None = None,
+    directory: Path | str | None = None,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    say: Callable[[str], None] | None = None,
+) -> EnsembleResult:
+    """Run an ensemble: many runs of a scenario that differ in their random numbers, and in the keys it varies.
+
+    Run i has the errors of `sinssim.run` of the scenario with the seed `sinssim.ensembles.run_seed(scenario.seed, i)`,
+    bit for bit, whatever the number of threads or workers. An interrupted or failed ensemble keeps its finished runs
+    and can be continued.
+
+    Args:
+        scenario: the scenario, with or without an [ensemble] section.
+        runs: number of runs; by default that of the section, or 1000.
+        directory: directory of the ensemble; by default the runs are kept in memory alone.
+        resume: whether an ensemble in the directory is continued, or extended to more runs.
+        overwrite: whether an ensemble in the directory is replaced.
+        threads: number of runs computed at a time on this machine: threads, or processes for runs with a filter; by
+            default the number of its cores.
+        workers: number of workers of a dask cluster on this machine instead.
+        scheduler: address of a dask scheduler instead, for example "tcp://10.0.0.1:8786".
+        progress: called with the progress.
+        say: called with remarks, such as a damaged file whose runs are computed again.
+
+    Returns:
+        The errors of all runs at the epochs, and their statistics.
+
+    Raises:
+        InputError: the scenario, the directory or an option cannot be used, the directory holds another ensemble, or
+            the disk is full.
+        RunError: every run failed, or workers died again and again.
+    """
+    section = scenario.ensemble or EnsembleSection()
+    count = _whole("runs", section.runs if runs is None else runs, MOST_RUNS)
+    _check_workers(threads, workers, scheduler)
+    if directory is None and (resume or overwrite):
+        raise InputError("resume and overwrite need the directory of an ensemble.")
+    if resume and overwrite:
+        raise InputError("resume and overwrite exclude each other: continue the ensemble, or replace it.")
+    report = progress or (lambda text, fraction: None)
+    report("Flying", 0.0)
+    truths = TruthCache()
+    plan = with_runs(make_plan(scenario, truths), count)
+    _check_memory(plan, count)
+    how = _How(truths, threads, workers, scheduler)
+    if directory is None:
+        with tempfile.TemporaryDirectory(prefix="sinssim-ensemble-") as place:
+            folder = EnsembleDirectory(Path(place), plan)
+            try:
+                return replace(_continued(folder, count, how, report, say or (lambda text: None)), directory=None)
+            finally:
+                folder.close()
+    folder = EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite)
+    try:
+        try:
+            result = _continued(folder, count, how, report, say or (lambda text: None))
+        except BaseException as stop:
+            _leave(folder, count, stop)
+            raise
+        report("Writing the report", 1.0)
+        _write(folder, result, "finished")
+    finally:
+        folder.close()
+    if result.failed.all():
+        first = result.errors.failure[0]
+        raise RunError(f"all {len(result)} runs of the ensemble failed; the first one: {first} See {folder.path}.")
+    return result
+
+
+@dataclass(frozen=True)
+class _How:
+    """How runs are computed: true motions kept in this process; threads, workers or a scheduler."""
+
+    truths: TruthCache
+    threads: int | None
+    workers: int | None
+    scheduler: str | None
+
+
+def _continued(
+    folder: EnsembleDirectory, count: int, how: _How, report: Progress, say: Callable[[str], None]
+) -> EnsembleResult:
+    """Compute the runs that are missing in a directory, and return all."""
+    plan, begin = folder.plan, time.perf_counter()
+    notes: list[str] = []
+
+    def tell(text: str) -> None:
+        notes.append(text)
+        say(text)
+
+    there = folder.finished(tell)
+    groups = missing(there, count, plan.chunk)
+    computed = sum(map(len, groups))
+    if groups:
+        _compute(folder, groups, how, _counter(sum(map(len, there)), computed, report))
+        there = folder.finished(tell)
+    if missing(there, count, plan.chunk):
+        raise RunError(f"files in {folder.chunks} changed while they were written; --resume computes what is missing.")
+    result = EnsembleResult(plan, folder.load(there), folder.path, time.perf_counter() - begin, computed, notes)
+    if len(result) > count:
+        tell(f"The directory holds {len(result)} runs, more than the {count} asked for; all of them count.")
+    return result
+
+
+def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> None:
+    """Write report, figures, recording and numbers."""
+    from sinssim.recording.store.ensemble import write_ensemble
+
+    try:
+        folder.keep(write_ensemble(result, folder.path, status))
+    except OSError as error:
+        raise InputError(
+            f"the report of the ensemble could not be written to {folder.path}: {error.strerror or error} "
+            f"({folder.free():.0f} MB are free). All runs are kept; --resume writes it."
+        ) from error
+
+
+def _leave(folder: EnsembleDirectory, wanted: int, stop: BaseException) -> None:
+    """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
+    there = folder.finished()
+    done = sum(map(len, there))
+    if not done:
+        stop.add_note("No group of runs had finished.")
+        return
+    stop.add_note(f"{done} of {wanted} runs are finished and kept in {folder.path}; --resume continues.")
+    try:
+        result = EnsembleResult(folder.plan, folder.load(there), folder.path)
+        _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+        stop.add_note(f"Their report is {folder.path / 'report.html'}.")
+    except Exception as error:  # for example on a full disk: the runs are safe
+        stop.add_note(f"Their report could not be written: {error}")
+
+
+def _whole(name: str, value: object, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise InputError(f"{name} = {shortened(repr(value))} must be a whole number from 1 to {most}.")
+    return value
+
+
+def _check_memory(plan: Plan, count: int) -> None:
+    """Raise for an ensemble whose errors do not fit in the memory."""
+    needed = bytes_of(count, len(plan.epochs), len(plan.blocks), len(plan.sensors))
+    have = _OF_MEMORY * machine_memory()
+    if needed > have:
+        lasts = float(plan.epochs[-1] - plan.start)
+        raise InputError(
+            f"runs = {count}: the errors of {count} runs at {len(plan.epochs)} epochs need {needed / 1e9:.3g} GB of "
+            f"memory, and {have / 1e9:.3g} GB can be used on this machine. Keep fewer epochs: ensemble.epoch_s = "
+            f"{lasts / len(plan.epochs) * needed / have * 1.1:.2g}, for example, or compute fewer runs."
+        )
+
+
+def _check_workers(threads: int | None, workers: int | None, scheduler: str | None) -> None:
+    """Raise for numbers that are none, or for several ways of computing at once."""
+    for name, value in (("threads", threads), ("workers", workers)):
+        if value is not None:
+            _whole(name, value, 1024)
+    given = [name for name, value in (("threads", threads), ("workers", workers), ("scheduler", scheduler)) if value]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} exclude each other: give one of them.")
+
+
+def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_run: OnRun) -> None:
+    """Compute groups of runs by threads, processes or a cluster."""
+    plan, chunks = folder.plan, folder.chunks
+    try:
+        if how.workers is not None or how.scheduler is not None:
+            from sinssim.ensembles.running.cluster import on_cluster
+
+            on_cluster(plan, chunks, groups, on_run, workers=how.workers, scheduler=how.scheduler)
+            return
+        number = how.threads or _fitting(plan)
+        if plan.filtered and min(number, len(groups)) > 1:
+            from sinssim.ensembles.running.processes import in_processes
+
+            work_through(groups, number, in_processes(plan, chunks), on_run)
+            return
+
+        def here(stop: threading.Event) -> Compute:
+            return lambda runs, done: make_chunk(plan, runs, chunks, how.truths, done)
+
+        work_through(groups, number, here, on_run)
+    except OSError as error:
+        raise InputError(
+            f"the runs of the ensemble could not be written to {folder.path}: {error.strerror or error} "
+            f"({folder.free():.0f} MB are free)."
+        ) from error
+
+
+def _fitting(plan: Plan) -> int:
+    """Return the number of runs that are computed at a time: the cores, or fewer if the memory is too small."""
+    samples = (plan.epochs[-1] - plan.start) * plan.scenario.imu.rate_hz
+    fits = _OF_MEMORY * machine_memory() / (_SAMPLE_BYTES * max(samples, 1.0))
+    return max(1, min(os.cpu_count() or 1, int(min(fits, 1024.0))))
+
+
+def _counter(before: int, wanted: int, report: Progress) -> OnRun:
+    """Return a function that counts finished runs and reports runs done, rate and time left."""
+    begin, done, total = time.perf_counter(), 0, before + wanted
+
+    def count(more: int) -> None:
+        nonlocal done
+        done += more
+        rate = done / max(time.perf_counter() - begin, 1e-9)
+        left = (wanted - done) / rate if rate > 0.0 else 0.0
+        report(f"{before + done}/{total} runs, {rate:.3g}/s, {duration_text(left)} left", (before + done) / total)
+
+    return count
+
+
+def duration_text(seconds: float) -> str:
+    """Return a duration in words of at most six letters.
+
+    Args:
+        seconds: s.
+
+    Returns:
+        "40 s", "3 min" or "2.5 h".
+    """
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

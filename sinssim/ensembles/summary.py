@@ -1,0 +1,242 @@
+"""The numbers of an ensemble in the words of the field, as they stand in its `summary.json`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.ensembles.run_errors import COMPONENTS, VECTORS
+from sinssim.statistics.chi_square import share_inside
+from sinssim.statistics.circles import circle_radius
+from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95
+from sinssim.statistics.rates import END, LINE, to_nmi_h
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.result import EnsembleResult, MeanSquare
+
+DEFINITIONS = {
+    "horizontal error r": "distance between the solution and the true position, along the ground, at each epoch",
+    "CEP, R95": "50th and 95th percentile of r over the runs, median-unbiased; a failed run is infinitely far off",
+    "band": "95 % confidence, from order statistics (binomial); no normality assumed",
+    "rate by the line": f"of each run: {LINE}; 1 nmi = 1852 m",
+    "rate at the end": f"of each run: {END}; 1 nmi = 1852 m",
+    "sigma": "root of the sample variance over the runs that did not fail, with its standard error sigma/sqrt(2N)",
+    "rms": "root of the mean square over all epochs of all runs that did not fail",
+    "heading, tilt": "components of the rotation vector of the attitude error about down, and about north and east",
+}
+"""What each number of an ensemble means."""
+
+WORST = 5
+"""Number of the worst runs that are named."""
+
+PART_121_RATE, PART_121_HOURS = 2.0, 10.0
+PART_121 = "14 CFR Part 121, Appendix G"
+"""Its limits for inertial systems: at most 2 nmi/h of circular error in 95 % of flights up to 10 h; beyond, ±20 nmi
+across the track and ±25 nmi along it in 95 %."""
+_ACROSS, _ALONG = 20.0, 25.0
+
+
+def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[str, Any]:
+    """Return the numbers of an ensemble.
+
+    Args:
+        result: the ensemble.
+        status: "finished", "interrupted" or "failed".
+
+    Returns:
+        The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end,
+        rates in both definitions, components, the comparison with the regulation, consistency of a filter, failures,
+        and the worst, median and best runs. Numbers that are not finite are as they are.
+    """
+    plan = result.plan
+    lasts = float(plan.epochs[-1] - plan.start)
+    return {
+        "scenario": plan.scenario.name,
+        "status": status,
+        "seed": plan.scenario.seed,
+        "solution": plan.solution,
+        "runs": len(result),
+        "failed": int(result.failed.sum()),
+        "start_s": plan.start,
+        "end_s": float(plan.epochs[-1]),
+        "epochs": len(plan.epochs),
+        "varied": list(plan.keys),
+        "definitions": DEFINITIONS,
+        "final_horizontal_m": {
+            "cep": band(cep(result.final_horizontal)),
+            "r95": band(r95(result.final_horizontal)),
+        },
+        "rate_nmi_h": {
+            name: {
+                "definition": definition,
+                "cep": band(cep(to_nmi_h(rates))),
+                "r95": band(r95(to_nmi_h(rates))),
+            }
+            for name, definition, rates in (("line", LINE, result.mean_rates), ("end", END, result.end_rates))
+        },
+        "components": _components(result),
+        "circles_of_covariance_m": _circles(result),
+        "part_121": part_121(result, lasts),
+        "nees": {name: _mean_square(one) for name, one in result.nees.items()},
+        "nis": {name: _mean_square(one) for name, one in result.nis.items()},
+        "failures": {str(number): text for number, text in result.failures.items()},
+        "named_runs": named_runs(result),
+        "notes": result.notes,
+        "computed": result.computed,
+        "seconds": round(result.seconds, 3),
+    }
+
+
+def band(found: Percentile) -> dict[str, float]:
+    """Return a percentile of one number of each run as plain numbers.
+
+    Args:
+        found: the percentile, of the shape ().
+
+    Returns:
+        `value`, `low`, `high` and `runs`.
+    """
+    return {
+        "value": float(found.value),
+        "low": max(float(found.low), 0.0),
+        "high": float(found.high),
+        "runs": int(found.runs),
+    }
+
+
+def named_runs(result: EnsembleResult) -> list[dict[str, Any]]:
+    """Return the worst runs, the median and the best one, by the rate of the line through the origin.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        Each with its rank in words, number, seed, rate, final error, and failure or "".
+    """
+    order, count = result.ranking, len(result)
+    picked = {int(number): f"worst {place}" if place > 1 else "worst" for place, number in enumerate(order[:WORST], 1)}
+    worked = order[int(result.failed.sum()) :]
+    if len(worked):
+        picked.setdefault(int(worked[len(worked) // 2]), "median")
+        picked.setdefault(int(worked[-1]), "best")
+    rates, rows = to_nmi_h(result.mean_rates), {int(n): k for k, n in enumerate(result.errors.number)}
+    return [
+        {
+            "rank": rank,
+            "run": number,
+            "seed": int(result.errors.seed[rows[number]]),
+            "rate_nmi_h": float(rates[rows[number]]),
+            "final_horizontal_m": float(result.final_horizontal[rows[number]]),
+            "settings": result.member(number).settings,
+            "failure": result.errors.failure[rows[number]],
+        }
+        for number, rank in sorted(picked.items(), key=lambda item: int(np.flatnonzero(order == item[0])[0]))
+        if count
+    ]
+
+
+def part_121(result: EnsembleResult, lasts: float) -> dict[str, Any]:
+    """Compare an ensemble with 14 CFR Part 121, Appendix G.
+
+    Args:
+        result: the ensemble.
+        lasts: length of the run, s.
+
+    Returns:
+        `rule`, the `quantities` that it limits with their bands, and `verdict`: "met", "not met", "undecided" (the
+        limit lies in the band), or "does not apply" with its `reason`.
+    """
+    if result.plan.filtered:
+        reason = "the solution is aided, and the rule is for inertial systems alone"
+        return {"rule": PART_121, "quantities": {}, "verdict": "does not apply", "reason": reason}
+    if lasts <= PART_121_HOURS * 3600.0:
+        rule = f"{PART_121}: up to 10 h, at most 2 nmi/h of circular error in 95 % of flights, r(T)/T"
+        quantities = {"R95 of r(T)/T, nmi/h": (band(r95(to_nmi_h(result.end_rates))), PART_121_RATE)}
+    else:
+        rule = f"{PART_121}: beyond 10 h, ±20 nmi across the track and ±25 nmi along it in 95 % of flights"
+        course = result.plan.course
+        if not np.isfinite(course):
+            reason = "the vehicle is at rest at the end, so that no track is known"
+            return {"rule": rule, "quantities": {}, "verdict": "does not apply", "reason": reason}
+        north, east = (np.where(result.failed, np.inf, result.errors.final[:, i]) for i in (0, 1))
+        with np.errstate(invalid="ignore"):
+            along = np.abs(north * np.cos(course) + east * np.sin(course))
+            across = np.abs(east * np.cos(course) - north * np.sin(course))
+        quantities = {
+            f"95 % {name} the track, nmi": (band(percentile(_failed_far(result, x) / units.NAUTICAL_MILE, 0.95)), limit)
+            for name, x, limit in (("across", across, _ACROSS), ("along", along, _ALONG))
+        }
+    verdicts = [_verdict(found, limit) for found, limit in quantities.values()]
+    verdict = next((v for v in ("not met", "undecided") if v in verdicts), "met")
+    return {
+        "rule": rule,
+        "quantities": {name: {**found, "limit": limit} for name, (found, limit) in quantities.items()},
+        "verdict": verdict,
+    }
+
+
+def _failed_far(result: EnsembleResult, values: Array) -> Array:
+    return np.where(result.failed, np.inf, values)
+
+
+def _verdict(found: dict[str, float], limit: float) -> str:
+    if found["high"] <= limit:
+        return "met"
+    return "not met" if found["low"] > limit else "undecided"
+
+
+def _components(result: EnsembleResult) -> dict[str, dict[str, float]]:
+    """Return mean and σ at the end, and rms over all epochs, of each component of the errors."""
+    found = {}
+    worked = ~result.failed
+    for number, name in enumerate(COMPONENTS):
+        final = result.errors.final[worked, number]
+        course = getattr(result.errors, VECTORS[number // 3])[worked][:, :, number % 3]
+        count = len(final)
+        sigma = float(np.std(final, ddof=1)) if count > 1 else float("nan")
+        square = np.nanmean(course * course) if np.isfinite(course).any() else float("nan")
+        found[name] = {
+            "final_mean": float(np.mean(final)) if count else float("nan"),
+            "final_sigma": sigma,
+            "final_sigma_standard_error": sigma / float(np.sqrt(2.0 * max(count, 1))),
+            "rms": float(np.sqrt(square)),
+        }
+    return found
+
+
+def covariance_at_end(result: EnsembleResult) -> Array:
+    """Return mean squares and products of the final errors north and east over the runs that did not fail, (2, 2) m².
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        The second moment about zero, the covariance of a zero-mean distribution; NaN with fewer than two runs.
+    """
+    final = result.errors.final[~result.failed, :2]
+    if len(final) < 2:
+        return np.full((2, 2), np.nan)
+    return np.asarray(final.T @ final / len(final))
+
+
+def _circles(result: EnsembleResult) -> dict[str, float]:
+    """Return the circles of the zero-mean normal distribution with the second moments of the final errors."""
+    p = covariance_at_end(result)
+    return {"cep": float(circle_radius(p, 0.5)), "r95": float(circle_radius(p, 0.95))}
+
+
+def _mean_square(one: MeanSquare) -> dict[str, float]:
+    there = np.isfinite(one.value)
+    last = int(np.flatnonzero(there)[-1]) if there.any() else 0
+    total = float(one.freedom.sum())
+    mean = float(np.nansum(np.where(there, one.value * one.freedom, 0.0)) / total) if total else float("nan")
+    return {
+        "mean": mean,
+        "share_in_band": share_inside(one.value, one.band),
+        "end": float(one.value[last]),
+        "low": float(one.band.low[last]),
+        "high": float(one.band.high[last]),
+    }

@@ -1,0 +1,49 @@
+"""Writes what is made of an ensemble: report.html, figures, summary.json, recording.rrd."""
+
+from __future__ import annotations
+
+import json
+import platform
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sinssim.ensembles.summary import ensemble_numbers
+from sinssim.recording.store.directory import write_text
+from sinssim.recording.store.summary import plain, processor, versions
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.result import EnsembleResult
+
+FIGURES = ("ensemble.svg", "ensemble.png")
+"""The picture of an ensemble for a paper."""
+
+
+def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
+    """Write the report of an ensemble, its figure, its numbers and its recording.
+
+    Args:
+        result: the ensemble.
+        folder: an existing folder.
+        status: "finished", "interrupted" or "failed".
+
+    Returns:
+        The names of the files.
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    from sinssim.recording.figures.canvas import save
+    from sinssim.recording.figures.ensemble import overview
+    from sinssim.recording.report.ensemble import ensemble_report
+    from sinssim.recording.rerun.ensemble import record
+
+    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
+    numbers = ensemble_numbers(result, status)
+    write_text(folder / "report.html", ensemble_report(result, numbers, about))
+    picture = overview(result)
+    for name in FIGURES:
+        save(picture, folder / name)
+    record(result, numbers, folder / "recording.rrd")
+    text = json.dumps(plain({**numbers, "versions": versions()}), indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(folder / "summary.json", text + "\n")
+    return ["report.html", "summary.json", "recording.rrd", *FIGURES]

@@ -1,0 +1,128 @@
+"""Checks the keys that an ensemble varies, and sets them in a scenario's contents."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.scenario.mistakes import describe
+from sinssim.scenario.sections.ensemble import Choice, EnsembleSection, Normal, Uniform
+
+_NOT_VARIED = {
+    "seed": "the seed of each run follows from the ensemble's seed",
+    "ensemble": "an ensemble does not vary itself",
+}
+
+
+def check_variation(scenario: BaseModel, section: EnsembleSection, contents: dict[str, Any]) -> None:
+    """Check that the varied keys exist, are numbers, and may have the values of their distributions.
+
+    Args:
+        scenario: a scenario that is valid in everything else.
+        section: its [ensemble] section.
+        contents: its contents by key, without [ensemble], as a file gives them.
+
+    Raises:
+        ValueError: a key does not exist, is no number, or a value is not allowed; the message names it.
+    """
+    for number, one in enumerate(section.vary, start=1):
+        where = f"vary.{number}: key = {shortened(repr(one.key))}"
+        whole = _check_key(scenario, one.key, where)
+        for name, value in _extremes(one, where, whole):
+            try:
+                type(scenario).model_validate(with_values(contents, {one.key: value}))
+            except ValidationError as error:
+                mistakes, _ = describe(error.errors(include_url=False), type(scenario), {}, ())
+                raise ValueError(f"{where} cannot have the value {name} = {value:g}: {mistakes[0]}") from error
+
+
+def with_values(contents: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scenario's contents with other values of some keys.
+
+    Args:
+        contents: contents by key; unchanged.
+        values: values by the path of their key; entries of arrays are counted from 1.
+
+    Returns:
+        The new contents.
+    """
+    new = dict(contents)
+    for path, value in values.items():
+        *tables, key = path.split(".")
+        here: Any = new
+        for name in tables:
+            place: Any = int(name) - 1 if isinstance(here, list) else name
+            here[place] = _copy(here[place] if isinstance(here, list) else here.get(name, {}))
+            here = here[place]
+        here[int(key) - 1 if isinstance(here, list) else key] = value
+    return new
+
+
+def _copy(table: Any) -> Any:
+    return dict(table) if isinstance(table, Mapping) else list(table)
+
+
+def _extremes(one: Normal | Uniform | Choice, where: str, whole: bool) -> Iterator[tuple[str, float]]:
+    """Yield the values of a distribution that must be allowed, with the key that gives each."""
+    if whole and not (isinstance(one, Choice) and all(isinstance(value, int) for value in one.values)):
+        raise ValueError(f'{where} is a whole number: use type = "choice" with whole numbers, for example [1, 2, 3]')
+    match one:
+        case Normal():
+            yield "mean", one.mean
+        case Uniform():
+            yield "low", one.low
+            yield "high", one.high
+        case Choice():
+            for number, value in enumerate(one.values, start=1):
+                yield f"values.{number}", value
+
+
+def _check_key(scenario: BaseModel, path: str, where: str) -> bool:
+    """Raise unless a path leads to a number of the scenario; return whether it is a whole number."""
+    names = path.split(".")
+    if names[0] in _NOT_VARIED:
+        raise ValueError(f"{where} cannot be varied: {_NOT_VARIED[names[0]]}")
+    here: Any = scenario
+    annotation: Any = None
+    for index, name in enumerate(names):
+        above = ".".join(names[:index])
+        if isinstance(here, BaseModel):
+            fields = type(here).model_fields
+            if name not in fields:
+                raise ValueError(f"{where}: {_unknown(name, above, fields)}")
+            annotation, here = fields[name].annotation, getattr(here, name)
+        elif isinstance(here, tuple):
+            if not name.isdecimal() or not 1 <= int(name) <= len(here):
+                raise ValueError(f"{where}: {above} has entries 1 to {len(here)}; {name!r} is not one of them")
+            here = here[int(name) - 1]
+            annotation = type(here)
+        elif here is None:
+            raise ValueError(f"{where}: the scenario has no value for {above}; give it one first")
+        else:
+            raise ValueError(f"{where}: {above} is a value, not a table")
+    kinds = set(_types(annotation))
+    number = isinstance(here, int | float) and not isinstance(here, bool)
+    if not (number or (here is None and kinds & {int, float})):
+        shown = "a table" if isinstance(here, BaseModel) else shortened(repr(here), 40)
+        raise ValueError(f"{where} is {shown}, not a number; only numbers can be varied")
+    return int in kinds and float not in kinds
+
+
+def _unknown(name: str, above: str, known: Mapping[str, Any]) -> InputError:
+    return unknown_name(f"key of {above or 'the scenario'}", name, known)
+
+
+def _types(annotation: Any) -> Iterator[Any]:
+    """Unfold Annotated and unions."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        yield from _types(get_args(annotation)[0])
+    elif origin in (Union, types.UnionType):
+        for option in get_args(annotation):
+            yield from _types(option)
+    else:
+        yield annotation

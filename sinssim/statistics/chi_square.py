@@ -1,0 +1,75 @@
+"""Mean normalised squares over runs (ANEES, NIS) and their χ² bands.
+
+The normalised squared errors of N independent runs with n degrees of freedom each add up to χ² with N n degrees of
+freedom if the filter states its covariances rightly (Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with
+Applications to Tracking and Navigation, 2001, section 5.4). The mean per degree of freedom is expected to be 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sinssim.arguments import doubles, number
+from sinssim.data import Array
+from sinssim.errors import InputError
+
+
+@dataclass(frozen=True)
+class Band:
+    """Band of a mean normalised square per degree of freedom, whose expectation is 1.
+
+    Attributes:
+        low, high: ends of the band; NaN without a degree of freedom.
+        confidence: probability of a value within it, for a sound filter.
+    """
+
+    low: Array
+    high: Array
+    confidence: float
+
+
+def mean_square_band(freedom: Any, confidence: float = 0.95) -> Band:
+    """Return the band of a mean normalised square per degree of freedom.
+
+    Args:
+        freedom: degrees of freedom in all: runs times states (NEES) or runs times components of readings (NIS); any
+            shape, not negative.
+        confidence: probability of the band.
+
+    Returns:
+        The two-sided band, with equal tails.
+
+    Raises:
+        InputError: freedom is negative, or confidence is not between 0 and 1.
+    """
+    from scipy.stats import chi2
+
+    count = doubles("freedom", freedom).reshape(np.shape(freedom))
+    if np.any(count < 0.0):
+        raise InputError(f"freedom = {float(np.min(count)):g} must not be negative.")
+    tail = 0.5 * (1.0 - number("confidence", confidence, low=1e-12, high=1.0 - 1e-12))
+    some = np.where(count > 0.0, count, np.nan)
+    return Band(np.asarray(chi2.ppf(tail, some) / some), np.asarray(chi2.isf(tail, some) / some), confidence)
+
+
+def share_inside(values: Any, band: Band) -> float:
+    """Return the share of epochs at which a mean normalised square lies in its band.
+
+    Args:
+        values: (K,); NaN does not count.
+        band: its band, of one value or of K.
+
+    Returns:
+        0…1; NaN if no epoch counts. Neighbouring epochs are correlated: a sound filter's share varies about the band's
+        confidence.
+
+    Raises:
+        InputError: values is not an array of numbers.
+    """
+    array = doubles("values", values)
+    there = np.isfinite(array) & np.isfinite(band.low)
+    inside = there & (array >= band.low) & (array <= band.high)
+    return float(inside.sum() / there.sum()) if there.any() else float("nan")

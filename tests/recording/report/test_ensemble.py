@@ -1,0 +1,120 @@
+"""The report, the figures and the numbers of an ensemble, as files."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.ensembles.result import EnsembleResult
+from sinssim.recording.figures import ensemble as figures
+from sinssim.recording.report.ensemble import with_band
+from sinssim.recording.store.ensemble import write_ensemble
+from tests.ensembles.examples import AIDED, scenario
+
+
+@pytest.fixture(scope="module")
+def with_failures() -> EnsembleResult:
+    vary = ({"type": "normal", "key": "parked.roll_deg", "mean": 0.0, "sigma": 150.0},)
+    result = sinssim.ensemble(scenario(ensemble={"vary": vary, "epoch_s": 1.0}), 80)
+    assert 0 < result.failed.sum() < 40
+    return result
+
+
+@pytest.fixture(scope="module")
+def filtered() -> EnsembleResult:
+    return sinssim.ensemble(scenario(AIDED), 6, threads=1)
+
+
+class _Text(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.text = ""
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def _words(page: str) -> str:
+    parser = _Text()
+    parser.feed(re.sub(r"<style>.*?</style>|<svg.*?</svg>", "", page, flags=re.DOTALL))
+    return " ".join(parser.text.split())
+
+
+def test_report_of_an_ensemble_with_failures(with_failures: EnsembleResult, tmp_path) -> None:
+    names = write_ensemble(with_failures, tmp_path)
+    assert sorted(names) == sorted(file.name for file in tmp_path.iterdir())
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    text, failed = _words(page), int(with_failures.failed.sum())
+    assert f"{failed} of 80 runs failed and count as infinitely far off" in text
+    assert "parked.roll_deg" in text
+    for number in with_failures.ranking[:5].tolist():
+        assert with_failures.command(number) in text
+    assert "Σ t r / Σ t²" in text
+    assert "order statistics" in text
+    assert "14 CFR Part 121, Appendix G" in text
+    assert not re.search(r'(?:src|href)="(?!#)', page)  # nothing outside the page
+    numbers = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert len(numbers["failures"]) == failed
+    assert numbers["final_horizontal_m"]["r95"]["value"] is None  # infinite: more than 5 % failed
+    assert numbers["final_horizontal_m"]["cep"]["value"] == pytest.approx(with_failures.cep.value[-1])
+
+
+def test_report_of_a_filter(filtered: EnsembleResult, tmp_path) -> None:
+    write_ensemble(filtered, tmp_path, "interrupted")
+    text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "The ensemble was interrupted" in text
+    assert "ANEES by block of states" in text
+    assert "gnss-velocity" in text
+    assert "no upper bound from fewer than 72 runs" in text
+    numbers = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert set(numbers["nees"]) == set(filtered.plan.blocks)
+    assert 0.5 < numbers["nis"]["gnss-position"]["mean"] < 1.5
+
+
+def test_figures_say_what_they_show(with_failures: EnsembleResult, filtered: EnsembleResult) -> None:
+    for result in (with_failures, filtered):
+        left, right = figures.overview(result).axes
+        assert "horizontal error" in left.get_ylabel()
+        assert "[" in left.get_xlabel()
+        assert (right.get_xlabel()[:4], right.get_ylabel()[:5]) == ("east", "north")
+    panels = figures.components(filtered).axes
+    assert len(panels) == 9
+    assert all("[" in axes.get_title(loc="left") for axes in panels)
+    stated = [line for line in panels[0].lines if "stated" in str(line.get_label())]
+    assert len(stated) == 1
+    sigma = filtered.errors.sigma
+    assert sigma is not None
+    unit = 1.0 if "[m]" in panels[0].get_title(loc="left") else np.nan
+    np.testing.assert_allclose(stated[0].get_ydata() * unit, np.sqrt(np.mean(sigma[:, :, 0] ** 2, axis=0)), rtol=1e-12)
+    drawn = figures.consistency(filtered, filtered.nees, "NEES / n").axes
+    assert [axes.get_title(loc="left") for axes in drawn] == list(filtered.plan.blocks)
+
+
+def test_percentiles_with_bands_as_text() -> None:
+    assert with_band({"value": 0.5, "low": 0.25, "high": np.inf}) == "0.500 (0.250 … ∞)"
+
+
+@pytest.mark.parametrize("runs", [1, 2])
+def test_few_runs_have_a_report(runs: int, tmp_path) -> None:
+    write_ensemble(sinssim.ensemble(scenario(ensemble={"epoch_s": 10.0}), runs), tmp_path)
+    text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert f"an ensemble of {runs} runs" in text
+    assert "∞" in text
+
+
+def test_nothing_but_failures_has_a_report(with_failures: EnsembleResult, tmp_path) -> None:
+    """Every percentile is infinite, and there is no position to draw."""
+    from dataclasses import replace
+
+    errors = with_failures.errors
+    blank = {name: np.full_like(getattr(errors, name), np.nan) for name in ("position_ned", "velocity_ned", "attitude")}
+    lost = replace(errors, failure=["lost."] * len(errors), final=np.full_like(errors.final, np.nan), **blank)
+    write_ensemble(EnsembleResult(with_failures.plan, lost), tmp_path)
+    text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "80 of 80 runs failed" in text
+    assert "∞ (∞ … ∞)" in text
