@@ -19,7 +19,7 @@ from sinssim.alignment.budget import SOURCES, error_budget, expected_errors, rea
 from sinssim.alignment.axes import Attitude
 from sinssim.errors import InputError
 from sinssim.estimation.from_scenario.filter_model import filter_model
-from sinssim.recording.report.sensors import sensor_errors
+from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.expectation import expect

@@ -16,15 +16,15 @@ from sinssim.earth.gravity import gravity_ned
 from sinssim.earth.models import Ellipsoid
 from sinssim.formatting import number_text
 from sinssim.recording.report import page, plot
-from sinssim.recording.report.errors import error_plots, error_tables, failure, singularity_table
-from sinssim.recording.report.filter import STYLE as FILTER_STYLE
-from sinssim.recording.report.filter import filter_section
-from sinssim.recording.report.flight import flight_section
 from sinssim.recording.report.page import table, words
-from sinssim.recording.report.platform import platform_section
-from sinssim.recording.report.redundancy import redundancy_section
-from sinssim.recording.report.sensors import sensor_errors
-from sinssim.recording.report.track import STYLE as TRACK_STYLE
+from sinssim.recording.report.run.errors import error_plots, error_tables, failure, singularity_table
+from sinssim.recording.report.run.filter import STYLE as FILTER_STYLE
+from sinssim.recording.report.run.filter import filter_section
+from sinssim.recording.report.run.flight import flight_section
+from sinssim.recording.report.run.platform import platform_section
+from sinssim.recording.report.run.redundancy import redundancy_section
+from sinssim.recording.report.run.sensors import sensor_errors
+from sinssim.recording.report.run.track import STYLE as TRACK_STYLE
 from sinssim.recording.scales import duration_words
 from sinssim.recording.store.platform_summary import platform_sentences
 from sinssim.recording.store.redundancy_summary import redundancy_sentences

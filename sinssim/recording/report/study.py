@@ -9,8 +9,8 @@ from sinssim.recording.figures import study as figures
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.figures.diagrams import three_rates
 from sinssim.recording.report import study_laws
-from sinssim.recording.report.coordinates import coordinate_tables
 from sinssim.recording.report.page import page, swatch, table, words
+from sinssim.recording.report.run.coordinates import coordinate_tables
 from sinssim.studies.naming import (
     Label,
     at_one_rate,

@@ -15,7 +15,7 @@ from sinssim.data import NavState
 from sinssim.earth import WGS84
 from sinssim.errors import RunError
 from sinssim.recording import style
-from sinssim.recording.report.flight import _source
+from sinssim.recording.report.run.flight import _source
 from sinssim.recording.report.run_report import run_report, schuler_period
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.compensation import draw_calibration

@@ -11,7 +11,7 @@ import pytest
 import tomli_w
 
 from sinssim.errors import InputError
-from sinssim.recording.report.sensors import sensor_errors
+from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor

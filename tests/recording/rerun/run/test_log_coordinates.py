@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.recording.rerun.log_coordinates import draw_coordinates
+from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
 from sinssim.recording.store import streams
 from sinssim.recording.store.streams import Computed, Stream, Vector
 from sinssim.units import DEG

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
 from sinssim.recording import style
-from sinssim.recording.rerun import log_run as pictures
+from sinssim.recording.rerun.run import log_run as pictures
 from sinssim.recording.rerun.scene import Scene, aircraft_mesh, map_zoom
 from sinssim.recording.scales import LENGTHS, suiting
 from sinssim.recording.sensor_comparison import compare_sensors

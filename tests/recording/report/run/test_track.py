@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
-from sinssim.recording.report.track import Projection, degrees, draw_map
+from sinssim.recording.report.run.track import Projection, degrees, draw_map
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -13,7 +13,7 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.report.track import degrees, draw_map
+from sinssim.recording.report.run.track import degrees, draw_map
 from sinssim.recording.scales import duration_words
 from sinssim.scenario.summary import given, values_of
 

@@ -13,9 +13,9 @@ from sinssim.formatting import capital, signed
 from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
-from sinssim.recording.report.platform import platform_errors
 from sinssim.recording.report.plot import Line
-from sinssim.recording.report.redundancy import single_errors
+from sinssim.recording.report.run.platform import platform_errors
+from sinssim.recording.report.run.redundancy import single_errors
 from sinssim.recording.scales import suiting
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.scenario.sections.within_imu.faults import faulty_sensors

@@ -9,7 +9,7 @@ import numpy as np
 from sinssim import units
 from sinssim.algorithms import PLATFORM
 from sinssim.recording import style
-from sinssim.recording.rerun.log_run import gaps
+from sinssim.recording.rerun.run.log_run import gaps
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting, thinned
 
 if TYPE_CHECKING:
