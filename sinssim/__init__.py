@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS
     from sinssim.ensembles.result import EnsembleResult
     from sinssim.ensembles.running.run import ensemble
+    from sinssim.error_budget.analyse import budget
+    from sinssim.error_budget.result import BudgetResult
     from sinssim.errors import InputError, RunError, SinssimError
     from sinssim.estimation.estimate import estimate
     from sinssim.frames import FRAMES
@@ -34,6 +36,7 @@ __all__ = [
     "FRAMES",
     "GRADES",
     "GRAVITY_MODELS",
+    "BudgetResult",
     "EnsembleResult",
     "ImuData",
     "InputError",
@@ -46,6 +49,7 @@ __all__ = [
     "SingularityEvent",
     "SinssimError",
     "Trajectory",
+    "budget",
     "emulate",
     "ensemble",
     "estimate",
@@ -59,6 +63,7 @@ __getattr__, __dir__ = on_first_use(
     __name__,
     {
         "ALGORITHMS": "sinssim.algorithms",
+        "BudgetResult": "sinssim.error_budget.result",
         "ELLIPSOIDS": "sinssim.earth.models",
         "EnsembleResult": "sinssim.ensembles.result",
         "FRAMES": "sinssim.frames",
@@ -75,6 +80,7 @@ __getattr__, __dir__ = on_first_use(
         "SingularityEvent": "sinssim.data",
         "SinssimError": "sinssim.errors",
         "Trajectory": "sinssim.truth.trajectory",
+        "budget": "sinssim.error_budget.analyse",
         "emulate": "sinssim.sensors.imu.emulate",
         "ensemble": "sinssim.ensembles.running.run",
         "estimate": "sinssim.estimation.estimate",

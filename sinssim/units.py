@@ -28,3 +28,12 @@ FOOT = 0.3048
 """international foot [m]"""
 NAUTICAL_MILE = 1852.0
 """international nautical mile [m]"""
+
+LENGTHS = {"m": 1.0, "km": 1e3, "nmi": NAUTICAL_MILE, "NM": NAUTICAL_MILE, "ft": FOOT}
+"""Units of length as people write them [m]."""
+SPEEDS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "kt": KNOT, "nmi/h": KNOT, "NM/h": KNOT, "m/h": 1.0 / 3600.0, "ft/s": FOOT}
+"""Units of velocity and of the growth of a position error [m/s]."""
+ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": DEG, "°": DEG, "arcmin": ARCMIN, "'": ARCMIN, "arcsec": ARCSEC, '"': ARCSEC}
+"""Units of angle [rad]."""
+TIMES = {"s": 1.0, "min": 60.0, "h": 3600.0}
+"""Units of time [s]."""

@@ -19,7 +19,7 @@ PACKAGE = Path(sinssim.__file__).parent
 LAYERS = [
     # what stands under everything
     "errors", "lazy", "moved", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
-    "transverse", "checks", "jit", "rotation", "earth", "statistics",
+    "transverse", "checks", "jit", "rotation", "earth", "statistics", "requirements",
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe
@@ -32,8 +32,9 @@ LAYERS = [
     "scenario",
     # data flows right, imports point left
     "truth", "sensors", "platform", "noise_identification", "alignment", "estimation",
+    "simulation.initial_error", "simulation.navigation", "error_budget",
     "recording.scales", "recording.sensor_comparison",
-    "simulation.initial_error", "simulation.navigation", "simulation.one_component", "simulation.result",
+    "simulation.one_component", "simulation.result",
     "ensembles",
     "studies", "recording",
     "studies.in_coordinates",  # compares what the streams of a run have

@@ -13,6 +13,7 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.alignment.disturbed import inertial_curve
+from sinssim.error_budget.analyse import budget
 from sinssim.estimation.from_scenario import filter_states
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.content import package_content
@@ -22,7 +23,10 @@ from sinssim.truth.curve import Curve
 
 
 def main() -> None:
-    """Navigate a parked vehicle by every algorithm, fly half a second of a curve, and rehearse every shipped scenario.
+    """Use every kernel of the shipped scenarios.
+
+    Navigate a parked vehicle by every algorithm, compute its budget, fly half a second of a curve, and rehearse every
+    shipped scenario.
 
     Rehearsals take hardly longer than the compilation.
     """
@@ -36,6 +40,7 @@ def main() -> None:
     )
     with tempfile.TemporaryDirectory(prefix="sinssim-") as folder:
         run(scenario, Path(folder) / "run")
+    budget(scenario)
     redundant = Redundant(type="redundant", windows_s=(1.0,))  # faults lie outside the rehearsal of their scenario
     run(scenario.model_copy(update={"imu": scenario.imu.model_copy(update={"sensor_set": redundant})}))
 

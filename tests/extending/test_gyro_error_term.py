@@ -15,6 +15,7 @@ AIM = 4
 
 CHECKS = """
 import json
+import sinssim
 from sinssim.alignment.budget import SOURCES, error_budget, expected_errors, reading_errors
 from sinssim.alignment.axes import Attitude
 from sinssim.errors import InputError
@@ -52,6 +53,12 @@ scenario = Scenario.model_validate(
 )
 found["report"] = "".join(sensor_errors(scenario, draw_true_errors(scenario.imu, scenario.seed), ()))
 found["filter"] = filter_model(scenario).untold
+for name, key in (("term", "gyro_g2_sensitivity_sigma_deg_h_per_g2"), ("bias", "gyro_bias_sigma_deg_h")):
+    plan = Scenario.model_validate(
+        {"name": "page", "parked": parked, "imu": {"grade": "ideal", "rate_hz": 10.0, key: 0.5}}
+    )
+    result = sinssim.budget(plan)
+    found[f"covariance {name}"] = [result.sources[0].name, *map(float, result.sigma()[-1, 6:])]
 refused = []
 for make in (
     lambda: ImuSection(gyro_g2_sensitivity_deg_h_per_g2=[1e7] * 9),
@@ -99,6 +106,10 @@ def test_everything_follows_from_the_row(copy):
     assert found["budget term"] == pytest.approx(found["budget bias"], rel=1e-12)
     assert max(found["budget term"]) > 0.01 * DEG
     assert found["navigation term"] == pytest.approx(found["navigation bias"], rel=2e-3)  # g at 46° is not G0
+    (source, *term), (_, *bias) = found["covariance term"], found["covariance bias"]
+    assert source == "gyro_g2_sensitivity"
+    assert term == pytest.approx(bias, rel=2e-3)
+    assert min(term) > 0.0
     for axis in "xyz":
         assert f"g²-sensitivity to {axis}" in found["report"]
     assert "deg/h/g²" in found["report"]

@@ -1,0 +1,101 @@
+"""`sinssim budget`: covariances of the navigation errors by source, and requirements read backwards."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json, OutFolder, Quiet, ScenarioName, Settings
+from sinssim.cli.terminal import console, one_bar, print_json, program_name
+
+_TEXT = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Propagating covariances"}
+
+
+# Long: every option is a parameter, and the docstring is the help.
+def command(
+    scenario: ScenarioName,
+    out: OutFolder = None,
+    settings: Settings = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--require",
+            metavar="REQUIREMENT",
+            help='Judge a requirement, and give the largest value of every source with which it is met: "r95(3600 s) '
+            '<= 1852 m", "heading(end) <= 3 arcmin", "rate <= 0.8 nmi/h"; may be given several times.',
+            show_default=False,
+        ),
+    ] = None,
+    free: Annotated[
+        str | None,
+        typer.Option(
+            "--free",
+            metavar="SOURCES",
+            help="Sources that share one factor in the answers, separated by commas: gyro_bias,accel_bias.",
+            show_default=False,
+        ),
+    ] = None,
+    at: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--at", metavar="S", help="A further time for the table, s; may be given several times.", show_default=False
+        ),
+    ] = None,
+    inertial: Annotated[
+        bool, typer.Option("--inertial", help="Of inertial navigation without the filter of the scenario.")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing budget; your own files stay.")
+    ] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Compute the covariances of a scenario's navigation errors by source, without random numbers.
+
+    Every error of the sensors and of the initial state is propagated alone along the true motion, with a filter by the
+    filter's own gains. The result says how large the errors of all runs are, which source makes them, and what to
+    improve first. A requirement is answered backwards: how large each source may be. See docs/budgets.md.
+
+    Writes a directory with the report (report.html, self-contained), the numbers (budget.json, budget.parquet), the
+    recording (recording.rrd) and the scenario with all its defaults (scenario.toml).
+
+    Examples:
+
+        sinssim budget first_flight
+        sinssim budget first_flight --require "r95(3600 s) <= 1852 m" --free gyro_bias,accel_bias
+    """  # fmt: skip
+    from sinssim.requirements.requirement import parse_requirements
+    from sinssim.scenario import load_scenario
+
+    wanted = parse_requirements(require or ())
+    names = [name.strip() for name in free.split(",") if name.strip()] if free else []
+    if names and not wanted:
+        from sinssim.errors import InputError
+
+        raise InputError(f"--free {free} needs a --require: the factor is that with which a requirement is just met.")
+    plan = load_scenario(scenario, settings or ())
+    directory = out or Path("runs") / f"{plan.name}-budget"
+    from sinssim.error_budget.analyse import budget
+    from sinssim.error_budget.limits import answers, times_of
+    from sinssim.recording.store.budget import to_json, write_budget
+
+    with one_bar(show=not quiet) as bar:
+        result = budget(
+            plan,
+            times=(*times_of(wanted), *(at or ())),
+            solution="inertial" if inertial else None,
+            progress=None if bar is None else lambda stage, fraction: bar(_TEXT[stage], fraction),
+        )
+        found = answers(result, wanted, names)
+        place = write_budget(result, found, directory, times=at or (), overwrite=overwrite)
+    if as_json:
+        print_json(to_json(result, found, at or ()))
+    elif not quiet:
+        from sinssim.recording.tables.budget import show
+
+        show(result, found, console(least_width=120), at or ())
+        print(f"Report: {place / 'report.html'}    (in any browser)")
+        print(f"View:   {program_name()} view {place}    (--web: in a browser)")

@@ -1,0 +1,1 @@
+"""Covariance budget: navigation errors of a scenario by source, without random numbers."""

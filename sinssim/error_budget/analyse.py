@@ -1,0 +1,328 @@
+"""The covariance budget of a scenario: `budget`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sinssim.data import Array, ImuData, NavSolution
+from sinssim.error_budget.aided import Consider, FilterRun
+from sinssim.error_budget.alignment import align
+from sinssim.error_budget.inertial import HeightErrors, Snapshot, Vertical, propagate
+from sinssim.error_budget.inputs.aiding_sources import AidingSources, aiding_sources
+from sinssim.error_budget.inputs.algorithm import ALGORITHM, of_algorithm
+from sinssim.error_budget.inputs.given_readings import emulated_constants, given_readings
+from sinssim.error_budget.inputs.sources import (
+    Constants,
+    InitialErrors,
+    Source,
+    constants,
+    inertial_noises,
+    initial_errors,
+)
+from sinssim.error_budget.motion import TrueMotion
+from sinssim.error_budget.result import BudgetResult
+from sinssim.error_budget.shares import SensorGiven, SensorSource, Shares
+from sinssim.errors import InputError
+from sinssim.scenario.duration import check_times
+from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.imu.errors import warm_up
+from sinssim.strapdown.nav_error import navigation_error
+from sinssim.truth.source import fly
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.scenario.sections.navigation import InitialErrorSection
+
+Progress = Callable[[str, float], None]
+"""Called with "flight", "truth" or "budget" and the fraction done, 0…1."""
+
+_NEGLIGIBLE = 0.01
+"""Given errors of readings below this share of σ, everywhere, come from the interpolation of the motion."""
+
+_ROUNDING = np.repeat((1e-3, 1e-6, 1e-8), 3)
+"""Errors of the algorithm below these are no source: m, m/s, rad."""
+
+_HIGHEST = np.radians(89.5)
+"""Latitude beyond which the error equations in north, east, down are not used."""
+
+EPOCHS = 500
+"""Number of intervals between the instants of the results."""
+
+
+class _InertialErrors(NamedTuple):
+    """Errors of the inertial sensors that are no noise: constants, sources of one run, and the series of both."""
+
+    constants: Constants
+    named: list[Source]
+    series: tuple[Array, Array]
+
+
+def check_kind(scenario: Scenario, solution: str | None) -> str:
+    """Return the solution that a budget is made of; raise for a scenario that has none.
+
+    Args:
+        scenario: the scenario.
+        solution: "inertial", "filter", or None for the filter's if there is one.
+
+    Returns:
+        "inertial" or "filter".
+
+    Raises:
+        InputError: the scenario has no budget; the message names the key.
+    """
+    if scenario.one_component is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "
+            "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle] or "
+            "[motion]."
+        )
+    if scenario.imu.sensor_set.type != "gyros":
+        raise InputError(
+            f'imu.sensor_set.type = "{scenario.imu.sensor_set.type}" has no budget: it is computed for three gyros and '
+            'three accelerometers (imu.sensor_set.type = "gyros").'
+        )
+    if solution not in (None, "inertial", "filter"):
+        raise InputError(f'solution = {solution!r} must be "inertial" or "filter".')
+    if solution == "filter" and scenario.filter is None:
+        raise InputError('solution = "filter" needs a scenario with [filter].')
+    chosen = solution or ("inertial" if scenario.filter is None else "filter")
+    f = scenario.filter if chosen == "filter" else None
+    if f is not None and f.alignment_s is not None and f.alignment == "in-motion":
+        raise InputError(
+            'filter.alignment = "in-motion" has no budget: the alignment starts from an unknown attitude, for which no '
+            "linear theory holds. Remove filter.alignment_s, or use an ensemble."
+        )
+    return chosen
+
+
+def budget(
+    scenario: Scenario,
+    *,
+    times: Iterable[float] = (),
+    solution: str | None = None,
+    progress: Progress | None = None,
+) -> BudgetResult:
+    """Compute the covariances of a scenario's navigation errors by source, without random numbers.
+
+    The sources are propagated along the true motion by the linear error equations (linear covariance analysis); with a
+    filter, by the gains of the filter's own covariance run (consider analysis).
+
+    Args:
+        scenario: the scenario.
+        times: further instants of the results, s since the start of the run.
+        solution: "inertial" or "filter"; by default the filter's if the scenario has one.
+        progress: called with the progress.
+
+    Returns:
+        The budget, at 501 instants and at `times`.
+
+    Raises:
+        InputError: the scenario has no budget, or an instant lies outside the run.
+    """
+    say = progress or (lambda stage, fraction: None)
+    kind = check_kind(scenario, solution)
+    check_times(scenario)
+    if scenario.filter is not None:
+        from sinssim.estimation.from_scenario.filter_states import with_states
+
+        scenario = with_states(scenario)
+    say("flight", 0.0)
+    trajectory = fly(scenario, lambda fraction: say("flight", fraction))
+    say("truth", 0.0)
+    ideal = trajectory.increments(scenario.imu.rate_hz)
+    state = trajectory.state(ideal.time)
+    motion = TrueMotion(trajectory, ideal, state, warm_up(scenario.imu), scenario.navigation.gravity)
+    say("truth", 1.0)
+    highest = float(np.abs(state.latitude).max())
+    if highest > _HIGHEST:
+        raise InputError(
+            f"the motion reaches the latitude {np.degrees(highest):.3f} deg; the budget's error equations have north, "
+            f"east, down axes, which turn too fast within {90.0 - np.degrees(_HIGHEST):g} deg of a pole."
+        )
+    aiding = None if scenario.aiding is None else aiding_sources(scenario, trajectory)
+    fixed = constants(scenario)
+    named, *of_one_run = given_readings(scenario, ideal)
+    of_constants = emulated_constants(scenario, fixed, ideal)
+    theta, velocity = (np.concatenate(pair) for pair in zip(of_constants, of_one_run, strict=True))
+    inertial = _InertialErrors(fixed, named, (theta, velocity))
+    outputs = _instants(ideal.time, times)
+    initial = initial_errors(scenario, _given_start(scenario, motion))
+    if kind == "inertial":
+        found = _inertial(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))
+        result = _result(scenario, kind, ideal.time[0], *found, None)
+        return _with_algorithm(result, of_algorithm(scenario, motion, outputs))
+    assert aiding is not None
+    return _aided(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))
+
+
+def _instants(edges: Array, times: Iterable[float]) -> Array:
+    """Return the instants of the results at edges of samples, those that are asked for included, (E,) s."""
+    start, end = float(edges[0]), float(edges[-1])
+    asked = np.array([float(t) for t in times]) + start
+    if len(asked) and not (np.isfinite(asked).all() and asked.min() >= start and asked.max() <= end + 1e-6):
+        wrong = asked[~((asked >= start) & (asked <= end + 1e-6))][0] - start
+        raise InputError(f"t = {wrong:g} s lies outside the run, which lasts {end - start:g} s.")
+    wanted = np.concatenate([np.linspace(start, end, EPOCHS + 1), asked])
+    rows = np.searchsorted(edges, wanted - 0.5 * float(edges[1] - edges[0]))
+    return np.asarray(edges[np.unique(np.minimum(rows, len(edges) - 1))])
+
+
+def _given_start(scenario: Scenario, motion: TrueMotion) -> Array:
+    """Return the errors at the start by the given initial errors alone, (9,)."""
+    from sinssim.simulation.initial_error import initial_state_with_errors
+
+    section: InitialErrorSection = scenario.navigation.initial_error
+    given = section.model_copy(update={name: 0.0 for name, _ in section if "sigma" in name})
+    trajectory = motion.trajectory
+    start = trajectory.state(np.array([trajectory.start]))
+    true = trajectory.state(trajectory.start)
+    wrong = initial_state_with_errors(true, given, trajectory.ellipsoid, scenario.seed)
+    solution = NavSolution(
+        np.array([trajectory.start]), np.array([wrong.latitude]), np.array([wrong.longitude]),
+        np.array([wrong.height]), wrong.velocity_ned[None], wrong.q_nb[None], np.zeros(1), "",
+    )  # fmt: skip
+    if not any(value for name, value in given if "sigma" not in name):
+        return np.zeros(9)
+    error = navigation_error(start, solution, trajectory.ellipsoid)
+    return np.concatenate([error.position_ned[0], error.velocity_ned[0], error.attitude[0]])
+
+
+def _inertial(
+    scenario: Scenario,
+    motion: TrueMotion,
+    inertial: _InertialErrors,
+    initial: InitialErrors,
+    aiding: AidingSources | None,
+    outputs: Array,
+    progress: Callable[[float], None],
+) -> tuple[Array, Shares, list[Snapshot]]:
+    section, readings = scenario.navigation, None
+    own: list[SensorSource] = []
+    if section.vertical == "baro-loop" and scenario.aiding is not None:
+        altimeter = scenario.aiding.sensor(BarometerSection)
+        if altimeter is not None and aiding is not None:
+            m = next(m for m in aiding.measurements if m.label == "baro")
+            own = [s for s in aiding.sources if s.source.group == "baro"]
+            at_arrival = motion.trajectory.state(np.minimum(m.arrival, motion.ideal.time[-1])).height
+            read = m.value[:, 0]
+            readings = HeightErrors(m.arrival, read, read - at_arrival, 1.0 / altimeter.rate_hz, "baro")
+    shares = Shares(inertial.constants, inertial_noises(scenario), inertial.named, initial, own)
+    vertical = Vertical(section.vertical, section.baro_time_constant_s, readings)
+    return outputs, shares, propagate(motion, shares, inertial.series, vertical, outputs, progress)
+
+
+def _aided(
+    scenario: Scenario,
+    motion: TrueMotion,
+    inertial: _InertialErrors,
+    initial: InitialErrors,
+    aiding: AidingSources,
+    outputs: Array,
+    progress: Callable[[float], None],
+) -> BudgetResult:
+    from sinssim.estimation.from_scenario.filter_model import filter_model
+    from sinssim.estimation.from_scenario.filter_states import inertial_sigma
+    from sinssim.estimation.initial_alignment.start import at_rest
+
+    section, ideal = scenario.filter, motion.ideal
+    assert section is not None
+    time = ideal.time
+    model = filter_model(scenario, float(time[-1] - time[0]))
+    shares = Shares(
+        inertial.constants,
+        inertial_noises(scenario, summed="zero_rate" in aiding.tables),
+        inertial.named,
+        initial,
+        aiding.sources,
+    )
+    covariance, start = np.diag(model.sigma**2), 0
+    propagation = shares.begin(model.size)
+    if section.alignment_s is not None:
+        start = int(np.searchsorted(time, time[0] + section.alignment_s - 1e-9))
+        state = motion.trajectory.state(motion.trajectory.start)
+        aligned = at_rest(
+            _sensed(scenario, ideal), state, model, inertial_sigma(scenario), start, inertial_sigma(scenario, 1.0),
+            motion.gravity, motion.trajectory.ellipsoid.name,
+        )  # fmt: skip
+        if aligned.covariance is not None:
+            covariance = aligned.covariance
+        align(motion, shares, inertial.series, start, propagation)
+    factor = section.measurement_noise_factor
+    measurements = [
+        replace(m, time=m.time[late], arrival=m.arrival[late], value=m.value[late], sigma=factor * m.sigma[late])
+        for m in aiding.measurements
+        for late in [m.time > time[start] + 1e-9]
+    ]
+    told = FilterRun(model, covariance, measurements, section.rate_hz, start)
+    consider = Consider(motion, shares, inertial.series, told, aiding.blocks)
+    epochs = consider.on_edge
+    after = outputs[outputs >= time[start] - 1e-9]
+    nearest = epochs[np.unique(np.clip(np.searchsorted(epochs, after - 1e-7), 0, len(epochs) - 1))]
+    found = consider.run(propagation, nearest, progress)
+    own = np.array([one.own for one in found])
+    return _result(scenario, "filter", time[0], nearest, shares, [one.shares for one in found], own)
+
+
+def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
+    """Add the algorithm's own error, unless it is negligible."""
+    if (np.abs(error) <= np.maximum(_NEGLIGIBLE * result.sigma(), _ROUNDING)).all():
+        return result
+    return replace(result, sources=(*result.sources, ALGORITHM), mean={**result.mean, ALGORITHM.name: error})
+
+
+def _sensed(scenario: Scenario, ideal: ImuData) -> ImuData:
+    """Return the readings of the scenario's own run, from which its filter judges whether the vehicle stands still."""
+    from sinssim.sensors.imu.compensation import compensate
+    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.sets.true_errors import draw_true_errors
+
+    errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
+    imu = emulate(ideal, errors.imu, scenario.seed)
+    return imu if errors.calibration is None else compensate(imu, errors.calibration)
+
+
+def _result(
+    scenario: Scenario,
+    kind: str,
+    start: float,
+    outputs: Array,
+    shares: Shares,
+    found: Sequence[Snapshot],
+    own: Array | None,
+) -> BudgetResult:
+    """Combine the columns of each source."""
+    sensitivity = np.array([one.sensitivity for one in found])
+    covariance: dict[str, Array] = {}
+    mean: dict[str, Array] = {}
+    sources = []
+    for source in shares.sources:
+        if source.name not in shares.parts:
+            covariance[source.name] = np.array([one.covariances[source.name] for one in found])
+            sources.append(source)
+            continue
+        columns, size = shares.parts[source.name]
+        part = sensitivity[:, :, columns] * size
+        if not part.any():
+            continue
+        sources.append(source)
+        if source.kind == "random":
+            covariance[source.name] = part @ part.transpose(0, 2, 1)
+        else:
+            mean[source.name] = part.sum(axis=2)
+    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, own)
+    sigma = result.sigma()
+    small = {  # rounding and interpolation, in readings without errors of this kind
+        name
+        for name, error in mean.items()
+        if any(isinstance(s, SensorGiven) and s.source.name == name for s in shares.sensors)
+        and (np.abs(error) <= _NEGLIGIBLE * sigma).all()
+    }
+    return replace(
+        result,
+        sources=tuple(source for source in sources if source.name not in small),
+        mean={name: error for name, error in mean.items() if name not in small},
+    )

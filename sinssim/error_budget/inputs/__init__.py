@@ -1,0 +1,1 @@
+"""What the sources are, and what they do to the readings and to the navigation errors in a step."""

@@ -1,0 +1,45 @@
+"""The error of the navigation algorithm itself: one run on perfect increments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.error_budget.inputs.sources import Source
+from sinssim.error_budget.motion import TrueMotion
+from sinssim.scenario.sections.navigation import InitialErrorSection
+from sinssim.simulation.navigation import solve
+from sinssim.strapdown.nav_error import navigation_error
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+ALGORITHM = Source("algorithm", "algorithm, gravity model, ellipsoid", "navigation", "one run", float("nan"), "")
+"""The algorithm as a source."""
+
+
+def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Array:
+    """Return the errors of the scenario's first algorithm with perfect sensors, from the true state.
+
+    Args:
+        scenario: the scenario.
+        motion: the true motion.
+        outputs: instants, (E,) s.
+
+    Returns:
+        Position, velocity and attitude errors, (E, 9) SI.
+
+    Raises:
+        RunError: the algorithm cannot navigate this motion.
+    """
+    exact = scenario.navigation.model_copy(
+        update={"algorithms": scenario.navigation.algorithms[:1], "initial_error": InitialErrorSection()}
+    )
+    plain = scenario.model_copy(update={"navigation": exact})
+    trajectory, height = motion.trajectory, motion.state.height
+    (solution,) = solve(plain, trajectory, motion.ideal, None, height)[0].values()
+    error = navigation_error(trajectory.state(solution.time), solution, trajectory.ellipsoid)
+    columns = np.hstack([error.position_ned, error.velocity_ned, error.attitude])
+    return np.column_stack([np.interp(outputs, solution.time, column) for column in columns.T])

@@ -1,0 +1,204 @@
+"""The result of a covariance budget: `BudgetResult`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.error_budget.inputs.sources import Source
+from sinssim.errors import InputError, unknown_name
+from sinssim.statistics.circle_about_mean import radius_about_mean
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+COMPONENTS = (
+    "position_north", "position_east", "position_down", "velocity_north", "velocity_east", "velocity_down",
+    "tilt_north", "tilt_east", "heading",
+)  # fmt: skip
+"""The navigation errors, in the order of covariances: m, m/s, rad. The heading error is −φ_down."""
+
+HORIZONTAL = slice(0, 2)
+_TABLE_ROWS = 6
+_FAR_LARGER = 1.5
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """The effect of one source on R95 at an instant.
+
+    Attributes:
+        source: the source.
+        alone: R95 by this source alone, m.
+        gain: decrease of R95 of all sources together if this source were halved, m.
+        share: its share of the horizontal mean square error.
+    """
+
+    source: Source
+    alone: float
+    gain: float
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class BudgetResult:
+    """Covariances of the navigation errors by source.
+
+    Attributes:
+        scenario: the scenario.
+        solution: "inertial" or "filter".
+        time: instants, (E,) s, in the run's time.
+        sources: the sources.
+        covariance: by name of each random source, position, velocity (north, east, down) and attitude φ, (E, 9, 9) SI.
+        mean: by name of each source that is the same in every run, its error with its sign, (E, 9) SI.
+        filter_covariance: the filter's own covariance of the navigation errors, (E, 9, 9); None without a filter.
+    """
+
+    scenario: Scenario
+    solution: str
+    time: Array
+    sources: tuple[Source, ...]
+    covariance: Mapping[str, Array]
+    mean: Mapping[str, Array]
+    filter_covariance: Array | None = None
+
+    @cached_property
+    def total(self) -> Array:
+        """Covariance by all random sources together, (E, 9, 9)."""
+        none = np.zeros((len(self.time), 9, 9))
+        return np.asarray(sum(self.covariance.values(), none))
+
+    @cached_property
+    def bias(self) -> Array:
+        """Error that is the same in every run, (E, 9)."""
+        return np.asarray(sum(self.mean.values(), np.zeros((len(self.time), 9))))
+
+    def source(self, name: str) -> Source:
+        """Return a source by its name; raise InputError for another one."""
+        for source in self.sources:
+            if source.name == name:
+                return source
+        raise unknown_name("source of errors", name, [source.name for source in self.sources])
+
+    def row(self, t: float) -> int:
+        """Return the number of an instant; raise InputError if the budget does not have it."""
+        row = int(np.argmin(np.abs(self.time - t)))
+        if abs(float(self.time[row]) - t) > 1e-6:
+            raise InputError(
+                f"the budget has no instant t = {t:g} s; give it to budget(times=…) beforehand. The nearest is "
+                f"{self.time[row]:g} s."
+            )
+        return row
+
+    def table_rows(self, extra: Sequence[float] = ()) -> list[int]:
+        """Return the numbers of the instants that tables show: six evenly spread ones, and others.
+
+        Args:
+            extra: other instants, s.
+
+        Returns:
+            Rows in order.
+        """
+        even = np.linspace(self.time[0], self.time[-1], _TABLE_ROWS + 1)[1:]
+        return sorted({int(np.argmin(np.abs(self.time - t))) for t in even} | {self.row(t) for t in extra})
+
+    def scaled(self, factors: Mapping[str, float]) -> tuple[Array, Array]:
+        """Return covariance and mean if some sources were larger or smaller.
+
+        Args:
+            factors: factor of each of these sources' size.
+
+        Returns:
+            (E, 9, 9) and (E, 9).
+        """
+        total, bias = self.total.copy(), self.bias.copy()
+        for name, factor in factors.items():
+            if name in self.covariance:
+                total += (factor**2 - 1.0) * self.covariance[name]
+            elif name in self.mean:
+                bias += (factor - 1.0) * self.mean[name]
+        return total, bias
+
+    def sigma(self, source: str | None = None) -> Array:
+        """Return the standard deviation of each component.
+
+        Args:
+            source: name of a random source; all together by default.
+
+        Returns:
+            (E, 9), in the order of `COMPONENTS`.
+        """
+        covariance = self.total if source is None else self.covariance.get(source, np.zeros((len(self.time), 9, 9)))
+        return np.asarray(np.sqrt(np.maximum(np.einsum("kii->ki", covariance), 0.0)))
+
+    def root_mean_square(self) -> Array:
+        """Return the root mean square of each component over all runs: σ and the given errors together, (E, 9)."""
+        return np.asarray(np.hypot(self.sigma(), self.bias))
+
+    def radius(self, share: float, source: str | None = None) -> Array:
+        """Return the radius of the circle that holds a share of the horizontal errors.
+
+        Args:
+            share: 0.5 for CEP, 0.95 for R95.
+            source: name of one source alone; all together by default.
+
+        Returns:
+            (E,) m.
+        """
+        covariance, mean = self.total, self.bias
+        if source is not None:
+            covariance = self.covariance.get(source, np.zeros_like(self.total))
+            mean = self.mean.get(source, np.zeros_like(self.bias))
+        return radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], share)
+
+    @property
+    def cep(self) -> Array:
+        """Radius of the circle that holds half of all runs, (E,) m."""
+        return self.radius(0.5)
+
+    @property
+    def r95(self) -> Array:
+        """Radius of the circle that holds 95 % of all runs, (E,) m."""
+        return self.radius(0.95)
+
+    @property
+    def instants_to_rank(self) -> tuple[float, ...]:
+        """Instants at which sources are ranked: the end, and that of the largest R95 if it is far larger, s."""
+        r95, end = self.r95, len(self.time) - 1
+        worst = int(np.argmax(r95))
+        also = (float(self.time[worst]),) if r95[worst] > _FAR_LARGER * r95[end] else ()
+        return (float(self.time[end]), *also)
+
+    def improvements(self, t: float | None = None) -> tuple[Improvement, ...]:
+        """Rank the sources by the gain in R95 if each alone were halved.
+
+        Args:
+            t: instant, s; the end by default.
+
+        Returns:
+            The sources, the largest gain first.
+        """
+        row = len(self.time) - 1 if t is None else self.row(t)
+        at = slice(row, row + 1)
+        square = float(np.trace(self.total[row, HORIZONTAL, HORIZONTAL]) + np.sum(self.bias[row, HORIZONTAL] ** 2))
+        now = float(self.r95_of(self.total[at], self.bias[at])[0])
+        found = []
+        for source in self.sources:
+            covariance = self.covariance.get(source.name, np.zeros_like(self.total))[at]
+            mean = self.mean.get(source.name, np.zeros_like(self.bias))[at]
+            halved = self.r95_of(self.total[at] - 0.75 * covariance, self.bias[at] - 0.5 * mean)
+            own = float(np.trace(covariance[0, HORIZONTAL, HORIZONTAL]))
+            own += float(np.sum(mean[0, HORIZONTAL] * self.bias[row, HORIZONTAL]))
+            alone = float(self.r95_of(covariance, mean)[0])
+            found.append(Improvement(source, alone, now - float(halved[0]), own / square if square else 0.0))
+        return tuple(sorted(found, key=lambda one: -one.gain))
+
+    @staticmethod
+    def r95_of(covariance: Array, mean: Array) -> Array:
+        """Return R95 of covariances (N, 9, 9) and means (N, 9), (N,) m."""
+        return radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], 0.95)

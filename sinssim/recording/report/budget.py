@@ -1,0 +1,97 @@
+"""The report of a covariance budget: a self-contained HTML page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sinssim.error_budget.limits import Answer
+from sinssim.error_budget.result import BudgetResult
+from sinssim.recording.figures.budget import growth_figure, ranking_figure, sigma_figure
+from sinssim.recording.figures.canvas import to_svg
+from sinssim.recording.report.page import page, table, words
+from sinssim.recording.tables.budget import RATE, allowance_cells, lines_of, number, ranking_cells, time_columns, when
+from sinssim.units import NAUTICAL_MILE
+
+_STYLE = """
+svg { background: #fff; }
+.met { color: #00735a; font-weight: 600; } .missed { color: #b03a00; font-weight: 600; }
+"""
+
+
+def budget_report(result: BudgetResult, answers: Sequence[Answer], times: Sequence[float] = ()) -> str:
+    """Return the report.
+
+    Args:
+        result: the budget.
+        answers: answers to requirements.
+        times: instants of the table beside the usual ones, s.
+
+    Returns:
+        An HTML page with its figures as SVG.
+    """
+    what = "inertial navigation" if result.solution == "inertial" else "inertial navigation with the filter"
+    body = [
+        f"<h1>{words(result.scenario.name)}: covariance budget</h1>",
+        f'<p class="lead">{words(result.scenario.description)}</p>',
+        f"<p>Errors of {what} over all possible runs, by source. They are propagated along the true motion by the "
+        "linear error equations, without random numbers.</p>",
+        _ends(result),
+    ]
+    if answers:
+        body += ["<h2>Requirements</h2>", *(part for answer in answers for part in _requirement(answer))]
+    body += ["<h2>Growth of the error</h2>", to_svg(growth_figure(result, answers), "growth")]
+    heads, cells = time_columns(result, times)
+    body += ["<h3>At some times (root mean square over all runs)</h3>", table(heads, cells, 0)]
+    body.append("<h2>What to improve first</h2>")
+    for number_, t in enumerate(result.instants_to_rank):
+        name = when(result, t)
+        figure = to_svg(ranking_figure(result, t), f"ranking{number_}")
+        body += [f"<h3>{words(name[0].upper() + name[1:])}</h3>", figure, _ranking(result, t)]
+    body += ["<h2>Position, velocity and attitude</h2>", to_svg(sigma_figure(result), "sigma"), *_notes(result)]
+    return page(f"{result.scenario.name}: covariance budget", body, _STYLE)
+
+
+def _ends(result: BudgetResult) -> str:
+    cep, r95, hours = float(result.cep[-1]), float(result.r95[-1]), float(result.time[-1]) / 3600.0
+    return (
+        f"<p>After {result.time[-1]:g} s, half of all runs are within <strong>{number(cep)} m</strong> (CEP) and 95 % "
+        f"within <strong>{number(r95)} m</strong> (R95), {number(r95 / NAUTICAL_MILE / hours)} nmi/h as {RATE}.</p>"
+    )
+
+
+def _requirement(answer: Answer) -> list[str]:
+    mark, word = ("met", "met") if answer.met else ("missed", "not met")
+    _, *sentences = lines_of(answer)
+    one = answer.requirement
+    heads = ("source", "now", "at most", "")
+    cells = [[*map(words, row[:3]), _text(row[3])] for row in allowance_cells(answer)]
+    return [
+        f'<h3>{words(one.text)}: <span class="{mark}">{word}</span></h3>',
+        f"<p>{words(one.meaning[0].upper() + one.meaning[1:])}. {words(' '.join(sentences))}</p>",
+        "<p class=note>Largest value of each source with which the requirement is met, all others as they are:</p>",
+        table(heads, cells, 1),
+    ]
+
+
+def _ranking(result: BudgetResult, t: float) -> str:
+    heads, cells, small = ranking_cells(result, t)
+    rows = [[*map(words, row[:3]), _text(row[3]), *map(words, row[4:7]), _text(row[7])] for row in cells]
+    also = f'<p class="note">{small} more below 0.01 % of the mean square.</p>' if small else ""
+    return table(heads, rows, 2) + also
+
+
+def _text(value: str) -> str:
+    return f"<td class=name>{words(value)}</td>"
+
+
+def _notes(result: BudgetResult) -> list[str]:
+    notes = ["The results hold to first order in the errors; docs/budgets.md says what that leaves out."]
+    if result.solution == "filter":
+        notes.append(
+            "Dotted: the filter's own covariance. Where it differs from the budget, the filter's model differs from "
+            "the true errors. Where a source is halved or limited, the gains stay as they are; a filter that is told "
+            "of it does as well or better. The gate of the filter is not considered."
+        )
+    if any(source.kind == "one run" for source in result.sources):
+        notes.append("Sources “from one run” are the effect of the sensors' readings with this source alone.")
+    return [f'<p class="note">{words(note)}</p>' for note in notes]
