@@ -31,7 +31,7 @@ LAYERS = [
     "truth.flight.legs",
     "scenario",
     # data flows right, imports point left
-    "truth", "sensors", "platform", "noise_identification", "alignment", "estimation",
+    "truth", "sensors", "ensembles.batch", "platform", "noise_identification", "alignment", "estimation",
     "simulation.initial_error", "simulation.navigation", "error_budget",
     "recording.scales", "recording.sensor_comparison",
     "simulation.one_component", "simulation.result",

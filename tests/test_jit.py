@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import sinssim
+from sinssim import jit
 
 USE = """
 from sinssim.jit import inline, kernel
@@ -307,3 +308,40 @@ def test_compilation_is_told_of_once(tmp_path: Path) -> None:
         for _ in range(2)
     ]  # fmt: skip
     assert said == ["[True, False, True, False]\n", "[]\n"]
+
+
+FACTOR = 2.0
+
+
+@jit.inline
+def scaled(x: float) -> float:
+    return FACTOR * x
+
+
+@jit.inline
+def shifted(x: float) -> float:
+    return scaled(x) + 1.0
+
+
+@jit.kernel
+def outer(x: float) -> float:
+    return shifted(x)
+
+
+def test_a_copy_has_other_values_in_all_that_it_calls_and_the_original_keeps_its_own() -> None:
+    assert jit.rebound(outer, "outer_of_five", FACTOR=5.0)(3.0) == 16.0
+    assert outer(3.0) == 7.0
+    assert jit.rebound(outer, "same", NOT_USED=1.0) is outer
+
+
+def test_the_key_of_a_kernel_with_a_set_of_options_does_not_depend_on_the_order_of_the_set() -> None:
+    """The order of a set of strings differs between processes."""
+    code = "import sinssim.jit as j; f = j.inline(lambda x: x + 1.0); print(f._cache._options)"
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, text=True
+        ).stdout
+        for seed in ("1", "2", "3")
+    }
+    assert len(found) == 1
+    assert found != {""}

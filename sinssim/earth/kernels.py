@@ -14,8 +14,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.earth.models import GRAVITY_MODELS, Ellipsoid
-from sinssim.jit import inline, kernel
-from sinssim.rotation.kernels import Quaternion, Vector
+from sinssim.jit import inline, kernel, strict_inline
+from sinssim.rotation.kernels import Quaternion, Vector, product_k
 
 GRAVITY_NUMBERS: dict[str, int] = {name: number for number, name in enumerate(GRAVITY_MODELS)}
 
@@ -100,7 +100,7 @@ def _gravity_fit(p: EarthParameters) -> Array:
 def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
     """Radii of curvature of the meridian R₁ and of the prime vertical R₂ (the chapter's section 8.2)."""
     w = 1.0 / (1.0 - p.e2 * sin_lat * sin_lat)
-    r2 = p.a * sqrt(w)
+    r2 = product_k(p.a, sqrt(w))
     return r2 * (1.0 - p.e2) * w, r2
 
 
@@ -135,7 +135,7 @@ def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[flo
     return g_rho, g_z
 
 
-@inline
+@strict_inline
 def j2_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, float]:
     """Gravitation of a point mass with its second zonal harmonic: (g_ρ/ρ, g_z)."""
     r2 = rho2 + z * z
@@ -146,7 +146,7 @@ def j2_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, 
     return -mu * (1.0 + c * (1.0 - s)), -mu * (1.0 + c * (3.0 - s)) * z
 
 
-@inline
+@strict_inline
 def closed_gravity_k(
     p: EarthParameters, model: int, sin_lat: float, cos_lat: float, r2: float, height: float
 ) -> tuple[float, float]:
@@ -154,11 +154,11 @@ def closed_gravity_k(
     rho = (r2 + height) * cos_lat
     z = (r2 * (1.0 - p.e2) + height) * sin_lat
     if model == 0:
-        g_rho, g_z = normal_gravitation_k(p, rho * rho, z)
+        g_rho, g_z = normal_gravitation_k(p, product_k(rho, rho), z)
     else:
-        g_rho, g_z = j2_gravitation_k(p, rho * rho, z)
-    g_rho = (g_rho + p.omega * p.omega) * rho
-    return cos_lat * g_z - sin_lat * g_rho, -cos_lat * g_rho - sin_lat * g_z
+        g_rho, g_z = j2_gravitation_k(p, product_k(rho, rho), z)
+    g_rho = (g_rho + product_k(p.omega, p.omega)) * rho
+    return product_k(cos_lat, g_z) - sin_lat * g_rho, product_k(-cos_lat, g_rho) - sin_lat * g_z
 
 
 @inline

@@ -18,20 +18,30 @@ SERIES = 0.06
 """Squared angle [rad²] below which trigonometric ratios are summed as series, with a truncation error below 1e-17."""
 
 
+@strict_inline
+def product_k(a: float, b: float) -> float:
+    """The product a b, never fused with a sum.
+
+    In a sum of two products the compiler may fuse either one, and chooses differently in different kernels. With the
+    first one taken by this function, only the second one can be fused, and every kernel gets the same numbers.
+    """
+    return a * b
+
+
 @inline
 def cross_k(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Vector:
     """Vector product a × b."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return product_k(ay, bz) - az * by, product_k(az, bx) - ax * bz, product_k(ax, by) - ay * bx
 
 
 @inline
 def multiply_k(a0: float, a1: float, a2: float, a3: float, b0: float, b1: float, b2: float, b3: float) -> Quaternion:
     """Hamilton product a ∘ b."""
     return (
-        a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
-        a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
-        a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
-        a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
+        product_k(a0, b0) - a1 * b1 - a2 * b2 - a3 * b3,
+        product_k(a0, b1) + a1 * b0 + a2 * b3 - a3 * b2,
+        product_k(a0, b2) - a1 * b3 + a2 * b0 + a3 * b1,
+        product_k(a0, b3) + a1 * b2 - a2 * b1 + a3 * b0,
     )
 
 
@@ -90,13 +100,19 @@ def sincos_k(x: float) -> tuple[float, float]:
 
 
 @inline
+def small_half_angle_series_k(x2: float) -> tuple[float, float]:
+    """cos(x/2) and sin(x/2)/x from x²; exact to rounding below `SERIES`."""
+    y = 0.25 * x2
+    c = 1.0 - y * (1 / 2 - y * (1 / 24 - y * (1 / 720 - y * (1 / 40320 - y * (1 / 3628800)))))
+    s = 0.5 * (1.0 - y * (1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y * (1 / 39916800))))))
+    return c, s
+
+
+@inline
 def half_angle_series_k(x2: float) -> tuple[float, float]:
     """cos(x/2) and sin(x/2)/x from x²; exact to rounding for every x."""
     if x2 < SERIES:
-        y = 0.25 * x2
-        c = 1.0 - y * (1 / 2 - y * (1 / 24 - y * (1 / 720 - y * (1 / 40320 - y * (1 / 3628800)))))
-        s = 0.5 * (1.0 - y * (1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y * (1 / 39916800))))))
-        return c, s
+        return small_half_angle_series_k(x2)
     x = sqrt(x2)
     return cos(0.5 * x), sin(0.5 * x) / x
 
@@ -126,7 +142,7 @@ def rotation_series_k(x2: float) -> tuple[float, float, float]:
 @inline
 def quaternion_from_rotation_vector_k(x: float, y: float, z: float) -> Quaternion:
     """Quaternion of a rotation by |φ| about φ."""
-    c, s = half_angle_series_k(x * x + y * y + z * z)
+    c, s = half_angle_series_k(product_k(x, x) + y * y + z * z)
     return c, s * x, s * y, s * z
 
 
@@ -148,15 +164,15 @@ def rotation_vector_from_quaternion_k(q0: float, q1: float, q2: float, q3: float
 def dcm_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Matrix:
     """Direction cosine matrix of a unit quaternion."""
     return (
-        q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3,
-        2.0 * (q1 * q2 - q0 * q3),
-        2.0 * (q1 * q3 + q0 * q2),
-        2.0 * (q1 * q2 + q0 * q3),
-        q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3,
-        2.0 * (q2 * q3 - q0 * q1),
-        2.0 * (q1 * q3 - q0 * q2),
-        2.0 * (q2 * q3 + q0 * q1),
-        q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3,
+        product_k(q0, q0) + q1 * q1 - q2 * q2 - q3 * q3,
+        2.0 * (product_k(q1, q2) - q0 * q3),
+        2.0 * (product_k(q1, q3) + q0 * q2),
+        2.0 * (product_k(q1, q2) + q0 * q3),
+        product_k(q0, q0) - q1 * q1 + q2 * q2 - q3 * q3,
+        2.0 * (product_k(q2, q3) - q0 * q1),
+        2.0 * (product_k(q1, q3) - q0 * q2),
+        2.0 * (product_k(q2, q3) + q0 * q1),
+        product_k(q0, q0) - q1 * q1 - q2 * q2 + q3 * q3,
     )
 
 

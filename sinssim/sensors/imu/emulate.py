@@ -93,11 +93,8 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
         check_gyro_block(spec)
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
     packed = pack([errors], float(time[0]))
-    _check_faults(errors, time)
-    felt = what_is_felt(ideal, errors)
+    felt = at_the_sensors(ideal, errors)
     dtheta, dvel = (np.ascontiguousarray(rows, dtype=np.float64) for rows in (felt.dtheta, felt.dvel))
-    _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, dtheta)
-    _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, dvel)
     stamps = _jittered(ideal.time, errors, seed)
     if packed.nothing:
         return felt if stamps is ideal.time else replace(felt, time=stamps)
@@ -109,6 +106,26 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
         packed.kinds, packed.spans, packed.amounts, gyro, accel, flags,
     )  # fmt: skip
     return ImuData(stamps, gyro, accel, flags if flagged else None)
+
+
+def at_the_sensors(ideal: ImuData, errors: ImuErrors) -> ImuData:
+    """Return the ideal increments at the places of the sensors, stage 1, which is the same in every run.
+
+    Args:
+        ideal: error-free increments.
+        errors: errors of the block.
+
+    Returns:
+        The increments.
+
+    Raises:
+        InputError: a pulse exceeds the whole signal, or a fault lies outside the run.
+    """
+    _check_faults(errors, ideal.time)
+    felt = what_is_felt(ideal, errors)
+    _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, felt.dtheta)
+    _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, felt.dvel)
+    return felt
 
 
 def check_gyro_block(section: ImuSection) -> None:

@@ -86,6 +86,30 @@ non_linearity_k = strict_inline(non_linearity)
 
 
 @strict_inline
+def parameter_k(p: Array, run: int, i: int, slot: int) -> float:
+    """Parameter of a run's channel; like the next three, a kernel of another layout has its own in its place."""
+    return p[run, i, slot]  # type: ignore[no-any-return]
+
+
+@strict_inline
+def state_k(s: Array, run: int, i: int, n: int) -> float:
+    """State of a run's channel."""
+    return s[run, i, n]  # type: ignore[no-any-return]
+
+
+@strict_inline
+def keep_k(s: Array, run: int, i: int, n: int, value: float) -> None:
+    """Store a state of a run's channel."""
+    s[run, i, n] = value
+
+
+@strict_inline
+def noise_k(z: Array, n: int, i: int, j: int) -> float:
+    """Normal number of a noise and a channel."""
+    return z[n, i, j]  # type: ignore[no-any-return]
+
+
+@strict_inline
 def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -> None:
     """Set one run's initial state: stationary instability and flicker, zero sums.
 
@@ -95,17 +119,21 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
         run: number of the run.
         key_0, key_1: key of the run's seed.
     """
-    s[run] = 0.0
+    for i in range(6):
+        for n in range(STATES):
+            keep_k(s, run, i, n, 0.0)
     for axis in range(3):
         if active & WANDERING:
             one, two = normal_pair(key_0, key_1, np.int64(0), TERM_NUMBERS[_WANDERING], np.uint64(axis))
-            s[run, axis, WANDER], s[run, axis + 3, WANDER] = one, two
+            keep_k(s, run, axis, WANDER, one)
+            keep_k(s, run, axis + 3, WANDER, two)
         if active & FLICKERING:
             for n in range(_FLICKERS):
                 one, two = normal_pair(key_0, key_1, np.int64(n), TERM_NUMBERS[_START], np.uint64(axis))
                 for m in range(n, _FLICKERS):
-                    s[run, axis, FLICKERS + m] += STATIONARY[m, n] * one
-                    s[run, axis + 3, FLICKERS + m] += STATIONARY[m, n] * two
+                    place, weight = FLICKERS + m, STATIONARY[m, n]
+                    keep_k(s, run, axis, place, state_k(s, run, axis, place) + weight * one)
+                    keep_k(s, run, axis + 3, place, state_k(s, run, axis + 3, place) + weight * two)
 
 
 @strict_inline
@@ -155,40 +183,44 @@ def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: in
     after, other = u[_NEXT[i]], u[_OTHER[i]]
     x = u[i]
     if active & TILTED:
-        x += p[run, i, TILT_NEXT] * after + p[run, i, TILT_OTHER] * other
+        x += parameter_k(p, run, i, TILT_NEXT) * after + parameter_k(p, run, i, TILT_OTHER) * other
     n = x
     if active & BENT:
         mean = x / interval
-        n += non_linearity_k(x, mean, p[run, i, ASYMMETRY], p[run, i, QUADRATIC], p[run, i, CUBIC])
-        n += mean * (p[run, i, CROSS_NEXT] * after + p[run, i, CROSS_OTHER] * other)
-    scale, rate = p[run, i, SCALE], p[run, i, BIAS]
+        n += non_linearity_k(
+            x, mean, parameter_k(p, run, i, ASYMMETRY), parameter_k(p, run, i, QUADRATIC), parameter_k(p, run, i, CUBIC)
+        )
+        n += mean * (parameter_k(p, run, i, CROSS_NEXT) * after + parameter_k(p, run, i, CROSS_OTHER) * other)
+    scale, rate = parameter_k(p, run, i, SCALE), parameter_k(p, run, i, BIAS)
     if active & WARMING:
-        scale += p[run, i, SCALE_WARM] * c[WARMTH]
-        rate += p[run, i, BIAS_WARM] * c[WARMTH]
+        scale += parameter_k(p, run, i, SCALE_WARM) * c[WARMTH]
+        rate += parameter_k(p, run, i, BIAS_WARM) * c[WARMTH]
     if active & RAMPING:
-        rate += p[run, i, RAMP] * c[MIDDLE]
+        rate += parameter_k(p, run, i, RAMP) * c[MIDDLE]
     if active & G_SENSITIVE:
-        rate += (p[run, i, G_X] * u[3] + p[run, i, G_Y] * u[4] + p[run, i, G_Z] * u[5]) / interval
+        rate += (
+            parameter_k(p, run, i, G_X) * u[3] + parameter_k(p, run, i, G_Y) * u[4] + parameter_k(p, run, i, G_Z) * u[5]
+        ) / interval
     if active & WANDERING:
         first = GYRO if i < 3 else ACCEL
-        fresh, before = z[_WANDERING, i, j], s[run, i, WANDER]
-        rate += p[run, i, INSTABILITY] * (c[first + 2] * before + c[first + 3] * fresh)
-        s[run, i, WANDER] = c[first] * before + c[first + 1] * fresh
+        fresh, before = noise_k(z, _WANDERING, i, j), state_k(s, run, i, WANDER)
+        rate += parameter_k(p, run, i, INSTABILITY) * (c[first + 2] * before + c[first + 3] * fresh)
+        keep_k(s, run, i, WANDER, c[first] * before + c[first + 1] * fresh)
     if active & RATE_WALKING:
-        fresh, before = c[ROOT_T] * z[_RATE_WALKING, i, j], s[run, i, WALKED]
-        rate += p[run, i, RATE_WALK] * (before + _MEAN_OF_WALK * fresh)
-        s[run, i, WALKED] = before + fresh
+        fresh, before = c[ROOT_T] * noise_k(z, _RATE_WALKING, i, j), state_k(s, run, i, WALKED)
+        rate += parameter_k(p, run, i, RATE_WALK) * (before + _MEAN_OF_WALK * fresh)
+        keep_k(s, run, i, WALKED, before + fresh)
     if active & FLICKERING:
-        fresh = z[_FLICKERING, i, j]
+        fresh = noise_k(z, _FLICKERING, i, j)
         total = DIRECT * fresh
         for m in range(_FLICKERS):
-            value = _KEPT[m] * s[run, i, FLICKERS + m] + fresh
-            s[run, i, FLICKERS + m] = value
+            value = _KEPT[m] * state_k(s, run, i, FLICKERS + m) + fresh
+            keep_k(s, run, i, FLICKERS + m, value)
             total += WEIGHTS[m] * value
-        rate += p[run, i, FLICKER] * total
+        rate += parameter_k(p, run, i, FLICKER) * total
     y: float = (1.0 + scale) * n + rate * interval  # (2)
     if active & WHITE:
-        y += p[run, i, RANDOM_WALK] * c[ROOT_T] * z[_WHITE, i, j]
+        y += parameter_k(p, run, i, RANDOM_WALK) * c[ROOT_T] * noise_k(z, _WHITE, i, j)
     return y
 
 
@@ -207,7 +239,7 @@ def _delivered(
 ) -> tuple[float, int]:
     """Return the output of channel i for its increment, stages 5 (faults) to 8, and its flags."""
     flags = 0
-    limit = p[run, i, LIMIT] if p[run, i, LIMIT] > 0.0 else math.inf
+    limit = parameter_k(p, run, i, LIMIT) if parameter_k(p, run, i, LIMIT) > 0.0 else math.inf
     if active & FAULTY:
         for n in range(len(kinds)):
             if spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -222,11 +254,11 @@ def _delivered(
         if abs(y) > most:
             y = math.copysign(most, y)
             flags |= SATURATED
-    if active & QUANTISED and p[run, i, QUANTUM] > 0.0:
+    if active & QUANTISED and parameter_k(p, run, i, QUANTUM) > 0.0:
         # Whole pulses; the remainder stays in the counter.
-        due = s[run, i, REMAINDER] + y
-        y = np.rint(due / p[run, i, QUANTUM]) * p[run, i, QUANTUM]
-        s[run, i, REMAINDER] = due - y
+        due = state_k(s, run, i, REMAINDER) + y
+        y = np.rint(due / parameter_k(p, run, i, QUANTUM)) * parameter_k(p, run, i, QUANTUM)
+        keep_k(s, run, i, REMAINDER, due - y)
     if active & FAULTY:
         for n in range(len(kinds)):
             if amounts[n, i] > 0.0 and spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -234,10 +266,22 @@ def _delivered(
                     y = 0.0
                     flags |= DROPPED
                 elif kinds[n] == FREEZE:
-                    y = s[run, i, LAST]
+                    y = state_k(s, run, i, LAST)
                     flags |= FROZEN
-        s[run, i, LAST] = y
+        keep_k(s, run, i, LAST, y)
     return y, flags
+
+
+@strict_inline
+def channel_k(
+    active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int,
+    kinds: Counts, spans: Array, amounts: Array,
+) -> tuple[float, int]:  # fmt: skip
+    """Return channel i's output for one sample, and its flags; the arguments are those of `measure`."""
+    y = _sensed(active, u, i, c, p, s, run, z, j)
+    if active & (FAULTY | LIMITED | QUANTISED):
+        return _delivered(active, y, i, c, p, s, run, kinds, spans, amounts)
+    return y, 0
 
 
 @strict_inline
@@ -274,9 +318,9 @@ def measure(
         amounts: their effects on each channel, (F, 6).
     """
     for i in range(6):
-        y[i] = _sensed(active, u, i, c, p, s, run, z, j)
-        if active & (FAULTY | LIMITED | QUANTISED):
-            y[i], flags[i] = _delivered(active, y[i], i, c, p, s, run, kinds, spans, amounts)
+        y[i], flag = channel_k(active, u, i, c, p, s, run, z, j, kinds, spans, amounts)
+        if active & (FAULTY | LIMITED):
+            flags[i] = flag
 
 
 @strict_kernel

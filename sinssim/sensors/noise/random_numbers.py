@@ -52,12 +52,13 @@ def philox(
         Four words of 32 bits.
     """
     for _ in range(_ROUNDS):
-        product_0, product_1 = _MULTIPLY_0 * c0, _MULTIPLY_1 * c2
+        # words are cut to 32 bits where they are multiplied: there the processor does it at no cost
+        product_0, product_1 = _MULTIPLY_0 * (c0 & _LOW), _MULTIPLY_1 * (c2 & _LOW)
         c0 = (product_1 >> _32) ^ c1 ^ key_0
         c2 = (product_0 >> _32) ^ c3 ^ key_1
-        c1, c3 = product_1 & _LOW, product_0 & _LOW
-        key_0, key_1 = (key_0 + _WEYL_0) & _LOW, (key_1 + _WEYL_1) & _LOW
-    return c0, c1, c2, c3
+        c1, c3 = product_1, product_0
+        key_0, key_1 = key_0 + _WEYL_0, key_1 + _WEYL_1
+    return c0 & _LOW, c1 & _LOW, c2 & _LOW, c3 & _LOW
 
 
 @strict_inline

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Quaternion, Vector
+from sinssim.rotation.kernels import Matrix, Quaternion, Vector, product_k
 
 
 @inline
 def resolved_k(c: Matrix, x: float, y: float, z: float) -> Vector:
     """Components of a vector in other axes: C v, the matrix row by row."""
     c11, c12, c13, c21, c22, c23, c31, c32, c33 = c
-    return c11 * x + c12 * y + c13 * z, c21 * x + c22 * y + c23 * z, c31 * x + c32 * y + c33 * z
+    return (
+        product_k(c11, x) + c12 * y + c13 * z,
+        product_k(c21, x) + c22 * y + c23 * z,
+        product_k(c31, x) + c32 * y + c33 * z,
+    )
 
 
 @inline

@@ -20,6 +20,7 @@ neighbours.
 from __future__ import annotations
 
 from math import cos, degrees, pi, sin
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,23 +28,24 @@ from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k, radii_k
 from sinssim.errors import RunError
 from sinssim.frames import frames_that, listed
-from sinssim.jit import inline
-from sinssim.rotation.kernels import cross_k
+from sinssim.jit import inline, strict_inline
+from sinssim.rotation.kernels import cross_k, product_k
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
 from sinssim.strapdown.frames.problem import Problem, ran_away
 from sinssim.strapdown.frames.radii import FORMS
-from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
+from sinssim.strapdown.frames.vertical import BARO_LOOP, FREE, HELD, error_after_k, loop_gains_k, vertical_step_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import frame_turn_k
+from sinssim.strapdown.increments.interval import BodyTurn, frame_turn_k
 from sinssim.strapdown.polar import POLAR_LIMIT
 
-_EXACT_EVERY = 128  # steps between new sines and cosines of the latitude
+EXACT_EVERY = 128
+"""Steps between new sines and cosines of the latitude."""
 
 
-@inline
+@strict_inline
 def curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tuple[float, float, float]:
     """1/(R₁+h), 1/(R₂+h) and R₂."""
     r1, r2 = radii_k(p, s)
@@ -59,10 +61,10 @@ def _coriolis_k(
     omega: float, s: float, c: float, secant: float, k1: float, k2: float, vn: float, ve: float, vd: float
 ) -> tuple[float, float, float]:
     """−(2ω_ie + ω_en) × v, from sine, cosine and secant of the latitude and the curvatures."""
-    wn = 2.0 * omega * c + ve * k2
+    wn = product_k(2.0 * omega, c) + ve * k2
     we = -vn * k1
     wd = -s * (2.0 * omega + ve * k2 * secant)
-    return wd * ve - we * vd, wn * vd - wd * vn, we * vn - wn * ve
+    return product_k(wd, ve) - we * vd, product_k(wn, vd) - wd * vn, product_k(we, vn) - wn * ve
 
 
 @inline
@@ -77,6 +79,160 @@ def moved_k(s: float, c: float, change: float) -> tuple[float, float]:
     y = change * change
     sine, versine = change * (1.0 - y / 6.0), y * (0.5 - y / 24.0)
     return s - s * versine + c * sine, c - c * versine - s * sine
+
+
+class LevelState(NamedTuple):
+    """Velocity and position of one run at an edge, with the values that follow from them.
+
+    v: velocity north, east, down, m/s.
+    h, north, east: height, m; displacement from the start in latitude and longitude, rad.
+    s, c, i: sine, cosine and secant of the latitude.
+    k1, k2: curvatures 1/(R₁+h) and 1/(R₂+h), 1/m.
+    g: gravity north and down, m/s².
+    a: change of velocity over the last interval at the rate of its end, m/s.
+    loop_sum, loop_error: integral and held error of the baro loop.
+    """
+
+    vn: float
+    ve: float
+    vd: float
+    h: float
+    north: float
+    east: float
+    s: float
+    c: float
+    i: float
+    k1: float
+    k2: float
+    gn: float
+    gd: float
+    an: float
+    ae: float
+    ad: float
+    loop_sum: float
+    loop_error: float
+
+
+@inline
+def start_level_k(
+    p: EarthParameters, gravity: int, simplified: bool,
+    lat: float, h: float, vn: float, ve: float, vd: float, loop_error: float,
+) -> LevelState:  # fmt: skip
+    """State at the start."""
+    s, c = sin(lat), cos(lat)
+    k1, k2, r2 = curvatures_k(p, simplified, s, h)
+    gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
+    return LevelState(vn, ve, vd, h, 0.0, 0.0, s, c, 1.0 / c, k1, k2, gn, gd, 0.0, 0.0, 0.0, 0.0, loop_error)
+
+
+# Long: the step of one interval, whose quantities depend on each other.
+@inline
+def step_level_k(
+    p: EarthParameters, gravity: int, simplified: bool, vertical: int, gains: tuple[float, float, float],
+    dt: float, lat0: float, lon0: float, reference: float, climb: float, b: BodyTurn, attitude: Any, x: LevelState,
+) -> tuple[LevelState, Any]:  # fmt: skip
+    """State and attitude one interval later: the step of one run, for every kernel that navigates in this frame.
+
+    lat0 and lon0 are the coordinates of the start, and reference and climb those of the vertical channel at the
+    interval's end.
+    """
+    omega = p.omega
+    vn, ve, vd, h, s, c, i0, k1, k2, gn, gd = x.vn, x.ve, x.vd, x.h, x.s, x.c, x.i, x.k1, x.k2, x.gn, x.gd
+
+    # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots is then
+    # independent of the body's and runs in parallel. The final position corrects it to first order.
+    dlat_taken = dt * k1 * (vn + 0.5 * x.an)
+    h_taken = h - dt * (vd + 0.5 * x.ad)
+    s1, c1 = moved_k(s, c, dlat_taken)
+    k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
+    gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
+    i1 = 1.0 / c1
+
+    # --- into the navigation axes of the start
+    c_nb = dcm_k(attitude)
+    dn, de, dd = resolved_k(c_nb, b.dv_x, b.dv_y, b.dv_z)
+    sn, se, sd = resolved_k(c_nb, b.fs_x, b.fs_y, b.fs_z)
+    en, ee, ed = resolved_k(c_nb, b.fe_x, b.fe_y, b.fe_z)
+
+    # --- start of the interval: frame rate times dt, acceleration times dt
+    un0, ue0, ud0 = dt * (product_k(omega, c) + ve * k2), -dt * vn * k1, -dt * s * (omega + ve * k2 * i0)
+    gn0, ge0, gd0 = _coriolis_k(omega, s, c, i0, k1, k2, vn, ve, vd)
+    an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
+
+    # --- velocity at the end, predicted: the frame's rotation during the interval turns the increment by −∫ζ × a,
+    # and Coriolis acts as at mid-interval
+    halves = product_k(0.5, dn), product_k(0.5, de), product_k(0.5, dd)
+    hn, he, hd = halves[0] + (sn - en) / 12, halves[1] + (se - ee) / 12, halves[2] + (sd - ed) / 12  # ∫∫a/dt
+    rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
+    wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, vn + 0.5 * an0, ve + 0.5 * ae0, vd + 0.5 * ad0)
+    vn1 = vn + dn - rn + dt * (wn + gn)
+    ve1 = ve + de - re + dt * we
+    vd1 = vd + dd - rd + dt * (wd + gd)
+    # the end's specific force in the navigation axes of the end
+    ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
+    bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
+    an, ae, ad = en - ax + dt * (bn1 + gn1), ee - ay + dt * be1, ed - az + dt * (bd1 + gd1)
+
+    # --- middle of the interval: cubic Hermite interpolation for velocity and the values that depend on position
+    vnm, vem, vdm = _mid_k(vn, vn1, an0, an), _mid_k(ve, ve1, ae0, ae), _mid_k(vd, vd1, ad0, ad)
+    bend_h = 0.125 * dt * (vd - vd1)  # ⅛ (ḣ₁ − ḣ₀) dt
+    bend = 0.125 * dt * (product_k(vn, k1) - vn1 * k1_1)  # ⅛ (φ̇₀ − φ̇₁) dt
+    sm, cm = 0.5 * (s + s1 + 2.0 * c1 * bend), 0.5 * (c + c1 - 2.0 * s1 * bend)
+    im = 0.5 * (i0 + i1 + 2.0 * s1 * i1 * i1 * bend)
+    k1m, k2m = 0.5 * (k1 + k1_1 + 2.0 * k1_1 * k1_1 * bend_h), 0.5 * (k2 + k2_1 + 2.0 * k2_1 * k2_1 * bend_h)
+    gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1 + 4.0 * gd1 * k2_1 * bend_h)
+    bnm, bem, bdm = _coriolis_k(omega, sm, cm, im, k1m, k2m, vnm, vem, vdm)
+    unm, uem, udm = dt * (product_k(omega, cm) + vem * k2m), -dt * vnm * k1m, -dt * sm * (omega + vem * k2m * im)
+    un1, ue1, ud1 = dt * (product_k(omega, c1) + ve1 * k2_1), -dt * vn1 * k1_1, -dt * s1 * (omega + ve1 * k2_1 * i1)
+
+    # --- velocity and position at the end
+    # −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
+    wn, we, wd = un0 + (un1 - un0) / 3.0, ue0 + (ue1 - ue0) / 3.0, ud0 + (ud1 - ud0) / 3.0
+    rn, re, rd = cross_k(wn, we, wd, dn - hn, de - he, dd - hd)
+    qn, qe, qd = cross_k(wn, we, wd, dn, de, dd)
+    qn, qe, qd = cross_k(wn, we, wd, qn, qe, qd)
+    sixth = dt / 6.0
+    vn1 = vn + dn - rn + qn / 6.0 + sixth * (gn0 + 4.0 * bnm + bn1 + gn + 4.0 * gnm + gn1)
+    ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
+    vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
+    dlat = sixth * (product_k(vn, k1) + 4.0 * vnm * k1m + vn1 * k1_1)
+    east = x.east + sixth * (product_k(ve * k2, i0) + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
+    h1 = h - sixth * (vd + 4.0 * vdm + vd1)
+
+    # --- vertical channel
+    h1, vd1, loop_sum, loop_error = vertical_step_k(
+        vertical, dt, gains[0], gains[1], gains[2], x.loop_sum, x.loop_error, h1, vd1, reference, climb
+    )
+
+    # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
+    frame = frame_turn_k(un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1)
+    attitude = step_k(attitude, b, frame)
+
+    # summed from the start: in a sum with the latitude, a slow vehicle's steps would be lost by rounding
+    north = x.north + dlat
+    if lon0 + east > pi:
+        east -= 2.0 * pi
+    elif lon0 + east <= -pi:
+        east += 2.0 * pi
+
+    # --- the Earth's values, corrected from the extrapolated to the final position
+    moved, moved_h = dlat - dlat_taken, h1 - h_taken
+    after = LevelState(
+        vn1, ve1, vd1, h1, north, east, s1 + c1 * moved, c1 - s1 * moved, i1 + s1 * i1 * i1 * moved,
+        k1_1 - k1_1 * k1_1 * moved_h, k2_1 - k2_1 * k2_1 * moved_h, gn1, gd1 - 2.0 * gd1 * k2_1 * moved_h,
+        an, ae, ad, loop_sum, loop_error,
+    )  # fmt: skip
+    return after, attitude
+
+
+@inline
+def refreshed_k(lat0: float, x: LevelState) -> LevelState:
+    """The same state with new sine and cosine of the latitude, which accumulate rounding errors."""
+    s, c = sin(lat0 + x.north), cos(lat0 + x.north)
+    return LevelState(
+        x.vn, x.ve, x.vd, x.h, x.north, x.east, s, c, 1.0 / c,
+        x.k1, x.k2, x.gn, x.gd, x.an, x.ae, x.ad, x.loop_sum, x.loop_error,
+    )  # fmt: skip
 
 
 # A compiled engine: one loop with its state in scalars.
@@ -102,121 +258,32 @@ def _navigate(
     defect: Array,
 ) -> None:
     count = time.shape[0] - 1
-    lat, h = latitude[0], height[0]
-    north, east = 0.0, 0.0  # displacement from the start in latitude and longitude
-    vn, ve, vd = velocity[0, 0], velocity[0, 1], velocity[0, 2]
+    lat0, lon0, h0 = latitude[0], longitude[0], height[0]
     attitude = start_k(q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
     q0, q1, q2, q3, defect[0] = quaternion_k(attitude)
-    s, c = sin(lat), cos(lat)
-    k1, k2, r2 = curvatures_k(p, simplified, s, h)
-    gn, gd = gravity_ned_k(p, gravity, s, c, r2, h)
-    loop1, loop2, loop3 = loop_gains_k(time_constant, gd, k2)
-    loop_sum = 0.0
-    omega = p.omega
-
-    an, ae, ad = 0.0, 0.0, 0.0  # acceleration at the end of the previous interval, times dt
-    i0 = 1.0 / c
+    error = 0.0
+    if vertical == BARO_LOOP:
+        error = error_after_k(height_reference[0], h0, 0.0)
+    x = start_level_k(p, gravity, simplified, lat0, h0, velocity[0, 0], velocity[0, 1], velocity[0, 2], error)
+    gains = loop_gains_k(time_constant, x.gd, x.k2)
     turns = empty_turns_k()
+    reference, climb = 0.0, 0.0
 
     for k in range(count):
-        dt = time[k + 1] - time[k]
-
-        # --- the body's rotation and specific force over the interval
         if k % BLOCK == 0:
             fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
-        b = turn_in_block_k(turns, k % BLOCK)
-
-        # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots is then
-        # independent of the body's and runs in parallel. The final position corrects it to first order.
-        dlat_taken = dt * k1 * (vn + 0.5 * an)
-        h_taken = h - dt * (vd + 0.5 * ad)
-        if k % _EXACT_EVERY == 0:
-            s1, c1 = sin(lat + dlat_taken), cos(lat + dlat_taken)
-        else:
-            s1, c1 = moved_k(s, c, dlat_taken)
-        k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
-        gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
-        i1 = 1.0 / c1
-
-        # --- into the navigation axes of the start
-        c_nb = dcm_k(attitude)
-        dn, de, dd = resolved_k(c_nb, b.dv_x, b.dv_y, b.dv_z)
-        sn, se, sd = resolved_k(c_nb, b.fs_x, b.fs_y, b.fs_z)
-        en, ee, ed = resolved_k(c_nb, b.fe_x, b.fe_y, b.fe_z)
-
-        # --- start of the interval: frame rate times dt, acceleration times dt
-        un0, ue0, ud0 = dt * (omega * c + ve * k2), -dt * vn * k1, -dt * s * (omega + ve * k2 * i0)
-        gn0, ge0, gd0 = _coriolis_k(omega, s, c, i0, k1, k2, vn, ve, vd)
-        an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
-
-        # --- velocity at the end, predicted: the frame's rotation during the interval turns the increment by −∫ζ × a,
-        # and Coriolis acts as at mid-interval
-        hn, he, hd = 0.5 * dn + (sn - en) / 12, 0.5 * de + (se - ee) / 12, 0.5 * dd + (sd - ed) / 12  # ∫∫a/dt
-        rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
-        wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, vn + 0.5 * an0, ve + 0.5 * ae0, vd + 0.5 * ad0)
-        vn1 = vn + dn - rn + dt * (wn + gn)
-        ve1 = ve + de - re + dt * we
-        vd1 = vd + dd - rd + dt * (wd + gd)
-        # the end's specific force in the navigation axes of the end
-        ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
-        bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
-        an, ae, ad = en - ax + dt * (bn1 + gn1), ee - ay + dt * be1, ed - az + dt * (bd1 + gd1)
-
-        # --- middle of the interval: cubic Hermite interpolation for velocity and the values that depend on position
-        vnm, vem, vdm = _mid_k(vn, vn1, an0, an), _mid_k(ve, ve1, ae0, ae), _mid_k(vd, vd1, ad0, ad)
-        bend_h = 0.125 * dt * (vd - vd1)  # ⅛ (ḣ₁ − ḣ₀) dt
-        bend = 0.125 * dt * (vn * k1 - vn1 * k1_1)  # ⅛ (φ̇₀ − φ̇₁) dt
-        sm, cm, im = 0.5 * (s + s1) + c1 * bend, 0.5 * (c + c1) - s1 * bend, 0.5 * (i0 + i1) + s1 * i1 * i1 * bend
-        k1m, k2m = 0.5 * (k1 + k1_1) + k1_1 * k1_1 * bend_h, 0.5 * (k2 + k2_1) + k2_1 * k2_1 * bend_h
-        gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1) + 2.0 * gd1 * k2_1 * bend_h
-        bnm, bem, bdm = _coriolis_k(omega, sm, cm, im, k1m, k2m, vnm, vem, vdm)
-        unm, uem, udm = dt * (omega * cm + vem * k2m), -dt * vnm * k1m, -dt * sm * (omega + vem * k2m * im)
-        un1, ue1, ud1 = dt * (omega * c1 + ve1 * k2_1), -dt * vn1 * k1_1, -dt * s1 * (omega + ve1 * k2_1 * i1)
-
-        # --- velocity and position at the end
-        # −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
-        wn, we, wd = un0 + (un1 - un0) / 3.0, ue0 + (ue1 - ue0) / 3.0, ud0 + (ud1 - ud0) / 3.0
-        rn, re, rd = cross_k(wn, we, wd, dn - hn, de - he, dd - hd)
-        qn, qe, qd = cross_k(wn, we, wd, dn, de, dd)
-        qn, qe, qd = cross_k(wn, we, wd, qn, qe, qd)
-        sixth = dt / 6.0
-        vn1 = vn + dn - rn + qn / 6.0 + sixth * (gn0 + 4.0 * bnm + bn1 + gn + 4.0 * gnm + gn1)
-        ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
-        vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
-        dlat = sixth * (vn * k1 + 4.0 * vnm * k1m + vn1 * k1_1)
-        east += sixth * (ve * k2 * i0 + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
-        h1 = h - sixth * (vd + 4.0 * vdm + vd1)
-
-        # --- vertical channel
-        h1, vd1, loop_sum = vertical_channel_k(
-            vertical, dt, loop1, loop2, loop3, loop_sum, h, h1, vd1, height_reference, climb_reference, k
-        )
-
-        # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
-        frame = frame_turn_k(un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1)
-        attitude = step_k(attitude, b, frame)
-
-        # summed from the start: in a sum with the latitude, a slow vehicle's steps would be lost by rounding
-        north += dlat
-        lat = latitude[0] + north
-        lon = longitude[0] + east
-        if lon > pi:
-            east -= 2.0 * pi
-            lon -= 2.0 * pi
-        elif lon <= -pi:
-            east += 2.0 * pi
-            lon += 2.0 * pi
-        vn, ve, vd, h = vn1, ve1, vd1, h1
-
-        # --- the Earth's values, corrected from the extrapolated to the final position
-        moved, moved_h = dlat - dlat_taken, h1 - h_taken
-        s, c = s1 + c1 * moved, c1 - s1 * moved
-        i0 = i1 + s1 * i1 * i1 * moved
-        k1, k2 = k1_1 - k1_1 * k1_1 * moved_h, k2_1 - k2_1 * k2_1 * moved_h
-        gn, gd = gn1, gd1 - 2.0 * gd1 * k2_1 * moved_h
-
-        latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, h
-        velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = vn, ve, vd
+        if k % EXACT_EVERY == 0:
+            x = refreshed_k(lat0, x)
+        if vertical != FREE:
+            reference = height_reference[k + 1]
+        if vertical == HELD:
+            climb = climb_reference[k + 1]
+        x, attitude = step_level_k(
+            p, gravity, simplified, vertical, gains, time[k + 1] - time[k], lat0, lon0, reference, climb,
+            turn_in_block_k(turns, k % BLOCK), attitude, x,
+        )  # fmt: skip
+        latitude[k + 1], longitude[k + 1], height[k + 1] = lat0 + x.north, lon0 + x.east, x.h
+        velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = x.vn, x.ve, x.vd
         r0, r1, r2, r3, defect[k + 1] = quaternion_k(attitude)
         q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
         q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3

@@ -16,7 +16,7 @@ from math import sqrt
 from typing import Any
 
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k, radii_k
-from sinssim.jit import inline, with_constants
+from sinssim.jit import inline, strict_inline, with_constants
 
 SPHERICAL, NO_HEIGHT = False, False
 """What a form drops: e², and the height. The copies of the functions below have other values."""
@@ -28,7 +28,7 @@ _FORMS = {
 }
 
 
-@inline
+@strict_inline
 def curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tuple[float, float, float]:
     """1/(R₁+h), 1/(R₂+h) and R₂, which is that of gravity and exact; as in `level`."""
     r1, r2 = radii_k(p, s)

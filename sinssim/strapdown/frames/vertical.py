@@ -133,11 +133,35 @@ def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, t
     return reference, -np.gradient(reference, time) if vertical == "truth" else np.empty(0)
 
 
-@inline
+@strict_inline
 def loop_gains_k(time_constant: float, gravity_down: float, k2: float) -> tuple[float, float, float]:
     """Gains k₁, k₂, k₃ of the baro loop; k2 is the curvature 1/(R₂+h) where it is used."""
     rate = 1.0 / time_constant
     return 3.0 * rate, 3.0 * rate * rate + 2.0 * gravity_down * k2, rate * rate * rate
+
+
+@strict_inline
+def error_after_k(reference: float, h: float, e: float) -> float:
+    """Return the error that holds from a row on, from its reference, its height h and the previous error e."""
+    if reference < NO_HEIGHT:
+        return h - reference
+    return e if reference < OVERDUE else 0.0
+
+
+@strict_inline
+def baro_step_k(
+    dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float, error: float,
+    h1: float, v_down1: float, reference: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Height, down velocity, k₃∫e dt and held error at the end of an interval under the loop, second order in it.
+
+    error is the one at the start, h1 and v_down1 are the free values at the end, and reference that of the end.
+    """
+    e1 = h1 - dt * gain1 * error - reference
+    e = 0.5 * (error + e1) if reference < NO_HEIGHT else error
+    pull = dt * (gain2 * e + loop_sum + 0.5 * dt * gain3 * e)
+    held = h1 - dt * (gain1 * e + 0.5 * pull)
+    return held, v_down1 + pull, loop_sum + dt * gain3 * e, error_after_k(reference, held, error)
 
 
 @inline
@@ -145,20 +169,33 @@ def baro_loop_k(
     dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float,
     h: float, h1: float, v_down1: float, reference: Array, k: int,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Height, down velocity and k₃∫e dt at the end of an interval under the loop, second order in it.
+    """Height, down velocity and k₃∫e dt at the end of interval k; see `baro_step_k`.
 
-    h is the height at the start, h1 and v_down1 are the free values at the end, and reference[k] and reference[k + 1]
-    the references at both ends. At rows without a reading, the height minus the current error replaces the reference.
+    h is the height at the start. At rows without a reading, the height minus the current error replaces the reference.
     """
-    e0 = h - reference[k] if reference[k] < NO_HEIGHT else 0.0
-    e = e0
-    if reference[k + 1] < NO_HEIGHT:
-        e1 = h1 - dt * gain1 * e0 - reference[k + 1]
-        e = 0.5 * (e0 + e1)
-    pull = dt * (gain2 * e + loop_sum + 0.5 * dt * gain3 * e)
-    held = h1 - dt * (gain1 * e + 0.5 * pull)
-    next_error_k(reference, k + 1, held, e0)
-    return held, v_down1 + pull, loop_sum + dt * gain3 * e
+    error = h - reference[k] if reference[k] < NO_HEIGHT else 0.0
+    held, v_down, loop_sum, error = baro_step_k(
+        dt, gain1, gain2, gain3, loop_sum, error, h1, v_down1, reference[k + 1]
+    )  # fmt: skip
+    if reference[k + 1] > NO_HEIGHT:
+        reference[k + 1] = held - error
+    return held, v_down, loop_sum
+
+
+@strict_inline
+def vertical_step_k(
+    vertical: int, dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float, error: float,
+    h1: float, v_down1: float, reference: float, climb: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Height, down velocity, k₃∫e dt and held error at the end of an interval in any of the channels.
+
+    h1 and v_down1 are the free ones; reference and climb are the height and the down velocity of the reference there.
+    """
+    if vertical == BARO_LOOP:
+        return baro_step_k(dt, gain1, gain2, gain3, loop_sum, error, h1, v_down1, reference)
+    if vertical == HELD:
+        return reference, climb, loop_sum, error
+    return h1, v_down1, loop_sum, error
 
 
 @strict_inline

@@ -10,10 +10,10 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.jit import inline, kernel
-from sinssim.rotation.kernels import SERIES, small_rotation_series_k
-from sinssim.strapdown.increments.coning_sculling import logarithm_k
+from sinssim.rotation.kernels import SERIES, product_k, small_rotation_series_k
+from sinssim.strapdown.increments.coning_sculling import Twist, logarithm_k
 from sinssim.strapdown.increments.fit import WINDOW
-from sinssim.strapdown.increments.interval import BodyTurn, turn_of_moments_k
+from sinssim.strapdown.increments.interval import BodyTurn, Weights, fitted_k, turn_of_moments_k
 from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 BLOCK = 120
@@ -23,8 +23,6 @@ conflicts."""
 _FIELDS = len(BodyTurn._fields)
 _HALF = WINDOW // 2
 _ROW = BLOCK + WINDOW - 1  # samples of a channel used by the fits of a block
-
-Weights = tuple[float, float, float, float, float]
 
 
 @inline
@@ -66,9 +64,18 @@ def _moments_k(x: Array, channel: int, j: int, p: Weights, q: Weights) -> tuple[
     x0, x1, x2, x3, x4 = x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4]
     return (
         x2,
-        p[0] * x0 + p[1] * x1 + p[2] * x2 + p[3] * x3 + p[4] * x4,
-        q[0] * x0 + q[1] * x1 + q[2] * x2 + q[3] * x3 + q[4] * x4,
+        fitted_k(p, x0, x1, x2, x3, x4),
+        fitted_k(q, x0, x1, x2, x3, x4),
     )
+
+
+@inline
+def small_turn_k(a0: Twist, a2: Twist, a3: Twist) -> tuple[BodyTurn, float]:
+    """The body's turn from increments and fitted moments, and its squared angle, which must be below `SERIES`."""
+    log = logarithm_k(a0, a2, a3)
+    angle2 = product_k(log[0], log[0]) + log[1] * log[1] + log[2] * log[2]
+    _, b, c = small_rotation_series_k(angle2)
+    return turn_of_moments_k(a0, a2, a3, log, b, c), angle2
 
 
 @kernel
@@ -94,11 +101,9 @@ def _centred_turns(dtheta: Array, dvel: Array, weights: Array, start: int, end: 
         v0, v2, v3 = _moments_k(x, 4, j, p, q)
         w0, w2, w3 = _moments_k(x, 5, j, p, q)
         a0, a2, a3 = (x0, y0, z0, u0, v0, w0), (x2, y2, z2, u2, v2, w2), (x3, y3, z3, u3, v3, w3)
-        log = logarithm_k(a0, a2, a3)
-        angle2 = log[0] * log[0] + log[1] * log[1] + log[2] * log[2]
+        turn, angle2 = small_turn_k(a0, a2, a3)
         large += angle2 >= SERIES
-        _, b, c = small_rotation_series_k(angle2)
-        _keep_k(turn_of_moments_k(a0, a2, a3, log, b, c), turns, j)
+        _keep_k(turn, turns, j)
     return large == 0
 
 

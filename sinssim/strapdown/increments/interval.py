@@ -6,11 +6,13 @@ from typing import NamedTuple
 
 from sinssim.data import Array
 from sinssim.jit import inline
-from sinssim.rotation.kernels import cross_k, rotation_series_k
+from sinssim.rotation.kernels import cross_k, product_k, rotation_series_k
 from sinssim.strapdown.increments.coning_sculling import Twist, logarithm_k, velocity_increment_k
 from sinssim.strapdown.increments.fit import WINDOW
 
 _HALF = WINDOW // 2
+
+Weights = tuple[float, float, float, float, float]
 
 
 class BodyTurn(NamedTuple):
@@ -102,23 +104,36 @@ def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: 
 
 
 @inline
+def fitted_k(p: Weights, x0: float, x1: float, x2: float, x3: float, x4: float) -> float:
+    """Weighted sum over a window."""
+    return product_k(p[0], x0) + p[1] * x1 + p[2] * x2 + p[3] * x3 + p[4] * x4
+
+
+@inline
+def _moment_k(p: Weights, dtheta: Array, dvel: Array, first: int) -> Twist:
+    """Moment of the six channels over the window that begins at interval `first`."""
+    # with fewer samples than the window the remaining weights are zero
+    last = dtheta.shape[0] - 1
+    i0, i1, i2, i3, i4 = first, min(first + 1, last), min(first + 2, last), min(first + 3, last), min(first + 4, last)
+    return (
+        fitted_k(p, dtheta[i0, 0], dtheta[i1, 0], dtheta[i2, 0], dtheta[i3, 0], dtheta[i4, 0]),
+        fitted_k(p, dtheta[i0, 1], dtheta[i1, 1], dtheta[i2, 1], dtheta[i3, 1], dtheta[i4, 1]),
+        fitted_k(p, dtheta[i0, 2], dtheta[i1, 2], dtheta[i2, 2], dtheta[i3, 2], dtheta[i4, 2]),
+        fitted_k(p, dvel[i0, 0], dvel[i1, 0], dvel[i2, 0], dvel[i3, 0], dvel[i4, 0]),
+        fitted_k(p, dvel[i0, 1], dvel[i1, 1], dvel[i2, 1], dvel[i3, 1], dvel[i4, 1]),
+        fitted_k(p, dvel[i0, 2], dvel[i1, 2], dvel[i2, 2], dvel[i3, 2], dvel[i4, 2]),
+    )
+
+
+@inline
 def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
     """The body's turn in interval k from the fit over its neighbours; sixth order in the interval."""
     count = dtheta.shape[0]
     first = min(max(k - _HALF, 0), count - min(count, WINDOW))
-    row = k - first if uniform else k
+    w = weights[k - first if uniform else k]
     a0 = (dtheta[k, 0], dtheta[k, 1], dtheta[k, 2], dvel[k, 0], dvel[k, 1], dvel[k, 2])
-    x2, y2, z2, u2, v2, w2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x3, y3, z3, u3, v3, w3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(WINDOW):  # a constant count for unrolling; with fewer samples the remaining weights are zero
-        p, q, i = weights[row, j], weights[row, WINDOW + j], min(first + j, count - 1)
-        x2, x3 = x2 + p * dtheta[i, 0], x3 + q * dtheta[i, 0]
-        y2, y3 = y2 + p * dtheta[i, 1], y3 + q * dtheta[i, 1]
-        z2, z3 = z2 + p * dtheta[i, 2], z3 + q * dtheta[i, 2]
-        u2, u3 = u2 + p * dvel[i, 0], u3 + q * dvel[i, 0]
-        v2, v3 = v2 + p * dvel[i, 1], v3 + q * dvel[i, 1]
-        w2, w3 = w2 + p * dvel[i, 2], w3 + q * dvel[i, 2]
-    a2, a3 = (x2, y2, z2, u2, v2, w2), (x3, y3, z3, u3, v3, w3)
+    a2 = _moment_k((w[0], w[1], w[2], w[3], w[4]), dtheta, dvel, first)
+    a3 = _moment_k((w[5], w[6], w[7], w[8], w[9]), dtheta, dvel, first)
     log = logarithm_k(a0, a2, a3)
-    _, b, c = rotation_series_k(log[0] * log[0] + log[1] * log[1] + log[2] * log[2])
+    _, b, c = rotation_series_k(product_k(log[0], log[0]) + log[1] * log[1] + log[2] * log[2])
     return turn_of_moments_k(a0, a2, a3, log, b, c)

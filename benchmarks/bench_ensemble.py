@@ -1,0 +1,215 @@
+"""Speed and memory of a batch of runs.
+
+    python -m benchmarks.bench_ensemble [--runs 1000] [--minutes 84.4] [--threads 2]
+
+The motion is that of the scenario `first_flight` (its flight comes from the cache, or is flown), the sensors are
+laser-standard in full: white noise, Gauss-Markov instability and quantisation. Printed are the time of each stage for a
+sample of a run, the run-samples per second of one core and of all threads, the ratios to single runs one after another
+and, where it is installed, to pyins' integrator, and the largest memory of a process of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import sinssim
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth.kernels import parameters
+from sinssim.earth.models import ellipsoid_by_name
+from sinssim.ensembles.batch import layout
+from sinssim.ensembles.batch.engines import engine
+from sinssim.ensembles.batch.navigate_batch import navigate_batch
+from sinssim.jit import strict_kernel
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors import draw
+from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.pack import pack
+from sinssim.sensors.noise.random_numbers import key
+from sinssim.strapdown import navigate
+from sinssim.strapdown.increments.fit import weight_table
+
+SENSORS: dict[str, Any] = {
+    "grade": "laser-standard",
+    "gyro_instability_deg_h": 0.003,
+    "accel_instability_ug": 5.0,
+    "gyro_quantum_arcsec": 0.5,
+    "accel_quantum_mm_s": 1.0,
+}
+"""laser-standard in full: white, Gauss-Markov, quantised."""
+EPOCHS = 500
+CHUNK = 500
+"""Runs of one call."""
+REPEATS = 1000
+
+
+def motion(minutes: float) -> tuple[ImuData, NavState, Array]:
+    """Return the ideal increments, the true initial state and the true height at the edges."""
+    scenario = sinssim.load_scenario("scenarios/first_flight.toml")
+    trajectory = sinssim.fly(scenario)
+    ideal = trajectory.increments(scenario.imu.rate_hz)
+    truth = trajectory.state(ideal.time)
+    count = min(len(ideal), round(minutes * 60.0 * scenario.imu.rate_hz))
+    cut = ImuData(ideal.time[: count + 1], ideal.dtheta[:count], ideal.dvel[:count])
+    fields = (truth.latitude, truth.longitude, truth.height, truth.velocity_ned, truth.q_nb)
+    return cut, NavState(*(field[0] for field in fields)), truth.height[: count + 1]
+
+
+def ensemble(runs: int, minutes: float, threads: int) -> tuple[float, float, float, int]:
+    """Return elapsed and processor time of an ensemble, s, that of drawing its errors, and its samples."""
+    ideal, initial, height = motion(minutes)
+    section = ImuSection.model_validate(SENSORS)
+    epochs = np.unique(np.linspace(0, len(ideal), EPOCHS).astype(int))
+
+    def go(first: int, last: int, rows: Any) -> float:
+        began = time.perf_counter()
+        errors = [draw(section, seed) for seed in range(first, last)]
+        drawn = time.perf_counter() - began
+        navigate_batch(
+            ideal, initial, errors, range(first, last), rows, vertical="baro-loop", height=height, threads=threads
+        )
+        return drawn
+
+    go(0, 1, [10])  # compiles, or loads what is compiled
+    start, busy, drawn = time.perf_counter(), time.process_time(), 0.0
+    for first in range(0, runs, CHUNK):
+        drawn += go(first, min(first + CHUNK, runs), epochs)
+    return time.perf_counter() - start, time.process_time() - busy, drawn, runs * len(ideal)
+
+
+def stages() -> dict[str, float]:
+    """Return the processor time of each stage for a sample of a run, ns."""
+    ideal, initial, height = motion(1.0)
+    section = ImuSection.model_validate(SENSORS)
+    lanes = layout.LANES
+    packed = pack([draw(section, seed) for seed in range(lanes)], float(ideal.time[0]))
+    kernel: Any = engine("quaternion", 0, 1, "exact", packed.active)
+    parts = kernel.py_func.__globals__
+    w, x = np.zeros(layout.SENSOR_ROWS * lanes), np.zeros(layout.NAVIGATION_ROWS * lanes)
+    y, keys = np.zeros((5, 6 * lanes)), np.array([key(seed) for seed in range(lanes)], dtype=np.uint64).T.copy()
+    lane_keys, c = np.empty_like(keys), packed.conditions.copy()
+    columns = np.array([initial.latitude, initial.longitude, initial.height, *initial.velocity_ned, *initial.q_nb])
+    states = np.repeat(columns[:, None], lanes, axis=1)
+    earth, weights = parameters(ellipsoid_by_name("wgs84")), weight_table(ideal.time, True)
+    parts["_prepare_lane"](w, packed.parameters, keys, lane_keys, 0, lanes)
+    gains = parts["_begin_lane"](x, states, earth, float(height[0]), 50.0, 0, lanes)
+    u, slots = np.concatenate([ideal.dtheta[0], ideal.dvel[0]]), np.arange(5)
+    c[2], c[3] = 0.01, 0.1  # length of the interval and its root
+    for k in range(5):
+        parts["_draw_lane"](w, lane_keys[0], lane_keys[1], k + 1)
+        parts["_measure_lane"](w, u, c, packed.kinds, packed.spans, packed.amounts)
+        y[k] = w[layout.READING * lanes : (layout.READING + 6) * lanes]
+    draw_lane, measure_lane, step_lane = (parts[name] for name in ("_draw_lane", "_measure_lane", "_step_lane"))
+
+    # the loops are compiled, because a call from Python takes as long as a stage
+
+    @strict_kernel
+    def drawing(times, w, one, two):
+        for n in range(times):
+            draw_lane(w, one, two, n)
+
+    @strict_kernel
+    def measuring(times, w, u, c, kinds, spans, amounts):
+        for _ in range(times):
+            measure_lane(w, u, c, kinds, spans, amounts)
+
+    @strict_kernel
+    def stepping(times, x, y, weights, slots, earth, gain1, gain3, height):
+        for _ in range(times):
+            step_lane(x, y, weights, 2, 2, slots, earth, gain1, gain3, 0.01, height, 0.0)
+
+    calls: dict[str, Callable[[int], None]] = {
+        "random numbers, 12 of two noises": lambda n: drawing(n, w, lane_keys[0], lane_keys[1]),
+        "errors of six channels": lambda n: measuring(n, w, u, c, packed.kinds, packed.spans, packed.amounts),
+        "increments, attitude and navigation": lambda n: stepping(
+            n, x, y, weights, slots, earth, *gains, float(height[0])
+        ),
+    }
+
+    def of_call(call: Callable[[int], None]) -> float:
+        call(1)
+        times = []
+        for _ in range(9):
+            start = time.process_time()
+            call(REPEATS)
+            times.append(time.process_time() - start)
+        return min(times) / REPEATS / lanes * 1e9
+
+    return {name: of_call(call) for name, call in calls.items()}
+
+
+def single(minutes: float, repeat: int = 3) -> float:
+    """Return the processor time of one run by `emulate` and `navigate`, s."""
+    ideal, initial, height = motion(minutes)
+    section = ImuSection.model_validate(SENSORS)
+    times = []
+    for seed in range(repeat + 1):
+        start = time.process_time()
+        navigate(emulate(ideal, draw(section, seed), seed), initial, vertical="baro-loop", height=height)
+        times.append(time.process_time() - start)
+    return min(times[1:])
+
+
+def pyins(minutes: float) -> float | None:
+    """Return the processor time of pyins' kernel for one run without sensor errors, s; None if it is not installed."""
+    if importlib.util.find_spec("pyins") is None:
+        return None
+    from pyins._numba_integrate import integrate
+
+    from sinssim import rotation
+
+    ideal, initial, _ = motion(minutes)
+    count = len(ideal)
+    lla, velocity, matrices = np.empty((count + 1, 3)), np.empty((count + 1, 3)), np.empty((count + 1, 3, 3))
+    lla[0] = np.degrees(initial.latitude), np.degrees(initial.longitude), initial.height
+    velocity[0], matrices[0] = initial.velocity_ned, rotation.dcm_from_quaternion(initial.q_nb)
+    step = np.diff(ideal.time)
+    times = []
+    for _ in range(4):
+        start = time.process_time()
+        integrate(step, lla, velocity, matrices, ideal.dtheta, ideal.dvel, 0, True)
+        times.append(time.process_time() - start)
+    return min(times[1:])
+
+
+def main() -> None:
+    """Print the lines."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=1000)
+    parser.add_argument("--minutes", type=float, default=84.4)
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--child", action="store_true", help="print the ensemble's figures only, for the parent")
+    options = parser.parse_args()
+    if options.child:
+        figures = ensemble(options.runs, options.minutes, options.threads)
+        print(*figures, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+        return
+    for name, ns in stages().items():
+        print(f"{name:40s} {ns:6.1f} ns a sample of a run")
+    command = [sys.executable, "-m", "benchmarks.bench_ensemble", "--child"]
+    chosen = ["--runs", str(options.runs), "--minutes", str(options.minutes), "--threads", str(options.threads)]
+    output = subprocess.run([*command, *chosen], capture_output=True, text=True, check=True).stdout
+    elapsed, busy, drawn, samples, memory = (float(word) for word in output.split())
+    print(f"{options.runs} runs of {options.minutes:g} min, {options.threads} threads: {elapsed:.1f} s elapsed, of "
+          f"which errors drawn {drawn:.1f} s")  # fmt: skip
+    print(f"run-samples/s: {samples / busy / 1e6:.1f} M a core, {samples / elapsed / 1e6:.1f} M elapsed")
+    print(f"largest memory {memory / 2**10:.0f} MiB")
+    alone, per_run = single(options.minutes), busy / options.runs
+    print(f"one run by emulate and navigate {alone:.3f} s: {alone / per_run:.1f} times that in the batch")
+    if (other := pyins(options.minutes)) is None:
+        print("pyins is not installed: no ratio to it")
+    else:
+        print(f"pyins' integrator alone {other:.3f} s: {other / per_run:.1f} times a run in the batch")
+
+
+if __name__ == "__main__":
+    main()
