@@ -16,13 +16,13 @@ from sinssim.data import NavSolution
 from sinssim.ensembles.fill_in import check_finite, fill_in, rows_at
 from sinssim.ensembles.members import Member, member
 from sinssim.ensembles.run_errors import RunErrors, empty
+from sinssim.ensembles.together import alone_because, by_one, fill_in_together
 from sinssim.errors import SinssimError
 from sinssim.strapdown.nav_error import NavError, navigation_error
 
 if TYPE_CHECKING:
     from sinssim.ensembles.plan import Plan
     from sinssim.ensembles.truth import Truth, TruthCache
-    from sinssim.scenario import Scenario
     from sinssim.simulation.result import Run
 
 _ROWS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
@@ -33,7 +33,7 @@ def errors_of_runs(
 ) -> RunErrors:
     """Compute some runs of an ensemble and return their errors at its epochs.
 
-    Whatever computes them otherwise, such as many pure inertial runs on one motion together, is called from here.
+    Inertial runs on one motion are computed together where the batch serves them, and one by one otherwise.
 
     Args:
         plan: the plan of the ensemble.
@@ -45,13 +45,17 @@ def errors_of_runs(
         The errors; a run that fails has the reason in `failure`, and its errors are NaN.
     """
     errors = empty(len(runs), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
-    for row, number in enumerate(runs):
-        one = member(plan.scenario, number)
+    members = [member(plan.scenario, number) for number in runs]
+    for row, (number, one) in enumerate(zip(runs, members, strict=True)):
         errors.number[row], errors.seed[row] = number, one.seed
         for key, value in one.values.items():
             errors.values[key][row] = value
+    left = list(range(len(runs)))
+    if alone_because(plan, truths) is None:
+        left = fill_in_together(plan, members, truths, errors, on_run)
+    for row in left:
         try:
-            errors_of_run(plan, one, truths, errors, row)
+            errors_of_run(plan, members[row], truths, errors, row)
         except SinssimError as error:
             _fail(errors, row, str(error))
         except MemoryError:  # no property of the run: another machine, or fewer runs at a time, would do
@@ -112,9 +116,10 @@ def _inertial(plan: Plan, run: Run, truth: Truth) -> tuple[NavError, NDArray[np.
     """Return the errors of an inertial solution at the epochs that it reaches, and which epochs these are."""
     from sinssim.simulation.navigation import height_reference, solve
 
-    scenario = _by(run.scenario, plan.solution)
+    scenario = by_one(run.scenario, plan.solution)
     height = height_reference(scenario, truth.trajectory, truth.state.height)
-    solutions, _ = solve(scenario, truth.trajectory, run.compensated, run.readings.attitude, height)
+    imu, attitude = run.compensated, run.readings.attitude
+    solutions, _ = solve(scenario, truth.trajectory, imu, attitude, height, run.true_errors, truth.state)
     solution = solutions[plan.solution]
     epochs, rows = rows_at(plan.epochs, solution.time)
     # the states of all rows first: a single row may have other last bits than in an array
@@ -123,13 +128,7 @@ def _inertial(plan: Plan, run: Run, truth: Truth) -> tuple[NavError, NDArray[np.
         **{name: getattr(solution, name)[rows] for name in _ROWS}, algorithm=solution.algorithm, events=()
     )
     there = replace(whole, **{name: value[rows] for name, value in vars(whole).items()})
-    return navigation_error(there, kept, truth.trajectory.ellipsoid), epochs
-
-
-def _by(scenario: Scenario, algorithm: str) -> Scenario:
-    """Return a scenario that navigates by one of its algorithms alone."""
-    navigation = scenario.navigation.model_copy(update={"algorithms": (algorithm,)})
-    return scenario.model_copy(update={"navigation": navigation})
+    return navigation_error(there, kept, truth.trajectory.ellipsoid, run.axes), epochs
 
 
 def _fail(errors: RunErrors, row: int, text: str) -> None:
