@@ -118,6 +118,10 @@ def actual_consistency(model: ErrorModel, history: History, errors: Array) -> Ac
     return ActualConsistency(nees, noise, tuple(sentences))
 
 
+_ROUNDING = 1e-13
+"""Share of a state's variance that the others leave undetermined; below it, it is rounding of the covariance."""
+
+
 def _nees(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[str, ChiSquare]]:
     """Yield the NEES of all states and of each block."""
     e, p = errors - history.state, history.covariance
@@ -143,6 +147,8 @@ def _of_block(name: str, e: Array, p: Array, decay: Array, states: NDArray[np.in
     own = p[:, states][:, :, states]
     scale = np.sqrt(np.einsum("kii->ki", own))
     root = np.linalg.cholesky(own / (scale[:, :, None] * scale[:, None, :]))
+    if np.min(np.einsum("kii->ki", root)) ** 2 < _ROUNDING:
+        raise np.linalg.LinAlgError("the states depend linearly on each other to rounding")
     b = np.zeros((count, size, n))
     b[:, :, states] = np.linalg.inv(root) / scale[:, None, :]
     g = p @ b.transpose(0, 2, 1)
