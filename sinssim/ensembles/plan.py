@@ -10,14 +10,19 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
+from sinssim.ensembles.fill_in import WITHIN
 from sinssim.ensembles.members import member
 from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from sinssim.ensembles.truth import Truth
+    from sinssim.requirements.requirement import Requirement
     from sinssim.scenario import Scenario
 
 AIDED = "aided"
@@ -49,6 +54,7 @@ class Plan:
         sensors: aiding sensors whose innovations are kept; empty without a filter.
         flight: digest of the flight, "" for another motion.
         course: direction of the true ground velocity at the end of the run, rad; NaN at rest.
+        extra: epochs that requirements add to the others, s; rates and means over the epochs leave them out.
     """
 
     scenario: Scenario
@@ -60,6 +66,7 @@ class Plan:
     sensors: tuple[str, ...]
     flight: str = ""
     course: float = math.nan
+    extra: tuple[float, ...] = ()
 
     @property
     def filtered(self) -> bool:
@@ -70,6 +77,11 @@ class Plan:
     def keys(self) -> tuple[str, ...]:
         """The varied keys."""
         return tuple(one.key for one in self.scenario.ensemble.vary) if self.scenario.ensemble else ()
+
+    @cached_property
+    def regular(self) -> NDArray[np.bool_]:
+        """Whether each epoch is one without any requirement, (K,)."""
+        return np.asarray(~np.isin(self.epochs, self.extra))
 
     @property
     def contents(self) -> dict[str, Any]:
@@ -87,12 +99,19 @@ class Plan:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def make_plan(scenario: Scenario, truths: TruthCache | None = None) -> Plan:
+def make_plan(
+    scenario: Scenario,
+    truths: TruthCache | None = None,
+    require: Iterable[Requirement] = (),
+    kept: Iterable[float] | None = None,
+) -> Plan:
     """Plan an ensemble; its flight is flown if it is not in the cache.
 
     Args:
         scenario: the scenario, with or without an [ensemble] section.
         truths: where to keep the true motion for the runs.
+        require: requirements; their times are epochs, too.
+        kept: the further epochs of an ensemble that is continued, s; its requirements add none.
 
     Returns:
         The plan.
@@ -118,11 +137,13 @@ def make_plan(scenario: Scenario, truths: TruthCache | None = None) -> Plan:
     check_route(scenario)
     truth = (truths or TruthCache()).of(scenario)
     sensors = _sensors(scenario, truth) if solution == AIDED else ()
-    epochs = _epochs(truth, section.epoch_s if section else None)
+    epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), tuple(require), kept)
     chunk = _LONG_CHUNK if solution == AIDED or _own_motions(scenario) else _CHUNK
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
-    return Plan(scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, _flight(scenario), course)
+    return Plan(
+        scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, _flight(scenario), course, extra
+    )
 
 
 def with_runs(plan: Plan, runs: int) -> Plan:
@@ -195,6 +216,27 @@ def _epochs(truth: Truth, step: float | None) -> Array:
     wanted = start + step * np.arange(math.floor(lasts / step + 1e-9) + 1)
     rows = np.unique(np.append(np.searchsorted(time, wanted - 0.5 * sample), len(time) - 1))
     return np.asarray(time[np.minimum(rows, len(time) - 1)], dtype=np.float64)
+
+
+def _with_times(
+    truth: Truth, epochs: Array, require: tuple[Requirement, ...], kept: Iterable[float] | None
+) -> tuple[Array, tuple[float, ...]]:
+    """Return the epochs with the times of requirements, or those of an ensemble that is continued, and the new ones."""
+    time, start = truth.time, float(truth.time[0])
+    wanted = [] if kept is None else [t for t in kept if np.isin(t, time)]
+    for one in require:
+        one.check_within(float(time[-1]) - start)
+        if one.when == "at":
+            row = int(np.argmin(np.abs(time - start - one.time)))
+            if abs(float(time[row]) - start - one.time) > WITHIN:
+                raise InputError(
+                    f"requirement {one.text!r}: {one.time:g} s is between two samples of the run, which are "
+                    f"{float(time[1]) - start:g} s apart; the nearest one is at {float(time[row]) - start:.10g} s."
+                )
+            if kept is None:
+                wanted.append(float(time[row]))
+    extra = tuple(sorted({t for t in wanted if not np.isin(t, epochs)}))
+    return np.unique(np.append(epochs, extra)), extra
 
 
 def _flight(scenario: Scenario) -> str:

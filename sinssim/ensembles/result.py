@@ -21,6 +21,7 @@ from sinssim.statistics.standard_deviation import Spread, spread
 
 if TYPE_CHECKING:
     from sinssim.ensembles.plan import Plan
+    from sinssim.requirements.verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ class EnsembleResult:
         seconds: duration of the computation, s, of this call alone.
         computed: number of runs computed by this call; the others had been finished before.
         notes: remarks on how it was computed, whole sentences.
+        verdicts: verdicts on the requirements, in their order.
+        looks: numbers of runs after which they were judged, with `until_decided`; else none.
     """
 
     plan: Plan
@@ -59,6 +62,8 @@ class EnsembleResult:
     seconds: float = 0.0
     computed: int = 0
     notes: list[str] = field(default_factory=list)
+    verdicts: tuple[Verdict, ...] = ()
+    looks: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         return len(self.errors)
@@ -123,7 +128,8 @@ class EnsembleResult:
     @cached_property
     def mean_rates(self) -> Array:
         """Rate of each run by the least-squares line through the origin, Σ t r / Σ t², (N,) m/s."""
-        return mean_rate(self.elapsed, self.horizontal)
+        regular = self.plan.regular
+        return mean_rate(self.elapsed[regular], np.compress(regular, self.horizontal, axis=1))
 
     @cached_property
     def end_rates(self) -> Array:

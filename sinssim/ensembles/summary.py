@@ -9,6 +9,7 @@ import numpy as np
 from sinssim import units
 from sinssim.data import Array
 from sinssim.ensembles.run_errors import COMPONENTS, VECTORS
+from sinssim.requirements.verdict import CONFIDENCE
 from sinssim.statistics.chi_square import share_inside
 from sinssim.statistics.circles import circle_radius
 from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95
@@ -48,8 +49,8 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
 
     Returns:
         The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end,
-        rates in both definitions, components, the comparison with the regulation, consistency of a filter, failures,
-        and the worst, median and best runs. Numbers that are not finite are as they are.
+        rates in both definitions, components, the comparison with the regulation, requirements, consistency of a
+        filter, failures, and the worst, median and best runs. Numbers that are not finite are as they are.
     """
     plan = result.plan
     lasts = float(plan.epochs[-1] - plan.start)
@@ -80,6 +81,8 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
         "components": _components(result),
         "circles_of_covariance_m": _circles(result),
         "part_121": part_121(result, lasts),
+        "requirements": requirements(result),
+        "looks": list(result.looks),
         "nees": {name: _mean_square(one) for name, one in result.nees.items()},
         "nis": {name: _mean_square(one) for name, one in result.nis.items()},
         "failures": {str(number): text for number, text in result.failures.items()},
@@ -135,6 +138,34 @@ def named_runs(result: EnsembleResult) -> list[dict[str, Any]]:
         }
         for number, rank in sorted(picked.items(), key=lambda item: int(np.flatnonzero(order == item[0])[0]))
         if count
+    ]
+
+
+def requirements(result: EnsembleResult) -> list[dict[str, Any]]:
+    """Return the verdicts on the requirements as plain numbers.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        For each the requirement as it was written, its meaning, the verdict and its confidence, the value of these runs
+        and the limit in the unit as written, the time of the value, the number of runs judged, and about how many more
+        are needed (None if more than can be counted).
+    """
+    return [
+        {
+            "requirement": one.requirement.text,
+            "meaning": one.requirement.meaning,
+            "verdict": one.verdict,
+            "confidence": CONFIDENCE,
+            "value": one.value / one.requirement.unit_size,
+            "limit": one.requirement.limit / one.requirement.unit_size,
+            "unit": one.requirement.unit,
+            "time_s": one.time,
+            "runs": one.runs,
+            "more_runs": one.more_runs,
+        }
+        for one in result.verdicts
     ]
 
 
@@ -195,6 +226,7 @@ def _components(result: EnsembleResult) -> dict[str, dict[str, float]]:
     for number, name in enumerate(COMPONENTS):
         final = result.errors.final[worked, number]
         course = getattr(result.errors, VECTORS[number // 3])[worked][:, :, number % 3]
+        course = np.compress(result.plan.regular, course, axis=1)
         count = len(final)
         sigma = float(np.std(final, ddof=1)) if count > 1 else float("nan")
         square = np.nanmean(course * course) if np.isfinite(course).any() else float("nan")

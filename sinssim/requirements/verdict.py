@@ -7,6 +7,9 @@ whose interval follows from N s²/σ² ~ χ² with N degrees of freedom, for nor
 
 Throughout a run, the requirement is met if it is met at every instant, each at 95 %. It is not met if it is not met at
 one instant, with the probability of error divided by the number of instants.
+
+Who looks several times while runs are added, and stops once it is decided, errs more often than who looks once. Each of
+L looks is then given a probability of error of 5 %/L, so that all together err with at most 5 % (Bonferroni).
 """
 
 from __future__ import annotations
@@ -20,10 +23,9 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement
+from sinssim.statistics.order_statistics import percentile
 
 CONFIDENCE = 0.95
-_TWO_SIDED = 1.959963984540054
-"""Normal number that is exceeded in magnitude with a probability of 5 %."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,13 @@ def errors_of(requirement: Requirement, errors: Array) -> Array:
     return np.asarray(errors[:, :, COMPONENTS.index(requirement.quantity)])
 
 
-def verdict(requirement: Requirement, time: Array, errors: Array) -> Verdict:
+def verdict(
+    requirement: Requirement,
+    time: Array,
+    errors: Array,
+    counts: NDArray[np.bool_] | None = None,
+    error: float = 1.0 - CONFIDENCE,
+) -> Verdict:
     """Judge a requirement by the errors of an ensemble of runs.
 
     Args:
@@ -71,9 +79,12 @@ def verdict(requirement: Requirement, time: Array, errors: Array) -> Verdict:
         time: instants, (E,) s since the start.
         errors: of each run at these instants, SI: horizontal distance for cep, r95 and rate, else the component; NaN or
             infinite for a failed run, which counts as infinitely far off; (N, E).
+        counts: whether a run counts at an instant, (N, E); by default each does. A shorter run does not after its end.
+        error: probability of error, 5 %, or less if several looks share it.
 
     Returns:
-        The verdict at a confidence of 95 %.
+        The verdict at a confidence of 1 - error. Instants at which no run counts are left out; if none is left, it is
+        undecided, and the value is NaN.
 
     Raises:
         InputError: the shapes do not fit, there is no run, or the time of the requirement is not among the instants.
@@ -84,16 +95,19 @@ def verdict(requirement: Requirement, time: Array, errors: Array) -> Verdict:
             f"errors have the shape {found.shape}; N runs at {len(instants)} instants need ({'N'}, {len(instants)})."
         )
     columns = _columns(requirement, instants)
+    counted = np.ones((len(found), len(columns)), np.bool_) if counts is None else counts[:, columns]
+    columns, counted = columns[counted.any(axis=0)], counted[:, counted.any(axis=0)]
+    if not len(columns):
+        return Verdict(requirement, "undecided", float("nan"), float("nan"), len(found), None)
     distance = np.where(np.isfinite(found[:, columns]), np.abs(found[:, columns]), np.inf)
+    distance[~counted] = np.nan
     if requirement.quantity == "rate":
         distance = distance / instants[columns]
     judge = _share if requirement.quantity in SHARES else _mean_square
-    value, low, high, need = judge(requirement, distance, 1.0 - CONFIDENCE)
+    value, low, high, need = judge(requirement, distance, error)
     if len(columns) > 1:  # "not met" anywhere needs a smaller probability of error
-        strict = judge(requirement, distance, (1.0 - CONFIDENCE) / len(columns))
-        refuted = strict[1] > requirement.limit
-    else:
-        refuted = low > requirement.limit
+        low = judge(requirement, distance, error / len(columns))[1]
+    refuted = low > requirement.limit
     worst = int(np.argmax(value))
     if refuted.any():
         worst = int(np.argmax(np.where(refuted, value, -np.inf)))
@@ -101,7 +115,7 @@ def verdict(requirement: Requirement, time: Array, errors: Array) -> Verdict:
     if (high <= requirement.limit).all():
         return Verdict(requirement, "met", float(value[worst]), float(instants[columns[worst]]), len(found), 0)
     open_ones = high > requirement.limit
-    most = float(np.max(need[open_ones]))
+    most = float(np.max((need / counted.mean(axis=0))[open_ones]))
     more = None if not np.isfinite(most) else max(int(np.ceil(most)) - len(found), 1)
     return Verdict(requirement, "undecided", float(value[worst]), float(instants[columns[worst]]), len(found), more)
 
@@ -122,30 +136,32 @@ def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:
 
 def _share(requirement: Requirement, distance: Array, error: float) -> tuple[Array, Array, Array, Array]:
     """Return percentile, lower and upper limit of it as far as they concern the requirement's, and runs needed."""
+    from scipy.special import ndtri
     from scipy.stats import beta
 
-    share, count = SHARES[requirement.quantity], len(distance)
+    share, count = SHARES[requirement.quantity], np.count_nonzero(~np.isnan(distance), axis=0)
     inside = np.count_nonzero(distance <= requirement.limit, axis=0)
     lowest = np.where(inside > 0, beta.ppf(0.5 * error, np.maximum(inside, 1), count - inside + 1), 0.0)
     highest = np.where(inside < count, beta.ppf(1.0 - 0.5 * error, inside + 1, np.maximum(count - inside, 1)), 1.0)
     # the percentile is at most the limit where the share within the limit is at least p
     high = np.where(lowest >= share, 0.0, np.inf)
     low = np.where(highest < share, np.inf, 0.0)
-    rank = min(int(np.ceil(share * count)), count) - 1
-    value = np.sort(distance, axis=0)[rank]
+    value = percentile(distance, share).value  # the R95 and CEP that are shown
     off = np.abs(inside / count - share)
     with np.errstate(divide="ignore"):
-        need = _TWO_SIDED**2 * share * (1.0 - share) / off**2
-    return value, low, high, np.maximum(need, np.log(0.5 * error) / np.log(share))  # even if all lie inside
+        need = ndtri(0.5 * error) ** 2 * share * (1.0 - share) / off**2
+    least = np.log(0.5 * error) / np.log(share)  # runs, all of which lie inside
+    return value, low, high, np.where(inside == count, least, np.maximum(need, least))
 
 
 def _mean_square(requirement: Requirement, distance: Array, error: float) -> tuple[Array, Array, Array, Array]:
+    from scipy.special import ndtri
     from scipy.stats import chi2
 
-    count = len(distance)
-    value = np.sqrt(np.mean(distance**2, axis=0))
+    count = np.count_nonzero(~np.isnan(distance), axis=0)
+    value = np.sqrt(np.nanmean(distance**2, axis=0))
     low = value * np.sqrt(count / chi2.ppf(1.0 - 0.5 * error, count))
     high = value * np.sqrt(count / chi2.ppf(0.5 * error, count))
     with np.errstate(divide="ignore"):
-        need = 0.5 * (_TWO_SIDED / (value / requirement.limit - 1.0)) ** 2
+        need = 0.5 * (ndtri(0.5 * error) / (value / requirement.limit - 1.0)) ** 2
     return value, low, high, need

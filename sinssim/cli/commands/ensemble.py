@@ -45,6 +45,23 @@ def command(
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler to use, for example tcp://10.0.0.1:8786."),
     ] = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--require",
+            metavar="REQUIREMENT",
+            help='Judge a requirement, met, not met or undecided at 95 %: "r95(3600 s) <= 1852 m", "heading(end) <= 3 '
+            'arcmin"; may be given several times.',
+            show_default=False,
+        ),
+    ] = None,
+    until_decided: Annotated[
+        bool,
+        typer.Option(
+            "--until-decided",
+            help="Double the number of runs, up to 16 times --runs, until every requirement is decided.",
+        ),
+    ] = False,
     sheet: Annotated[
         bool, typer.Option("--sheet", help="Print the performance of the unit in the words of a data sheet.")
     ] = False,
@@ -65,9 +82,12 @@ def command(
 
         sinssim ensemble first_flight --runs 1000
         sinssim ensemble gyrocompassing --runs 50 --sheet
+        sinssim ensemble first_flight --runs 200 --require "r95(3600 s) <= 1 nmi" --until-decided
     """
+    from sinssim.requirements.requirement import parse_requirements
     from sinssim.scenario import load_scenario
 
+    wanted = parse_requirements(require or ())
     plan = load_scenario(scenario, settings or ())
     directory = out or Path("runs") / f"{plan.name}-ensemble"
     from sinssim.ensembles.running.run import ensemble
@@ -79,7 +99,7 @@ def command(
     with one_bar(show=not quiet) as progress:
         result = ensemble(
             plan, runs, directory, resume=resume, overwrite=overwrite, threads=threads, workers=workers,
-            scheduler=scheduler, progress=progress, say=say,
+            scheduler=scheduler, require=wanted, until_decided=until_decided, progress=progress, say=say,
         )  # fmt: skip
     from sinssim.ensembles.summary import ensemble_numbers
 

@@ -95,12 +95,22 @@ class EnsembleDirectory:
             "versions": {name: versions()[name] for name in _NUMERIC},
             "flight": self.plan.flight,
             "epochs_s": self.plan.epochs.tolist(),
+            "epochs_of_requirements_s": list(self.plan.extra),
             "blocks": self.plan.blocks,
             "sensors": list(self.plan.sensors),
             "contents": self.plan.contents,
         }
         write_text(self.path / "scenario.toml", self.plan.scenario.to_toml())
         write_text(self.path / MANIFEST, json.dumps(contents, indent=1) + "\n")
+
+    def extend(self, plan: Plan) -> None:
+        """Go on with a plan of more runs.
+
+        Args:
+            plan: the plan of the same ensemble.
+        """
+        self.plan = plan
+        self._write_manifest()
 
     def finished(self, say: Callable[[str], None] | None = None) -> list[range]:
         """Return the runs that are finished, in order; a damaged file is named and removed.
@@ -172,6 +182,23 @@ class EnsembleDirectory:
                 (self.path / IN_USE).unlink(missing_ok=True)
             os.close(self._lock)
             self._lock = None
+
+
+def kept_epochs(path: Path) -> list[float] | None:
+    """Return the epochs that requirements have added to an ensemble.
+
+    Args:
+        path: its directory.
+
+    Returns:
+        Times, s; None if the directory holds no ensemble.
+    """
+    try:
+        found = _manifest(path)
+    except InputError:
+        return None
+    kept = found.get("epochs_of_requirements_s", [])
+    return [float(t) for t in kept if isinstance(t, float | int)] if isinstance(kept, list) else []
 
 
 def missing(finished: list[range], runs: int, chunk: int) -> list[range]:

@@ -6,15 +6,16 @@ import os
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sinssim.ensembles.judge import Looks, check_kept, read_requirements
 from sinssim.ensembles.plan import Plan, make_plan, with_runs
 from sinssim.ensembles.result import EnsembleResult
 from sinssim.ensembles.run_errors import bytes_of
-from sinssim.ensembles.running.directory import EnsembleDirectory, missing
+from sinssim.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
 from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError, shortened
@@ -22,6 +23,7 @@ from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
 from sinssim.system.memory import machine_memory
 
 if TYPE_CHECKING:
+    from sinssim.requirements.requirement import Requirement
     from sinssim.scenario import Scenario
 
 Progress = Callable[[str, float], None]
@@ -42,6 +44,8 @@ def ensemble(
     threads: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
+    require: str | Requirement | Iterable[str | Requirement] = (),
+    until_decided: bool = False,
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> EnsembleResult:
@@ -61,11 +65,14 @@ def ensemble(
             default the number of its cores.
         workers: number of workers of a dask cluster on this machine instead.
         scheduler: address of a dask scheduler instead, for example "tcp://10.0.0.1:8786".
+        require: requirements to judge, such as "r95(3600 s) <= 1852 m"; their times become epochs.
+        until_decided: whether the number of runs is doubled, at most four times, until each requirement is met or not
+            met. The looks share the probability of error of 5 %.
         progress: called with the progress.
         say: called with remarks, such as a damaged file whose runs are computed again.
 
     Returns:
-        The errors of all runs at the epochs, and their statistics.
+        The errors of all runs at the epochs, their statistics, and the verdicts on the requirements.
 
     Raises:
         InputError: the scenario, the directory or an option cannot be used, the directory holds another ensemble, or
@@ -79,25 +86,31 @@ def ensemble(
         raise InputError("resume and overwrite need the directory of an ensemble.")
     if resume and overwrite:
         raise InputError("resume and overwrite exclude each other: continue the ensemble, or replace it.")
+    wanted = read_requirements(require)
+    if until_decided and not wanted:
+        raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
     report = progress or (lambda text, fraction: None)
     report("Flying", 0.0)
     truths = TruthCache()
-    plan = with_runs(make_plan(scenario, truths), count)
+    kept = kept_epochs(Path(directory)) if resume and directory is not None else None
+    plan = with_runs(make_plan(scenario, truths, wanted, kept), count)
     _check_memory(plan, count)
     how = _How(truths, threads, workers, scheduler)
+    looks = Looks(wanted, count, until_decided)
     if directory is None:
         with tempfile.TemporaryDirectory(prefix="sinssim-ensemble-") as place:
             folder = EnsembleDirectory(Path(place), plan)
             try:
-                return replace(_continued(folder, count, how, report, say or (lambda text: None)), directory=None)
+                return replace(_judged(folder, looks, how, report, say or (lambda text: None)), directory=None)
             finally:
                 folder.close()
     folder = EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite)
     try:
+        check_kept(plan, wanted)
         try:
-            result = _continued(folder, count, how, report, say or (lambda text: None))
+            result = _judged(folder, looks, how, report, say or (lambda text: None))
         except BaseException as stop:
-            _leave(folder, count, stop)
+            _leave(folder, looks, stop)
             raise
         report("Writing the report", 1.0)
         _write(folder, result, "finished")
@@ -117,6 +130,31 @@ class _How:
     threads: int | None
     workers: int | None
     scheduler: str | None
+
+
+def _judged(
+    folder: EnsembleDirectory, looks: Looks, how: _How, report: Progress, say: Callable[[str], None]
+) -> EnsembleResult:
+    """Compute the runs that are missing, and more of them until the requirements are decided, if so wanted."""
+    computed, seconds, notes = 0, 0.0, list[str]()
+    for number in looks.numbers:
+        if looks.done:
+            if _bytes_needed(folder.plan, number) > _bytes_free():
+                notes.append(f"The errors of {number} runs do not fit in the memory; the ensemble ends undecided.")
+                say(notes[-1])
+                break
+            say(f"Undecided after {looks.done[-1]} runs; going on to {number}.")
+            folder.extend(with_runs(folder.plan, number))
+        result = _continued(folder, number, how, report, say)
+        computed, seconds = computed + result.computed, seconds + result.seconds
+        notes += [note for note in result.notes if note not in notes]
+        looks.look(result, number)
+        if looks.decided:
+            break
+    return replace(
+        result, computed=computed, seconds=seconds, notes=notes, looks=tuple(looks.done) if looks.several else (),
+        verdicts=tuple(one for one in looks.verdicts if one is not None),
+    )  # fmt: skip
 
 
 def _continued(
@@ -157,9 +195,9 @@ def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> No
         ) from error
 
 
-def _leave(folder: EnsembleDirectory, wanted: int, stop: BaseException) -> None:
+def _leave(folder: EnsembleDirectory, looks: Looks, stop: BaseException) -> None:
     """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
-    there = folder.finished()
+    there, wanted = folder.finished(), looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]
     done = sum(map(len, there))
     if not done:
         stop.add_note("No group of runs had finished.")
@@ -167,6 +205,8 @@ def _leave(folder: EnsembleDirectory, wanted: int, stop: BaseException) -> None:
     stop.add_note(f"{done} of {wanted} runs are finished and kept in {folder.path}; --resume continues.")
     try:
         result = EnsembleResult(folder.plan, folder.load(there), folder.path)
+        if looks.verdicts:
+            result.notes.append("The requirements are judged once all runs are finished.")
         _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
         stop.add_note(f"Their report is {folder.path / 'report.html'}.")
     except Exception as error:  # for example on a full disk: the runs are safe
@@ -179,10 +219,17 @@ def _whole(name: str, value: object, most: int) -> int:
     return value
 
 
+def _bytes_needed(plan: Plan, count: int) -> float:
+    return bytes_of(count, len(plan.epochs), len(plan.blocks), len(plan.sensors))
+
+
+def _bytes_free() -> float:
+    return _OF_MEMORY * machine_memory()
+
+
 def _check_memory(plan: Plan, count: int) -> None:
     """Raise for an ensemble whose errors do not fit in the memory."""
-    needed = bytes_of(count, len(plan.epochs), len(plan.blocks), len(plan.sensors))
-    have = _OF_MEMORY * machine_memory()
+    needed, have = _bytes_needed(plan, count), _bytes_free()
     if needed > have:
         lasts = float(plan.epochs[-1] - plan.start)
         raise InputError(

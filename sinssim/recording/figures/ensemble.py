@@ -150,7 +150,7 @@ def components(result: EnsembleResult, predicted: Array | None = None) -> Figure
                 axes.plot(time, claimed[:, column] / factor, color=style.INK, linestyle="--", linewidth=style.THIN,
                           label="σ stated by the filter")  # fmt: skip
             if other is not None:
-                axes.plot(time, other[:, column] / factor, color=css(COLORS["limit"]), linestyle=":",
+                axes.plot(time, other[:, column] / factor, color=style.INK, linestyle=":",
                           label="σ predicted by covariances")  # fmt: skip
             axes.plot(time, mean / factor, color=style.SOFT, linewidth=style.THIN, label="mean of the runs")
             axes.set_title(f"{title}, {axis} [{unit}]")

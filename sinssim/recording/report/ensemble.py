@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from sinssim import units
+from sinssim.data import Array
 from sinssim.ensembles.summary import DEFINITIONS
 from sinssim.formatting import capital, number_text, signed
 from sinssim.recording.figures import ensemble as figures
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.report.page import page, table, words
+from sinssim.recording.report.verdicts import requirement_section
 from sinssim.recording.scales import LENGTHS, duration_words, suiting
 from sinssim.statistics.order_statistics import runs_for_band
 
@@ -21,18 +23,22 @@ if TYPE_CHECKING:
 _STYLE = """
 .command { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .78rem; white-space: normal;
   overflow-wrap: anywhere; text-align: left; min-width: 24rem; }
+.met { color: #00735a; font-weight: 600; } .missed { color: #b03a00; font-weight: 600; }
 """
 _MOST_FAILURES = 50
 _AXES = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude φ", "arcmin", units.ARCMIN))
 
 
-def ensemble_report(result: EnsembleResult, numbers: Mapping[str, Any], about: Mapping[str, str]) -> str:
+def ensemble_report(
+    result: EnsembleResult, numbers: Mapping[str, Any], about: Mapping[str, str], predicted: Array | None = None
+) -> str:
     """Return the report of an ensemble.
 
     Args:
         result: the ensemble.
         numbers: its numbers, from `ensemble_numbers`.
         about: versions and machine, by name.
+        predicted: σ by the covariance budget at the epochs, (K, 9), drawn beside that of the runs.
 
     Returns:
         An HTML page with its figures as SVG.
@@ -43,11 +49,16 @@ def ensemble_report(result: EnsembleResult, numbers: Mapping[str, Any], about: M
         body.append(f'<p class="lead">{words(scenario.description)}</p>')
     body.append(f'<p class="note">{words(opening(result, numbers))}</p>')
     body += [f"<p><strong>{words(note)}</strong></p>" for note in result.notes]
+    body += requirement_section(result)
     body += ["<h2>Errors of the population</h2>", headline(numbers), _regulation(numbers)]
     body += ["<h3>Growth of the position error</h3>", to_svg(figures.growth(result), "growth")]
     body += ["<h3>Errors at the end</h3>", to_svg(figures.cloud(result), "cloud")]
     body += ["<h3>Rates of the runs</h3>", to_svg(figures.rates(result), "rates")]
-    body += ["<h2>Errors by component</h2>", to_svg(figures.components(result), "components"), _components(numbers)]
+    body += [
+        "<h2>Errors by component</h2>",
+        to_svg(figures.components(result, predicted), "components"),
+        _components(numbers),
+    ]
     if result.nees:
         body += _consistency(result, numbers)
     body += ["<h2>Runs to look at</h2>", _runs(result, numbers)]

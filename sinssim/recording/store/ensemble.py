@@ -7,6 +7,7 @@ import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sinssim.ensembles.predicted import predicted_sigma
 from sinssim.ensembles.summary import ensemble_numbers
 from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.summary import plain, processor, versions
@@ -39,7 +40,8 @@ def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished
 
     about = {**versions(), "Python": platform.python_version(), "processor": processor()}
     numbers = ensemble_numbers(result, status)
-    write_text(folder / "report.html", ensemble_report(result, numbers, about))
+    predicted = predicted_sigma(result.plan) if status == "finished" else None
+    write_text(folder / "report.html", ensemble_report(result, numbers, about, predicted))
     picture = overview(result)
     for name in FIGURES:
         save(picture, folder / name)

@@ -13,6 +13,7 @@ from sinssim import units
 from sinssim.ensembles.summary import DEFINITIONS
 from sinssim.formatting import number_text
 from sinssim.recording.report.ensemble import opening, regulation, with_band
+from sinssim.recording.report.verdicts import requirement_lines
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -43,6 +44,8 @@ def show(result: EnsembleResult, numbers: Mapping[str, Any], console: Console, p
     table.add_row("rate at the end r(T)/T, nmi/h", with_band(rate["end"]["cep"]), with_band(rate["end"]["r95"]))
     console.print(table)
     console.print(regulation(numbers), markup=False)
+    for line in requirement_lines(result):
+        console.print(line, markup=False)
     if result.nees:
         _show_consistency(numbers, console)
     _show_failures(result, console)
@@ -115,6 +118,8 @@ def show_sheet(result: EnsembleResult, numbers: Mapping[str, Any], console: Cons
         table.add_row(label, f"{value} {unit}", definition)
     console.print(table)
     console.print(regulation(numbers), markup=False)
+    for line in requirement_lines(result):
+        console.print(line, markup=False)
     console.print(
         "Usual words: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:", markup=False
     )

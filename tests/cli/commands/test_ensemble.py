@@ -59,6 +59,42 @@ def test_sheet(file: Path, tmp_path, capsys) -> None:
         assert words in out
 
 
+def test_requirements(file: Path, tmp_path, capsys) -> None:
+    """On the console, in JSON, in summary.json and in the report; the exit status is that of any finished ensemble."""
+    wanted = ("r95(end) <= 1 nmi", "cep(12.5 s) <= 0.001 m", "position_down(run) <= 40 m")
+    options = [str(file), "--runs", "80", "-o", str(tmp_path / "e"), *(x for one in wanted for x in ("--require", one))]
+    assert run_cli(*options[:-1], "position_down <= 40 furlong") == 2
+    assert "'furlong' is not a known unit" in capsys.readouterr().err
+    assert not (tmp_path / "e").exists()
+    assert run_cli(*options) == 0
+    out = capsys.readouterr().out
+    for words in ("<= 1 nmi: met, with 95 % confidence. ", "<= 0.001 m: NOT MET, with 95 % confidence. ", "at 12.5 s"):
+        assert words in out
+    report = (tmp_path / "e" / "report.html").read_text(encoding="utf-8")
+    for words in ("<h2>Requirements</h2>", '<span class="met">met, with', '<span class="missed">not met, with'):
+        assert words in report
+    assert run_cli(*options, "--resume", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    summary = json.loads((tmp_path / "e" / "summary.json").read_text(encoding="utf-8"))
+    assert found["requirements"] == summary["requirements"]
+    first, second, _ = found["requirements"]
+    assert (first["verdict"], first["limit"], first["unit"], first["runs"]) == ("met", 1.0, "nmi", 80)
+    assert first["value"] * 1852.0 == pytest.approx(found["final_horizontal_m"]["r95"]["value"], rel=1e-12)
+    assert (second["verdict"], second["time_s"], second["more_runs"]) == ("not met", 12.5, 0)
+    assert found["looks"] == []
+
+
+def test_until_decided(file: Path, tmp_path, capsys) -> None:
+    options = [str(file), "--runs", "3", "-o", str(tmp_path / "e"), "--require", "r95 <= 1 nmi", "--until-decided"]
+    assert run_cli(*options) == 0
+    out, told = capsys.readouterr()
+    assert "Undecided after 24 runs; going on to 48." in told
+    out = " ".join(out.split())
+    assert "r95 <= 1 nmi: undecided. In 48 runs it is " in out
+    assert "About 56 more runs decide if they are like these." in out
+    assert "Judged after 3, 6, 12, 24 and 48 runs." in out
+
+
 def test_a_filter_is_judged_by_its_ensemble(tmp_path, capsys) -> None:
     path = tmp_path / "aligning.toml"
     path.write_text(scenario(AIDED).to_toml(), encoding="utf-8")
@@ -74,6 +110,8 @@ def test_a_filter_is_judged_by_its_ensemble(tmp_path, capsys) -> None:
         (("--runs", "0"), "runs = 0 must be a whole number from 1"),
         (("--runs", "-5"), "runs = -5"),
         (("--threads", "0"), "threads = 0"),
+        (("--until-decided",), "needs a requirement"),
+        (("--require", "r95(31 s) <= 1 m"), "31 s lies outside the run, which lasts 30 s"),
         (("--set", "ensemble.epoch_s=-1.0"), "ensemble.epoch_s = -1.0 must be greater than 0"),
         (("--set", "ensemble.runs=0"), "ensemble.runs = 0 must be at least 1"),
     ],
@@ -91,6 +129,7 @@ def test_runs_that_are_no_number(file: Path) -> None:
 def test_ctrl_c_leaves_a_directory_that_can_be_continued(file: Path, tmp_path) -> None:
     place = tmp_path / "e"
     command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", "100000", "-q", "-o", str(place)]
+    command += ["--threads", "1"]  # groups finish in their order
     process = subprocess.Popen(command, stderr=subprocess.PIPE)
     end = time.monotonic() + 60.0
     while not list((place / "runs").glob("*.parquet")) and process.poll() is None and time.monotonic() < end:

@@ -1,0 +1,162 @@
+"""Judges requirements by the runs of an ensemble, once or while runs are added."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.ensembles.run_errors import VECTORS
+from sinssim.errors import InputError
+from sinssim.requirements.requirement import Requirement, parse_requirement
+from sinssim.requirements.verdict import CONFIDENCE, Verdict, errors_of, verdict
+from sinssim.scenario.sections.ensemble import MOST_RUNS
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.plan import Plan
+    from sinssim.ensembles.result import EnsembleResult
+
+LOOKS = 5
+"""Most looks at an ensemble that runs until its requirements are decided; the number of runs doubles from one to the
+next, so that the last one has 16 times the first number."""
+
+_AT_ONCE = 32
+"""Epochs whose nine errors are copied at a time."""
+
+
+def read_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
+    """Read requirements.
+
+    Args:
+        require: texts, see `parse_requirement`, or requirements; or one of them.
+
+    Returns:
+        The requirements.
+
+    Raises:
+        InputError: one of them cannot be read.
+    """
+    several = (require,) if isinstance(require, str | Requirement) else require
+    return tuple(one if isinstance(one, Requirement) else parse_requirement(one) for one in several)
+
+
+def looks_of(runs: int) -> tuple[int, ...]:
+    """Return the numbers of runs after which an ensemble is judged that runs until its requirements are decided.
+
+    Args:
+        runs: the first number.
+
+    Returns:
+        At most `LOOKS` numbers, each twice the one before.
+    """
+    return tuple(sorted({min(runs * 2**look, MOST_RUNS) for look in range(LOOKS)}))
+
+
+def check_kept(plan: Plan, require: Iterable[Requirement]) -> None:
+    """Raise if the time of a requirement is not among the epochs of an ensemble that is continued.
+
+    Args:
+        plan: the plan of the ensemble.
+        require: the requirements.
+
+    Raises:
+        InputError: it names the nearest epochs.
+    """
+    elapsed = plan.epochs - plan.start
+    for one in require:
+        if one.when == "at" and np.abs(elapsed - one.time).min() > 1e-6:
+            after = int(np.searchsorted(elapsed, one.time))
+            raise InputError(
+                f"requirement {one.text!r}: the ensemble keeps no errors at {one.time:g} s, and its files cannot be "
+                f"changed; its nearest epochs are {elapsed[after - 1]:.10g} s and {elapsed[after]:.10g} s. Give one of "
+                "these times, or begin another ensemble with -o."
+            )
+
+
+def judge(
+    result: EnsembleResult, requirement: Requirement, runs: int | None = None, error: float = 1.0 - CONFIDENCE
+) -> Verdict:
+    """Judge a requirement by the runs of an ensemble.
+
+    A failed run counts as infinitely far off. A run that has ended, or whose filter has not begun, does not count. At
+    the end, every run counts with its own end.
+
+    Args:
+        result: the ensemble.
+        requirement: the requirement.
+        runs: number of runs that are judged, the first ones; by default all.
+        error: probability of error.
+
+    Returns:
+        The verdict.
+
+    Raises:
+        InputError: the time of the requirement is not an epoch.
+    """
+    rows = np.ones(len(result), np.bool_) if runs is None else result.errors.number < runs
+    failed, elapsed = result.failed[rows], result.elapsed
+    if requirement.when == "end":
+        instants, errors = elapsed[-1:], errors_of(requirement, result.errors.final[rows][:, None, :])
+        if requirement.quantity == "rate":  # of each run by its own time
+            lasts = np.where(failed, elapsed[-1], result.errors.end[rows] - result.plan.start)
+            errors = errors * (elapsed[-1] / lasts)[:, None]
+    else:
+        columns = np.arange(len(elapsed))
+        if requirement.when == "at":
+            columns = columns[[int(np.argmin(np.abs(elapsed - requirement.time)))]]
+        instants, errors = elapsed[columns], _errors_at(result, requirement, rows, columns)
+    works = np.isfinite(errors) & ~failed[:, None]
+    reached = works.any(axis=0) if not failed.all() else np.ones(len(instants), np.bool_)
+    counts = (works | failed[:, None]) & reached
+    return verdict(requirement, instants, np.where(failed[:, None], np.inf, errors), counts, error)
+
+
+def _errors_at(
+    result: EnsembleResult, requirement: Requirement, rows: NDArray[np.bool_], columns: NDArray[np.intp]
+) -> Array:
+    """Return the errors that a requirement judges, (N, E), a few epochs at a time to spare memory."""
+    vectors = [getattr(result.errors, name) for name in VECTORS]
+    parts = []
+    for first in range(0, len(columns), _AT_ONCE):
+        part = columns[first : first + _AT_ONCE]
+        parts.append(errors_of(requirement, np.concatenate([v[:, part][rows] for v in vectors], axis=2)))
+    return np.concatenate(parts, axis=1)
+
+
+class Looks:
+    """The looks at an ensemble; a verdict that is reached stands."""
+
+    def __init__(self, require: Sequence[Requirement], first: int, until_decided: bool) -> None:
+        """Begin without a look.
+
+        Args:
+            require: the requirements.
+            first: number of runs of the first look.
+            until_decided: whether more follow until all requirements are decided.
+        """
+        self.numbers = looks_of(first) if until_decided else (first,)
+        self.done: list[int] = []
+        self.verdicts: list[Verdict | None] = [None] * len(require)
+        self._require, self.several = tuple(require), until_decided
+
+    @property
+    def decided(self) -> bool:
+        """Whether all requirements are met or not met."""
+        return all(one is not None and one.verdict != "undecided" for one in self.verdicts)
+
+    def look(self, result: EnsembleResult, runs: int) -> None:
+        """Judge the requirements that are not decided.
+
+        Args:
+            result: the ensemble.
+            runs: number of runs. Several looks judge these alone, so that a continued ensemble looks as a new one does;
+                a single look judges all runs of the directory.
+        """
+        error = (1.0 - CONFIDENCE) / (LOOKS if self.several else 1)
+        self.done.append(runs if self.several else len(result))
+        for place, (one, before) in enumerate(zip(self._require, self.verdicts, strict=True)):
+            if before is None or before.verdict == "undecided":
+                self.verdicts[place] = judge(result, one, runs if self.several else None, error)

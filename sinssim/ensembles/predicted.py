@@ -1,0 +1,36 @@
+"""The σ that the covariance budget predicts for an ensemble."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import SinssimError
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.plan import Plan
+
+
+def predicted_sigma(plan: Plan) -> Array | None:
+    """Return σ of the errors at the epochs by the propagation of covariances, without any run.
+
+    Args:
+        plan: the plan of an ensemble.
+
+    Returns:
+        (K, 9): position, velocity and attitude, north, east, down: m, m/s, rad. None with varied keys, which the budget
+        does not know; with a filter, whose budget can take as long as many runs; and if the scenario has no budget.
+    """
+    if plan.keys or plan.filtered:
+        return None
+    from sinssim.error_budget.analyse import budget
+
+    elapsed = plan.epochs - plan.start
+    try:
+        found = budget(plan.scenario, times=elapsed.tolist(), solution="inertial")
+    except SinssimError:
+        return None
+    rows = np.abs(found.time[:, None] - elapsed).argmin(axis=0)
+    return np.asarray(found.sigma()[rows])

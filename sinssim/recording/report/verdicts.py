@@ -1,0 +1,108 @@
+"""The verdicts of an ensemble on requirements, in sentences and as a part of the report."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from sinssim.ensembles.judge import LOOKS
+from sinssim.formatting import capital, number_text
+from sinssim.recording.report.page import words
+
+if TYPE_CHECKING:
+    from sinssim.ensembles.result import EnsembleResult
+    from sinssim.requirements.verdict import Verdict
+
+_WORDS = {"met": "met, with 95 % confidence", "not met": "NOT MET, with 95 % confidence", "undecided": "undecided"}
+_MARKED = {
+    "met": '<span class="met">met, with 95 % confidence</span>',
+    "not met": '<span class="missed">not met, with 95 % confidence</span>',
+    "undecided": "undecided",
+}
+
+
+def verdict_text(found: Verdict) -> str:
+    """Return the value behind a verdict, its limit, and about how many more runs decide.
+
+    Args:
+        found: the verdict.
+
+    Returns:
+        Whole sentences.
+    """
+    one, size = found.requirement, found.requirement.unit_size
+    if math.isnan(found.value):
+        return f"No run has a solution {one.instant}."
+    value = f"{number_text(found.value / size)} {one.unit}" if math.isfinite(found.value) else "∞ (failed runs)"
+    at = "at the end" if one.when == "end" else f"at {found.time:g} s"
+    text = f"In {found.runs} runs it is {value} {at}; the limit is {one.limit / size:g} {one.unit}."
+    if found.verdict != "undecided":
+        return text
+    if found.more_runs is None:
+        return f"{text} The runs lie at the limit: no number of runs can be foretold."
+    return f"{text} About {_rounded(found.more_runs)} more runs decide if they are like these."
+
+
+def looks_text(result: EnsembleResult) -> str:
+    """Return how often an ensemble was looked at, and the probability of error.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        Whole sentences; "" if it did not run until decided.
+    """
+    if not result.looks:
+        return ""
+    *first, last = map(str, result.looks)
+    numbers = f"{', '.join(first)} and {last}" if first else last
+    limit = ""
+    if any(one.verdict == "undecided" for one in result.verdicts):
+        limit = f" {last} runs are the most for this --runs; a further series of looks errs with 5 % of its own."
+    return (
+        f"Judged after {numbers} runs. Each of at most {LOOKS} looks errs with at most {5 / LOOKS:g} %, all together "
+        f"with at most 5 %.{limit}"
+    )
+
+
+def requirement_lines(result: EnsembleResult) -> list[str]:
+    """Return the verdicts as lines for the console.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        A line for each requirement, and one on the looks.
+    """
+    lines = [f"{one.requirement.text}: {_WORDS[one.verdict]}. {verdict_text(one)}" for one in result.verdicts]
+    return [*lines, *filter(None, [looks_text(result)])]
+
+
+def requirement_section(result: EnsembleResult) -> list[str]:
+    """Return the verdicts as a part of the report.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        Pieces of HTML; none without a requirement.
+    """
+    if not result.verdicts:
+        return []
+    body = ["<h2>Requirements</h2>"]
+    for one in result.verdicts:
+        body += [
+            f"<h3>{words(one.requirement.text)}: {_MARKED[one.verdict]}</h3>",
+            f"<p>{words(capital(one.requirement.meaning))}. {words(verdict_text(one))}</p>",
+        ]
+    how = (
+        "Percentiles are judged by the exact binomial interval, without an assumption on the distribution; components "
+        "by the χ² interval of normal errors. Each requirement is judged by itself. "
+    )
+    return [*body, f'<p class="note">{words(how + looks_text(result))}</p>']
+
+
+def _rounded(number: int) -> str:
+    """Return about how many: two digits."""
+    digits = max(len(str(number)) - 2, 0)
+    return str(round(number, -digits))
