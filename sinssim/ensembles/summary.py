@@ -120,11 +120,13 @@ def named_runs(result: EnsembleResult) -> list[dict[str, Any]]:
         Each with its rank in words, number, seed, rate, final error, and failure or "".
     """
     order, count = result.ranking, len(result)
-    picked = {int(number): f"worst {place}" if place > 1 else "worst" for place, number in enumerate(order[:WORST], 1)}
     worked = order[int(result.failed.sum()) :]
+    picked = {int(number): "worst" for number in order[:1]}
     if len(worked):
-        picked.setdefault(int(worked[len(worked) // 2]), "median")
         picked.setdefault(int(worked[-1]), "best")
+        picked.setdefault(int(worked[len(worked) // 2]), "median")
+    for place, number in enumerate(order[:WORST], 1):  # in few runs, one of them is the median
+        picked.setdefault(int(number), f"worst {place}")
     rates, rows = to_nmi_h(result.mean_rates), {int(n): k for k, n in enumerate(result.errors.number)}
     return [
         {

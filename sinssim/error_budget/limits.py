@@ -59,7 +59,7 @@ class Answer:
         requirement: the requirement.
         value: its quantity, SI; throughout a run, the largest.
         time: instant of that value, s since the start.
-        allowances: of every source alone, in the order of their contributions.
+        allowances: of every source alone, in the order of their contributions to the quantity.
         joint: of the sources that are free together; None if none were named.
         everything: of all sources that a number describes, together.
     """
@@ -110,7 +110,9 @@ def answers(result: BudgetResult, requirements: Sequence[Requirement], free: Seq
         worst = int(np.argmax(values))
         order = [one.source for one in result.improvements(float(result.time[rows[worst]]))]
         sized = tuple(source for source in order if not math.isnan(source.value))
-        alone = tuple(_allowance(result, requirement, rows, (source,)) for source in sized)
+        alone = tuple(
+            sorted((_allowance(result, requirement, rows, (source,)) for source in sized), key=lambda one: one.without)
+        )
         joint = _allowance(result, requirement, rows, together) if together else None
         every = _allowance(result, requirement, rows, sized)
         found.append(Answer(requirement, float(values[worst]), float(result.time[rows[worst]]), alone, joint, every))

@@ -118,18 +118,21 @@ def describe(
         One sentence for each of the first two hundred mistakes, with its line, the key's path, what is wrong and the
         correct form; and the number of further mistakes.
     """
-    # pydantic also reports an array with a bad entry as too short, and a misspelt key as missing.
+    # pydantic also reports an array with a bad entry as too short, a misspelt key as missing, and a number that may be
+    # whole or not as both.
     parents = {error["loc"][:length] for error in errors for length in range(len(error["loc"]))}
     meant = {
         (*error["loc"][:-1], key)
         for error in errors[:_DESCRIBED]
         if error["type"] == "extra_forbidden" and (key := _nearest(*_walk(error["loc"], model)))
     }
+    found = {error["loc"] for error in errors}
     kept = [
         error
         for error in errors
         if not (error["type"] == "too_short" and error["loc"] in parents)
         and not (error["type"] == "missing" and error["loc"] in meant)
+        and not (error["loc"][-1:] == ("int",) and (*error["loc"][:-1], "float") in found)
     ]
     return [_place(error, model, lines, overridden) for error in kept[:_DESCRIBED]], len(kept[_DESCRIBED:])
 
@@ -285,6 +288,8 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
         models = _models(here)
         if isinstance(part, int):
             path.append(str(part + 1))
+        elif part in ("int", "float") and float in here and int in here:
+            pass  # a number that may be whole or not
         elif any(part in kind.model_fields for kind in models) or not any(part in _tags(kind) for kind in models):
             path.append(shortened(part))
             holders = models or holders

@@ -52,6 +52,15 @@ def test_percentiles_and_rates_of_straight_lines() -> None:
     assert [one["run"] for one in numbers["named_runs"]] == [199, 198, 197, 196, 195, 99, 0]
 
 
+@pytest.mark.parametrize(
+    ("count", "ranks"),
+    [(1, ["worst"]), (2, ["worst", "best"]), (4, ["worst", "worst 2", "median", "best"])],
+)
+def test_few_runs_have_a_median_and_a_best_one(count: int, ranks: list[str]) -> None:
+    numbers = ensemble_numbers(straight(np.linspace(0.1, 1.0, count)))
+    assert [one["rank"] for one in numbers["named_runs"]] == ranks
+
+
 def test_failed_runs_come_first_and_count() -> None:
     result = straight(np.linspace(0.01, 1.0, 100), failed=6)
     numbers = ensemble_numbers(result)
@@ -146,8 +155,8 @@ def test_tables_for_other_programs(tmp_path) -> None:
     assert by_epoch["time_s"][:4] == [0.0, 10.0, 20.0, 30.0]
     np.testing.assert_array_equal(by_epoch["position_n_m"], result.errors.position_ned[..., 0].ravel())
     assert by_run["seed"] == [result.member(n).seed for n in range(4)]
-    rates = np.array(by_run["end_rate_nmi_h"])
-    np.testing.assert_allclose(rates * NMI_H * 30.0, result.final_horizontal, rtol=1e-15)
+    final = np.array(by_run["end_rate_nmi_h"]) * NMI_H * 30.0
+    np.testing.assert_allclose(final, result.final_horizontal, rtol=1e-15)  # two factors round
 
 
 def test_groups_are_put_in_order() -> None:

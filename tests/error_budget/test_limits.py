@@ -66,6 +66,24 @@ def test_a_requirement_that_no_single_source_can_meet(result: BudgetResult) -> N
     assert result.r95_of(total[-1:], bias[-1:])[0] == pytest.approx(100.0, rel=1e-6)
 
 
+def test_sources_come_in_the_order_of_what_they_contribute_to_the_quantity(result: BudgetResult) -> None:
+    """The order of R95 is another one."""
+    ranked = [one.source.name for one in result.improvements(1200.0)]
+    other = 0
+    for k, quantity in (
+        (0, "position_north(end) <= 9 km"),
+        (4, "velocity_east(end) <= 9 m/s"),
+        (8, "heading <= 1 deg"),
+    ):
+        (answer,) = answers(result, parse_requirements([quantity]))
+        names = [one.sources[0].name for one in answer.allowances]
+        shares = {name: float(rows[-1, k, k]) for name, rows in result.covariance.items()}
+        shares |= {name: float(rows[-1, k] ** 2) for name, rows in result.mean.items()}
+        assert names == sorted(names, key=lambda name: -shares[name])
+        other += names != [name for name in ranked if name in names]
+    assert other
+
+
 def test_a_source_without_effect_may_have_any_size(result: BudgetResult) -> None:
     (answer,) = answers(result, parse_requirements(["heading(end) <= 1 deg"]))
     assert answer.met

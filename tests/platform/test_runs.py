@@ -12,6 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 import tomli_w
 
+from sinssim.ensembles.execute import errors_of_runs
+from sinssim.ensembles.plan import make_plan
+from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError
 from sinssim.recording.rerun.viewer import read_run_info
 from sinssim.recording.rerun.views import all_views
@@ -40,6 +43,16 @@ def test_by_default_it_flies_beside_strapdown() -> None:
     assert scenario(navigation={"frame": "wander"}).navigation.algorithms == ("platform", "quaternion")
     alone = scenario(navigation={"algorithms": ["platform"]})
     assert run(alone).summary["platform"].keys().isdisjoint({"strapdown"})
+
+
+@pytest.mark.parametrize("solution", ["platform", "quaternion"])
+def test_runs_of_an_ensemble_are_single_runs(solution: str) -> None:
+    of = scenario(ensemble={"epoch_s": 10.0, "solution": solution})
+    errors = errors_of_runs(make_plan(of), range(2), TruthCache())
+    assert list(errors.failure) == ["", ""]
+    for row, seed in enumerate(errors.seed):
+        single = run(of.model_copy(update={"seed": int(seed)})).errors[solution]
+        np.testing.assert_array_equal(errors.final[row, :3], single.position_ned[-1])
 
 
 @pytest.mark.parametrize("frame", ["level", "wander", "free-azimuth", "transverse", "inertial"])

@@ -34,6 +34,14 @@ duration_s = 60.0
         ('type = "normal"\nkey = "parked.heading_deg"\nmean = nan\nsigma = 1.0', ("mean", "finite")),
         ('type = "choice"\nkey = "parked.duration_s"\nvalues = []', ("values", "at least 1")),
         ('type = "choice"\nkey = "parked.duration_s"\nvalues = [10.0, -5.0]', ("values.2 = -5", "greater than 0")),
+        (
+            'type = "choice"\nkey = "parked.duration_s"\nvalues = [1, "x"]',
+            ("vary.1.values.2 must be a number, not the text 'x'.",),
+        ),
+        (
+            'type = "choice"\nkey = "parked.duration_s"\nvalues = [true]',
+            ("vary.1.values.1 must be a number, not true.",),
+        ),
         ('type = "lognormal"\nkey = "parked.heading_deg"', ("'lognormal'", "normal, uniform, choice")),
     ],
 )

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, OutFolder, Quiet, ScenarioName, Settings
+from sinssim.cli.options import Debug, Json, Quiet, ScenarioName, Settings
 from sinssim.cli.terminal import console, one_bar, print_json, program_name
 
 _TEXT = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Propagating covariances"}
@@ -16,7 +16,10 @@ _TEXT = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Prop
 # Long: every option is a parameter, and the docstring is the help.
 def command(
     scenario: ScenarioName,
-    out: OutFolder = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-budget"),
+    ] = None,
     settings: Settings = None,
     require: Annotated[
         list[str] | None,

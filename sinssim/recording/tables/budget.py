@@ -86,12 +86,11 @@ def time_columns(result: BudgetResult, times: Sequence[float]) -> tuple[list[str
     rows = result.table_rows(times)
     values = result.root_mean_square()[rows]
     circles = [result.cep[rows], result.r95[rows]]
-    length, metre = suiting(LENGTHS, *circles)
-    own_length, own_metre = suiting(LENGTHS, values[:, :3])
+    length, metre = suiting(LENGTHS, *circles, values[:, :3])
     speed, mps = suiting(SPEEDS, values[:, 3:6])
     angle, rad = suiting(ANGLES, values[:, 6:])
     names = ("north", "east", "down", "v north", "v east", "v down", "tilt n", "tilt e", "heading")
-    sizes = [(own_length, own_metre)] * 3 + [(speed, mps)] * 3 + [(angle, rad)] * 3
+    sizes = [(length, metre)] * 3 + [(speed, mps)] * 3 + [(angle, rad)] * 3
     heads = ["t, s", f"CEP, {length}", f"R95, {length}", *(f"{n}, {u}" for n, (u, _) in zip(names, sizes, strict=True))]
     cells = []
     for k, row in enumerate(rows):

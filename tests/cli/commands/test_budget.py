@@ -66,6 +66,11 @@ def test_tables_and_files(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert total.column("time_s").to_pylist()[-1] == 600.0
 
 
+def test_the_help_names_the_directory(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("budget", "--help") == 0
+    assert "runs/<name>-budget" in " ".join(capsys.readouterr().out.split())
+
+
 def test_json_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert call("budget", "mine.toml", "--json", "-o", "here", "--at", "100", "--require", "cep <= 1 km") == 0
     found = json.loads(capsys.readouterr().out)
