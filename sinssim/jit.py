@@ -319,6 +319,11 @@ def _options(compiled: Any) -> dict[str, Any]:
     return {key: value for key, value in compiled.targetoptions.items() if key in _OPTIONS}
 
 
+def _is_compiled(value: Any) -> bool:
+    """Return whether a value is a compiled function, or takes the place of one."""
+    return hasattr(value, "py_func")
+
+
 def _made_of(function: Any, name: str, parts: Mapping[str, Any], within: Callable[[Any], bool]) -> Any:
     """Return a copy of a function with parts at the names of its globals, and at those of the functions that it calls.
 
@@ -331,14 +336,14 @@ def _made_of(function: Any, name: str, parts: Mapping[str, Any], within: Callabl
     Returns:
         A plain copy of a plain function, a compiled one of a compiled function with the same options.
     """
-    compiled = isinstance(function, Dispatcher)
+    compiled = _is_compiled(function)
     plain = function.py_func if compiled else function
     new = {}
     for used in _names(plain.__code__):
         value = plain.__globals__.get(used)
         if used in parts:
             new[used] = parts[used]
-        elif isinstance(value, Dispatcher) and within(value.py_func):
+        elif _is_compiled(value) and within(value.py_func):
             made = _made_of(value, f"{used}_{name}", parts, within)
             if made is not value:
                 new[used] = made

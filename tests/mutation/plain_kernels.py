@@ -12,7 +12,7 @@ from sinssim import jit
 
 def _plain(function: Any, **options: Any) -> Any:
     """Leave a kernel as it is written."""
-    function.py_func = function
+    function.py_func, function.targetoptions = function, options  # what copies of kernels are made from
     return function
 
 
