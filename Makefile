@@ -25,7 +25,7 @@ demo: $(KERNELS)
 	$(BIN)/sinssim run scenarios/first_flight.toml -o runs/first_flight --overwrite
 
 test: $(KERNELS)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 test-slow: $(KERNELS)
 	$(BIN)/python -m pytest -m slow

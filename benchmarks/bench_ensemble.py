@@ -5,7 +5,7 @@
 The motion is that of the scenario `first_flight` (its flight comes from the cache, or is flown), the sensors are
 laser-standard in full: white noise, Gauss-Markov instability and quantisation. Printed are the time of each stage for a
 sample of a run, the run-samples per second of one core and of all threads, the ratios to single runs one after another
-and, where it is installed, to pyins' integrator, and the largest memory of a process of its own.
+and, where it is installed, to runs by pyins, and the largest memory of a process of its own.
 """
 
 from __future__ import annotations
@@ -181,6 +181,40 @@ def pyins(minutes: float) -> float | None:
     return min(times[1:])
 
 
+def pyins_whole(minutes: float, repeat: int = 3) -> float | None:
+    """Return the processor time of one run by pyins in full, s; None if it is not installed.
+
+    Its sensor errors (bias, random walk of the bias, white noise, scale and misalignment), its coning and sculling
+    corrections, and its integrator at a given altitude, through its public functions.
+    """
+    if importlib.util.find_spec("pyins") is None:
+        return None
+    import pandas as pd
+    from pyins import inertial_sensor, strapdown
+    from pyins.util import ACCEL_COLS, GYRO_COLS, TRAJECTORY_COLS
+
+    from sinssim import rotation
+
+    ideal, initial, _ = motion(minutes)
+    rows = np.hstack([np.vstack([values[:1], values]) for values in (ideal.dtheta, ideal.dvel)])
+    imu = pd.DataFrame(rows, index=ideal.time, columns=[*GYRO_COLS, *ACCEL_COLS])
+    place = np.degrees([initial.latitude, initial.longitude])
+    angles = np.degrees(np.ravel(rotation.euler_from_quaternion(initial.q_nb)))
+    start = np.concatenate([place, [initial.height], initial.velocity_ned, angles])
+    pva = pd.Series(start, index=TRAJECTORY_COLS, name=ideal.time[0])
+    times = []
+    for seed in range(repeat + 1):
+        began, rng = time.process_time(), np.random.RandomState(seed)
+        scale = np.eye(3) + 1e-5 * rng.randn(3, 3)
+        gyro = inertial_sensor.Parameters(scale, 5e-8 * rng.randn(3), 3e-7, 1e-10, rng)
+        accel = inertial_sensor.Parameters(scale, 5e-4 * rng.randn(3), 1e-4, 1e-7, rng)
+        measured = inertial_sensor.apply_imu_parameters(imu, "increment", gyro, accel)
+        increments = strapdown.compute_increments_from_imu(measured, "increment")
+        strapdown.Integrator(pva, with_altitude=False).integrate(increments)
+        times.append(time.process_time() - began)
+    return min(times[1:])
+
+
 def main() -> None:
     """Print the lines."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -205,10 +239,12 @@ def main() -> None:
     print(f"largest memory {memory / 2**10:.0f} MiB")
     alone, per_run = single(options.minutes), busy / options.runs
     print(f"one run by emulate and navigate {alone:.3f} s: {alone / per_run:.1f} times that in the batch")
-    if (other := pyins(options.minutes)) is None:
+    kernel, whole = pyins(options.minutes), pyins_whole(options.minutes)
+    if kernel is None or whole is None:
         print("pyins is not installed: no ratio to it")
     else:
-        print(f"pyins' integrator alone {other:.3f} s: {other / per_run:.1f} times a run in the batch")
+        print(f"one run by pyins, errors, increments, integrator {whole:.3f} s: {whole / per_run:.1f} times the batch")
+        print(f"pyins' compiled integrator alone {kernel:.3f} s: {kernel / per_run:.1f} times the batch")
 
 
 if __name__ == "__main__":

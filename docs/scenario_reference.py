@@ -36,6 +36,26 @@ EXAMPLES: dict[str, Any] = {
     "vertical_speed_mps": 10.0,
     "velocity_ned_mps": [0.0, 5.0, 0.0],
     "motion.duration_s": 60.0,
+    "track.file": "drive.gpx",
+    "track.format": "gpx",
+    "track.stream": "gnss",
+    "track.start_s": 60.0,
+    "track.end_s": 1260.0,
+    "track.smoothing_s": 1.0,
+    "track.height_smoothing_s": 5.0,
+    "track.attitude_smoothing_s": 0.0,
+    "track.position_sigma_m": 0.5,
+    "track.height_sigma_m": 1.0,
+    "track.gap_s": 10.0,
+    "track.max_speed_mps": 150.0,
+    "track.speed_mps": 15.0,
+    "track.pitch": "flat",
+    "track.standstill_mps": 1.0,
+    "track.acceleration_mps2": 1.0,
+    "track.waypoints.name": "crossing",
+    "track.waypoints.speed_mps": 15.0,
+    "track.waypoints.turn_radius_m": 20.0,
+    "track.waypoints.bank_deg": 25.0,
     "one_component.variant": "one-integral",
     "one_component.duration_s": 8000.0,
     "one_component.arm_accelerometer.arm_m": 1.0,
@@ -50,6 +70,55 @@ EXAMPLES: dict[str, Any] = {
     "motion.steps.axis": [0.0, 0.0, 1.0],
     "motion.steps.angle_deg": 90.0,
     "motion.steps.rate_deg_s": 10.0,
+    "file": "imu.csv",
+    "format": "text",
+    "stream": "imu",
+    "first_row": "2025-07-08 19:34:21.723",
+    "time_unit": "ms",
+    "log.imu.rate_hz": 100.0,
+    "log.imu.gyro.columns": ["gx", "gy", "gz"],
+    "log.imu.gyro.unit": "rad",
+    "log.imu.accel.columns": ["ax", "ay", "az"],
+    "log.imu.accel.unit": "m/s",
+    "log.from_s": 10.0,
+    "log.to_s": 600.0,
+    **{
+        f"log.{table}.{key}": value
+        for table, file in (("gnss", "gnss.csv"), ("reference", "reference.csv"))
+        for key, value in {
+            "file": file,
+            "stream": table,
+            "quality": "Q",
+            "quaternion": ["qw", "qx", "qy", "qz"],
+            "position_sigma_m": [0.5, 0.5, 1.0],
+            "velocity_sigma_mps": [0.1, 0.1, 0.1],
+            "quality_factors": {"1": 1.0, "2": 20.0},
+            "gap_s": 1.0,
+            **{f"{q}.column": q for q in ("latitude", "longitude", "height", "roll", "pitch", "heading")},
+            **{f"{q}.unit": "deg" for q in ("latitude", "longitude", "roll", "pitch", "heading", "attitude_sigma")},
+            **{f"{q}.unit": "m" for q in ("height", "position_sigma")},
+            **{f"{q}.unit": "m/s" for q in ("velocity", "velocity_sigma")},
+            "velocity.columns": ["vn", "ve", "vd"],
+            "position_sigma.columns": ["sn", "se", "sd"],
+            "velocity_sigma.columns": ["svn", "sve", "svd"],
+            "attitude_sigma.columns": ["s_roll", "s_pitch", "s_heading"],
+        }.items()
+    },
+    "log.others.name": "baro",
+    "log.others.kind": "baro-height",
+    "log.others.file": "baro.csv",
+    "log.others.reading.column": "height",
+    "log.others.reading.unit": "m",
+    "log.others.sigma.column": "sigma",
+    "log.others.sigma.unit": "m",
+    "log.start.latitude_deg": 40.1,
+    "log.start.longitude_deg": -105.1,
+    "log.start.height_m": 1600.0,
+    "log.start.heading_deg": 355.0,
+    "log.start.velocity_ned_mps": [0.0, 0.0, 0.0],
+    "log.outages.length_s": 15.0,
+    "log.outages.every_s": 45.0,
+    "log.outages.first_s": 60.0,
     "imu.sensor_set.arm_m": 0.5,
     "imu.sensor_set.layout": "dodecahedron",
     "imu.sensor_set.directions": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.6, 0.8]],
@@ -104,6 +173,10 @@ CHOSEN = {
     "Spike": {"gyro_arcsec"},
     "BiasStep": {"gyro_deg_h"},
     "Saturation": {"gyro_deg_s"},
+    "TrackSection": {"file"},
+    "Quantity": {"column"},
+    "Triple": {"columns"},
+    "LogOutages": {"length_s", "every_s"},
 }
 
 LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in LEGS} | {
@@ -114,16 +187,17 @@ LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in 
 """Keys of a valid leg by the name of its class: what its file gives as an example."""
 
 # Tables that exclude others of the example: they are shown as comments.
-OTHERS = {"one_component.attitude_sensor", "one_component.arm_accelerometer"}
+OTHERS = {"track.waypoints", "one_component.attitude_sensor", "one_component.arm_accelerometer"}
 
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
 
 INTRODUCTION = """\
 # The scenario file
 
-A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]` and
-`[motion]`), the inertial sensors (`[imu]`) and the navigation on their readings (`[navigation]`). Or it describes the
-strapdown chapter's system in a vertical plane (`[one_component]` alone, see [One component](one-component.md)).
+A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]`,
+`[motion]` and `[track]`) or names recorded sensors (`[log]`, see [Logs](logs.md)), the inertial sensors (`[imu]`) and
+the navigation on their readings (`[navigation]`). Or it describes the strapdown chapter's system in a vertical plane
+(`[one_component]` alone, see [One component](one-component.md)).
 
 Every key of a quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are
 commented out here have no value by default.
@@ -231,7 +305,8 @@ def _inner(path: str, field: dict[str, Any], definitions: dict[str, Any]) -> Ite
             # Of a table, unlike of an array, there can be one only: the others are comments.
             yield from lines if items or number == 0 else map(_commented, lines)
     elif items:
-        yield from _table(path, _resolve(items, definitions), definitions, array=True)
+        lines = _table(path, _resolve(items, definitions), definitions, array=True)
+        yield from map(_commented, lines) if path in OTHERS else lines
     else:
         lines = _table(path, field, definitions)
         yield from map(_commented, lines) if path in OTHERS else lines
@@ -245,6 +320,8 @@ def _value(value: Any, field: dict[str, Any]) -> str:
     if value is None:
         count = field.get("minItems", 0)
         value = [0.0] * count if field.get("type") == "array" else 0.0 if field.get("type") == "number" else 0
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f'"{key}" = {_value(item, {})}' for key, item in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_value(item, {}) for item in value) + "]"
     return tomli_w.dumps({"x": value}).removeprefix("x = ").strip()
@@ -259,7 +336,7 @@ def reference() -> str:
     schema = Scenario.model_json_schema()
     definitions = schema["$defs"]
     properties = schema["properties"]
-    motions = {"flight", "parked", "great_circle", "motion", "one_component"}
+    motions = {"flight", "parked", "great_circle", "motion", "track", "log", "one_component"}
     plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed", "views")}
     blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
@@ -267,6 +344,8 @@ def reference() -> str:
         "parked": "Or a parked vehicle",
         "great_circle": "Or a flight along a great circle",
         "motion": "Or a motion in closed form, for testing algorithms",
+        "track": "Or a recorded or planned track",
+        "log": "Or recorded sensors",
         "one_component": "Or one component, with sensors of its own and no other table",
         "vibration": "Vibration on top of any motion",
         "isolator": "Shock mounts",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sinssim.errors import InputError, RunError, SinssimError
     from sinssim.estimation.estimate import estimate
     from sinssim.frames import FRAMES
+    from sinssim.logs.load import load_log
     from sinssim.scenario.load import load_scenario
     from sinssim.scenario.schema import Scenario
     from sinssim.sensors.imu.emulate import emulate
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from sinssim.simulation.execute import run
     from sinssim.simulation.result import RunResult
     from sinssim.strapdown.navigate import navigate
+    from sinssim.trades.result import TradeResult
+    from sinssim.trades.running.compare import compare
+    from sinssim.trades.schema import TradeStudy
     from sinssim.truth.source import fly
     from sinssim.truth.trajectory import Trajectory
 
@@ -48,12 +52,16 @@ __all__ = [
     "Scenario",
     "SingularityEvent",
     "SinssimError",
+    "TradeResult",
+    "TradeStudy",
     "Trajectory",
     "budget",
+    "compare",
     "emulate",
     "ensemble",
     "estimate",
     "fly",
+    "load_log",
     "load_scenario",
     "navigate",
     "run",
@@ -79,12 +87,16 @@ __getattr__, __dir__ = on_first_use(
         "Scenario": "sinssim.scenario.schema",
         "SingularityEvent": "sinssim.data",
         "SinssimError": "sinssim.errors",
+        "TradeResult": "sinssim.trades.result",
+        "TradeStudy": "sinssim.trades.schema",
         "Trajectory": "sinssim.truth.trajectory",
         "budget": "sinssim.error_budget.analyse",
+        "compare": "sinssim.trades.running.compare",
         "emulate": "sinssim.sensors.imu.emulate",
         "ensemble": "sinssim.ensembles.running.run",
         "estimate": "sinssim.estimation.estimate",
         "fly": "sinssim.truth.source",
+        "load_log": "sinssim.logs.load",
         "load_scenario": "sinssim.scenario.load",
         "navigate": "sinssim.strapdown.navigate",
         "run": "sinssim.simulation.execute",

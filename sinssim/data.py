@@ -133,6 +133,8 @@ class Measurements:
     | "attitude" | q_nb, scalar first | about the body's axes [rad], three |
     | "earth-attitude" | q_eb, relative to Earth-fixed axes, scalar first | about the body's axes [rad], three |
     | "speed" | velocity along the forward axis, of the point at the lever arm [m/s] | [m/s] |
+    | "baseline-heading" | heading of the line between two antennas, whose vector is the lever arm [rad] | [rad] |
+    | "land-velocity" | right, down of a vehicle [m/s], zero; pitch and yaw of its axes in the block's [rad] | [m/s] |
     | "airspeed" | magnitude of the velocity through the air, of the point at the lever arm [m/s] | [m/s] |
 
     Attributes:

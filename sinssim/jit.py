@@ -284,6 +284,11 @@ def inline(function: F) -> F:
     return _jit(function, fastmath=_ORDERED, forceinline=True)
 
 
+def free_inline(function: F) -> F:
+    """Like `inline`, but sums and products may be reordered: for functions that no batch of runs calls."""
+    return _jit(function, fastmath=True, forceinline=True)
+
+
 def strict_inline(function: F) -> F:
     """Like `inline`, but with the written order of operations in any kernel that calls it.
 

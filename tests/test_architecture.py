@@ -26,20 +26,24 @@ LAYERS = [
     "sensors.noise", "sensors.imu.error_term", "sensors.imu.terms", "sensors.imu.datasheet", "sensors.imu.grades",
     "sensors.sets.geometry",
     "scenario.content", "scenario.mistakes", "section", "scenario.toml_file",
-    "truth.trajectory", "truth.sample_times", "truth.block", "sensors.aiding",
+    "truth.trajectory", "truth.sample_times", "truth.block", "sensors.from_readings", "sensors.aiding",
     "truth.flight.aircraft", "truth.flight.autopilot", "truth.flight.dead_reckoning", "truth.flight.leg",
     "truth.flight.legs",
+    "logs.streams", "logs.gps_time", "logs.utc", "logs.formats.registry", "logs.read", "truth.curve", "truth.track",
+    "logs.text.description", "logs.text.fix_description",
     "scenario",
     # data flows right, imports point left
-    "truth", "sensors", "ensembles.batch", "platform", "noise_identification", "alignment", "estimation",
+    "truth", "sensors", "logs", "ensembles.batch", "platform", "noise_identification", "alignment", "inspection",
+    "estimation",
     "simulation.initial_error", "simulation.navigation", "error_budget",
     "recording.scales", "recording.sensor_comparison",
     "simulation.one_component", "simulation.result",
     "ensembles",
-    "studies", "recording",
+    "studies", "trades", "recording",
     "studies.in_coordinates",  # compares what the streams of a run have
     "studies.compare",  # runs a study and writes its directory, as simulation does with a run
     "ensembles.running",  # the same for an ensemble
+    "trades.running",  # the same for a trade study
     "simulation", "cli", "__main__",
 ]  # fmt: skip
 """Modules and packages, each of which may import those before it; the longest name that fits counts."""

@@ -59,7 +59,7 @@ def test_scenario_and_commands_of_the_filter(tmp_path):
 def test_examples_of_ensembles(capsys, tmp_path, monkeypatch):
     """The page's numbers: circles by closed form where there is one, percentiles of the drawn rates by numpy."""
     page = (DOCS / "ensembles.md").read_text(encoding="utf-8")
-    statistics, whole = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    statistics, whole, in_parts = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict[str, Any] = {}
     exec(statistics, names)
     first, second = capsys.readouterr().out.splitlines()
@@ -72,6 +72,8 @@ def test_examples_of_ensembles(capsys, tmp_path, monkeypatch):
     shape = capsys.readouterr().out.split(") ")[0]
     assert shape == "(80, 11, 3"
     assert sorted(file.name for file in Path("tables").iterdir()) == ["errors.parquet", "runs.parquet"]
+    exec(in_parts, names)
+    assert capsys.readouterr().out.startswith("0.0 (80, 11) ")
 
 
 def test_scenario_and_links_of_ensembles(tmp_path):

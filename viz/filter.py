@@ -21,6 +21,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     Returns:
         The layout.
     """
+    of = run.label("parameters", "errors [σ]")
 
     def plot(
         name: str,
@@ -64,8 +65,8 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 grid_columns=4,
             ),
             rrb.Horizontal(
-                plot("Gyros: errors [σ]", "gyro"),
-                plot("Accelerometers: errors [σ]", "accelerometer"),
+                plot(f"Gyros: {of}", "gyro"),
+                plot(f"Accelerometers: {of}", "accelerometer"),
                 plot("Largest σ of each block, relative to its start [decades]", "shrinking", legend=0.75),
                 rrb.TextDocumentView(origin="/about/filter", name="Consistency"),
                 column_shares=[2, 2, 3.5, 3],

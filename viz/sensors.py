@@ -38,6 +38,8 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     def column(key: str) -> rrb.Vertical:
         title, total = run.label(f"{key}_title"), run.label(f"{key}_sum")
         unit = "deg/h" if key == "gyro" else "µg"
+        if run.label("sensors") == "recorded":
+            return rrb.Vertical(plot(f"{READINGS[key]}, recorded", f"{key}/measured"))
         plots = []
         if key in READINGS:
             name = f"{READINGS[key]}, measured (thin) on ideal (wide)"

@@ -210,7 +210,7 @@ def align_source(
     """Align a scenario's simulated session, or a recorded log.
 
     Args:
-        source: a scenario's file or name, or a log, recognised by its suffix (`sinssim.sensors.log.SUFFIXES`).
+        source: a scenario's file or name, or a log, recognised by its suffix (`sinssim.logs.text.samples.SUFFIXES`).
         columns: TOML file that names a log's columns, units and axes.
         grade: the grade of a log's sensors, for the expected error.
         start, end: part of the session to use, in its own time, s.
@@ -225,7 +225,7 @@ def align_source(
         InputError: an argument cannot be used; the message names it.
         RunError: the scenario cannot be flown.
     """
-    from sinssim.sensors.log import SUFFIXES
+    from sinssim.logs.text.samples import SUFFIXES
 
     if method == "quiet" and latitude is not None:
         raise InputError(
@@ -249,7 +249,7 @@ def align_source(
 
 def _check_is_scenario(source: str) -> None:
     """Raise for a file that is neither a log nor a scenario."""
-    from sinssim.sensors.log import SUFFIXES
+    from sinssim.logs.text.samples import SUFFIXES
 
     path = Path(source)
     if path.is_dir():
@@ -301,9 +301,9 @@ def _align_log(
     method: Method,
     latitude: float | None,
 ) -> AlignmentReport:
+    from sinssim.logs.text.samples import read_log, slow
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.grades import find_grade
-    from sinssim.sensors.log import read_log, slow
 
     sensors = None
     if grade is not None:

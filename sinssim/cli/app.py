@@ -10,12 +10,14 @@ import typer
 
 from sinssim import __version__
 from sinssim.cli import commands
+from sinssim.cli.usage import Commands
 
 _FIRST = ("run", "view", "check", "compare")
 """Commands at the top of the list in `sinssim --help`; the others follow in alphabetical order."""
 
 app = typer.Typer(
     name="sinssim",
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

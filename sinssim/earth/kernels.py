@@ -14,7 +14,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.earth.models import GRAVITY_MODELS, Ellipsoid
-from sinssim.jit import inline, kernel, strict_inline
+from sinssim.jit import free_inline, inline, kernel, strict_inline
 from sinssim.rotation.kernels import Quaternion, Vector, product_k
 
 GRAVITY_NUMBERS: dict[str, int] = {name: number for number, name in enumerate(GRAVITY_MODELS)}
@@ -104,7 +104,7 @@ def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
     return r2 * (1.0 - p.e2) * w, r2
 
 
-@inline
+@free_inline
 def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, float]:
     """Gravitation of the normal field at distance √ρ² from the axis and height z above the equator's plane.
 
@@ -207,7 +207,7 @@ def gravity_ned_k(
     return 0.0, p.gamma_e * (1.0 - 2.0 * x)
 
 
-@inline
+@free_inline
 def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, height: float) -> Vector:
     """Earth-centred Earth-fixed coordinates."""
     s, c = sin(latitude), cos(latitude)
@@ -216,7 +216,7 @@ def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, he
     return rho * cos(longitude), rho * sin(longitude), (r2 * (1.0 - p.e2) + height) * s
 
 
-@inline
+@free_inline
 def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, float, float]:
     """sin and cos of geodetic latitude, and height, of a point at ρ from the axis and z from the equator's plane.
 
@@ -241,14 +241,14 @@ def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, 
     return s, c, rho * c + z * s - p.a * sqrt(1.0 - p.e2 * s * s)
 
 
-@inline
+@free_inline
 def ecef_to_geodetic_k(p: EarthParameters, x: float, y: float, z: float) -> Vector:
     """Geodetic latitude, longitude and height."""
     s, c, height = geodetic_sincos_k(p, sqrt(x * x + y * y), z)
     return atan2(s, c), atan2(y, x), height
 
 
-@inline
+@free_inline
 def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: float) -> Vector:
     """Gravitation (gravity without the centrifugal part) in Earth-fixed axes, any model."""
     rho2 = x * x + y * y
@@ -267,7 +267,7 @@ def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: fl
     return outward * cos_lon - w2 * x, outward * sin_lon - w2 * y, c * g_n - s * g_d
 
 
-@inline
+@free_inline
 def q_en_k(latitude: float, longitude: float) -> Quaternion:
     """Quaternion from north-east-down to Earth-fixed coordinates: v_e = C_en v_n."""
     # rotation about z by the longitude, then about y by −(90° + latitude)

@@ -5,8 +5,10 @@ A run is computed by the same functions, on the same numbers, as by `sinssim run
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,7 +63,7 @@ def errors_of_runs(
         except MemoryError:  # no property of the run: another machine, or fewer runs at a time, would do
             raise
         except Exception as error:  # whatever went wrong in one of a thousand runs is a result to report
-            _fail(errors, row, f"{type(error).__name__}: {error}")
+            _fail(errors, row, _unexpected(error))
         if on_run is not None:
             on_run(1)
     return errors
@@ -129,6 +131,14 @@ def _inertial(plan: Plan, run: Run, truth: Truth) -> tuple[NavError, NDArray[np.
     )
     there = replace(whole, **{name: value[rows] for name, value in vars(whole).items()})
     return navigation_error(there, kept, truth.trajectory.ellipsoid, run.axes), epochs
+
+
+def _unexpected(error: Exception) -> str:
+    """Return the kind of an error that nobody foresaw, with its text, or where it arose if it has none."""
+    if str(error).strip():
+        return f"{type(error).__name__}: {error}"
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__} without a message in {Path(at.filename).name}, line {at.lineno}."
 
 
 def _fail(errors: RunErrors, row: int, text: str) -> None:

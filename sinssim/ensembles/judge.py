@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array
-from sinssim.ensembles.run_errors import VECTORS
+from sinssim.ensembles.run_errors import COMPONENTS
 from sinssim.errors import InputError
 from sinssim.requirements.requirement import Requirement, parse_requirement
-from sinssim.requirements.verdict import CONFIDENCE, Verdict, errors_of, verdict
+from sinssim.requirements.verdict import CONFIDENCE, Tally, Verdict, columns_of, errors_of, joined, tally, verdict_of
 from sinssim.scenario.sections.ensemble import MOST_RUNS
 
 if TYPE_CHECKING:
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 LOOKS = 5
 """Most looks at an ensemble that runs until its requirements are decided; the number of runs doubles from one to the
 next, so that the last one has 16 times the first number."""
-
-_AT_ONCE = 32
-"""Epochs whose nine errors are copied at a time."""
 
 
 def read_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
@@ -99,31 +96,27 @@ def judge(
     rows = np.ones(len(result), np.bool_) if runs is None else result.errors.number < runs
     failed, elapsed = result.failed[rows], result.elapsed
     if requirement.when == "end":
-        instants, errors = elapsed[-1:], errors_of(requirement, result.errors.final[rows][:, None, :])
+        errors = errors_of([result.errors.final[rows, place, None] for place in columns_of(requirement)])
         if requirement.quantity == "rate":  # of each run by its own time
             lasts = np.where(failed, elapsed[-1], result.errors.end[rows] - result.plan.start)
             errors = errors * (elapsed[-1] / lasts)[:, None]
-    else:
-        columns = np.arange(len(elapsed))
-        if requirement.when == "at":
-            columns = columns[[int(np.argmin(np.abs(elapsed - requirement.time)))]]
-        instants, errors = elapsed[columns], _errors_at(result, requirement, rows, columns)
+        return verdict_of(requirement, elapsed[-1:], _tally(requirement, elapsed[-1:], errors, failed), error)
+    epochs = result.errors.spans()
+    if requirement.when == "at":
+        column = int(np.argmin(np.abs(elapsed - requirement.time)))
+        epochs = [slice(column, column + 1)]
+    tallies = []
+    for some in epochs:
+        errors = errors_of([result.errors.column(COMPONENTS[p], some)[rows] for p in columns_of(requirement)])
+        tallies.append(_tally(requirement, elapsed[some], errors, failed))
+    return verdict_of(requirement, np.concatenate([elapsed[some] for some in epochs]), joined(tallies), error)
+
+
+def _tally(requirement: Requirement, instants: Array, errors: Array, failed: NDArray[np.bool_]) -> Tally:
     works = np.isfinite(errors) & ~failed[:, None]
     reached = works.any(axis=0) if not failed.all() else np.ones(len(instants), np.bool_)
     counts = (works | failed[:, None]) & reached
-    return verdict(requirement, instants, np.where(failed[:, None], np.inf, errors), counts, error)
-
-
-def _errors_at(
-    result: EnsembleResult, requirement: Requirement, rows: NDArray[np.bool_], columns: NDArray[np.intp]
-) -> Array:
-    """Return the errors that a requirement judges, (N, E), a few epochs at a time to spare memory."""
-    vectors = [getattr(result.errors, name) for name in VECTORS]
-    parts = []
-    for first in range(0, len(columns), _AT_ONCE):
-        part = columns[first : first + _AT_ONCE]
-        parts.append(errors_of(requirement, np.concatenate([v[:, part][rows] for v in vectors], axis=2)))
-    return np.concatenate(parts, axis=1)
+    return tally(requirement, instants, np.where(failed[:, None], np.inf, errors), counts)
 
 
 class Looks:
@@ -146,6 +139,21 @@ class Looks:
     def decided(self) -> bool:
         """Whether all requirements are met or not met."""
         return all(one is not None and one.verdict != "undecided" for one in self.verdicts)
+
+    def so_far(self, result: EnsembleResult) -> tuple[Verdict, ...]:
+        """Judge the runs of an ensemble that stopped early; no look is counted.
+
+        Args:
+            result: the finished runs.
+
+        Returns:
+            The verdicts that had been reached, and those of these runs on the other requirements.
+        """
+        error = (1.0 - CONFIDENCE) / (LOOKS if self.several else 1)
+        return tuple(
+            judge(result, one, None, error) if before is None or before.verdict == "undecided" else before
+            for one, before in zip(self._require, self.verdicts, strict=True)
+        )
 
     def look(self, result: EnsembleResult, runs: int) -> None:
         """Judge the requirements that are not decided.

@@ -52,7 +52,7 @@ class Plan:
         chunk: runs in a file.
         blocks: blocks of the filter's states, and the number of states of each; empty without a filter.
         sensors: aiding sensors whose innovations are kept; empty without a filter.
-        flight: digest of the flight, "" for another motion.
+        flight: digest of the flight or of the track's file, "" for another motion.
         course: direction of the true ground velocity at the end of the run, rad; NaN at rest.
         extra: epochs that requirements add to the others, s; rates and means over the epochs leave them out.
     """
@@ -104,6 +104,7 @@ def make_plan(
     truths: TruthCache | None = None,
     require: Iterable[Requirement] = (),
     kept: Iterable[float] | None = None,
+    times: Iterable[float] = (),
 ) -> Plan:
     """Plan an ensemble; its flight is flown if it is not in the cache.
 
@@ -112,6 +113,7 @@ def make_plan(
         truths: where to keep the true motion for the runs.
         require: requirements; their times are epochs, too.
         kept: the further epochs of an ensemble that is continued, s; its requirements add none.
+        times: further times since the start that are epochs, s.
 
     Returns:
         The plan.
@@ -126,7 +128,12 @@ def make_plan(
     if scenario.one_component is not None:
         raise InputError(
             f"the scenario {scenario.name} has [one_component]; ensembles are for runs in three dimensions, with "
-            "[flight], [parked], [great_circle] or [motion]."
+            "[flight], [parked], [great_circle], [motion] or [track]."
+        )
+    if scenario.log is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [log]; a recording exists once, and an ensemble has many runs of a "
+            "simulation."
         )
     section = scenario.ensemble
     solution = (section.solution if section else None) or (
@@ -137,7 +144,9 @@ def make_plan(
     check_route(scenario)
     truth = (truths or TruthCache()).of(scenario)
     sensors = _sensors(scenario, truth) if solution == AIDED else ()
-    epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), tuple(require), kept)
+    wanted = [(one.time, f"requirement {one.text!r}") for one in require if one.when == "at"]
+    wanted += [(time, "times_s") for time in times]
+    epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, kept)
     chunk = _LONG_CHUNK if solution == AIDED or _own_motions(scenario) else _CHUNK
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
@@ -219,27 +228,32 @@ def _epochs(truth: Truth, step: float | None) -> Array:
 
 
 def _with_times(
-    truth: Truth, epochs: Array, require: tuple[Requirement, ...], kept: Iterable[float] | None
+    truth: Truth, epochs: Array, asked: Iterable[tuple[float, str]], kept: Iterable[float] | None
 ) -> tuple[Array, tuple[float, ...]]:
-    """Return the epochs with the times of requirements, or those of an ensemble that is continued, and the new ones."""
-    time, start = truth.time, float(truth.time[0])
-    wanted = [] if kept is None else [t for t in kept if np.isin(t, time)]
-    for one in require:
-        one.check_within(float(time[-1]) - start)
-        if one.when == "at":
-            row = int(np.argmin(np.abs(time - start - one.time)))
-            if abs(float(time[row]) - start - one.time) > WITHIN:
-                raise InputError(
-                    f"requirement {one.text!r}: {one.time:g} s is between two samples of the run, which are "
-                    f"{float(time[1]) - start:g} s apart; the nearest one is at {float(time[row]) - start:.10g} s."
-                )
-            if kept is None:
-                wanted.append(float(time[row]))
+    """Return the epochs with times since the start, or those of an ensemble that is continued, and the new ones."""
+    edges, start = truth.time, float(truth.time[0])
+    wanted = [] if kept is None else [t for t in kept if np.isin(t, edges)]
+    lasts = float(edges[-1]) - start
+    for time, who in asked:
+        if time > lasts + 1e-6:
+            raise InputError(f"{who}: {time:g} s lies outside the run, which lasts {lasts:g} s.")
+        row = int(np.argmin(np.abs(edges - start - time)))
+        if abs(float(edges[row]) - start - time) > WITHIN:
+            raise InputError(
+                f"{who}: {time:g} s is between two samples of the run, which are {float(edges[1]) - start:g} s apart; "
+                f"the nearest one is at {float(edges[row]) - start:.10g} s."
+            )
+        if kept is None:
+            wanted.append(float(edges[row]))
     extra = tuple(sorted({t for t in wanted if not np.isin(t, epochs)}))
     return np.unique(np.append(epochs, extra)), extra
 
 
 def _flight(scenario: Scenario) -> str:
+    if scenario.track is not None:
+        from sinssim.truth.track.prepare import file_digest
+
+        return file_digest(scenario.track)
     if scenario.flight is None:
         return ""
     from sinssim.truth.flight.cache import flight_key

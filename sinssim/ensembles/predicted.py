@@ -8,6 +8,9 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import SinssimError
+from sinssim.scenario.sections.ensemble import EnsembleSection
+
+_FEW = 20
 
 if TYPE_CHECKING:
     from sinssim.ensembles.plan import Plan
@@ -20,16 +23,18 @@ def predicted_sigma(plan: Plan) -> Array | None:
         plan: the plan of an ensemble.
 
     Returns:
-        (K, 9): position, velocity and attitude, north, east, down: m, m/s, rad. None with varied keys, which the budget
-        does not know; with a filter, whose budget can take as long as many runs; and if the scenario has no budget.
+        (K, 9): position, velocity and attitude, north, east, down: m, m/s, rad; of the filter's solution if the runs
+        have a filter. None with varied keys, which the budget does not know; for fewer than 20 runs with a filter,
+        whose budget takes as long as one or two of them; and if the scenario has no budget.
     """
-    if plan.keys or plan.filtered:
+    runs = (plan.scenario.ensemble or EnsembleSection()).runs
+    if plan.keys or (plan.filtered and runs < _FEW):
         return None
     from sinssim.error_budget.analyse import budget
 
     elapsed = plan.epochs - plan.start
     try:
-        found = budget(plan.scenario, times=elapsed.tolist(), solution="inertial")
+        found = budget(plan.scenario, times=elapsed.tolist(), solution="filter" if plan.filtered else "inertial")
     except SinssimError:
         return None
     rows = np.abs(found.time[:, None] - elapsed).argmin(axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,10 +13,11 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.ensembles.members import Member, member
-from sinssim.ensembles.run_errors import VECTORS, RunErrors
+from sinssim.ensembles.run_errors import COMPONENTS, EVERYTHING, VECTORS
+from sinssim.ensembles.stored_errors import Errors
 from sinssim.errors import InputError
 from sinssim.statistics.chi_square import Band, mean_square_band
-from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95
+from sinssim.statistics.order_statistics import CEP_SHARE, R95_SHARE, Percentile, percentile
 from sinssim.statistics.rates import mean_rate
 from sinssim.statistics.standard_deviation import Spread, spread
 
@@ -47,7 +49,7 @@ class EnsembleResult:
 
     Attributes:
         plan: what the runs have in common: the scenario, the epochs, the solution.
-        errors: errors of all runs, in the order of their numbers.
+        errors: errors of all runs, in the order of their numbers; of many runs, they are read from a file at each use.
         directory: directory of the ensemble; None if nothing is kept.
         seconds: duration of the computation, s, of this call alone.
         computed: number of runs computed by this call; the others had been finished before.
@@ -57,7 +59,7 @@ class EnsembleResult:
     """
 
     plan: Plan
-    errors: RunErrors
+    errors: Errors
     directory: Path | None = None
     seconds: float = 0.0
     computed: int = 0
@@ -92,11 +94,22 @@ class EnsembleResult:
         """Why runs failed, by their number."""
         return {int(n): text for n, text in zip(self.errors.number, self.errors.failure, strict=True) if text}
 
-    @cached_property
+    @property
     def horizontal(self) -> Array:
         """Horizontal (radial) error r of each run, (N, K) m: infinite for a failed run, NaN after the end of a run."""
-        north, east = self.errors.position_ned[..., 0], self.errors.position_ned[..., 1]
-        return np.where(self.failed[:, None], np.inf, np.hypot(north, east))
+        return self.horizontal_at()
+
+    def horizontal_at(self, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
+        """Return the horizontal error of some runs at some epochs.
+
+        Args:
+            epochs, runs: which of them; by default all.
+
+        Returns:
+            (R, E) m: infinite for a failed run, NaN after the end of a run.
+        """
+        north, east = (self.errors.column(name, epochs, runs) for name in COMPONENTS[:2])
+        return np.where(self.failed[runs, None], np.inf, np.hypot(north, east))
 
     @cached_property
     def final_horizontal(self) -> Array:
@@ -113,23 +126,45 @@ class EnsembleResult:
         Returns:
             The percentile in m, (K,), with its band.
         """
-        return percentile(self.horizontal, share, confidence)
+        return self._percentiles((share,), confidence)[0]
+
+    def _percentiles(self, shares: Sequence[float], confidence: float = 0.95) -> tuple[Percentile, ...]:
+        """Return percentiles at all epochs, some epochs at a time."""
+        parts = []
+        for epochs in self.errors.spans():
+            errors = self.horizontal_at(epochs)
+            parts.append([percentile(errors, share, confidence) for share in shares])
+
+        def joined(several: Sequence[Percentile]) -> Percentile:
+            value, low, high, runs = (
+                np.concatenate([getattr(one, name) for one in several]) for name in ("value", "low", "high", "runs")
+            )
+            return Percentile(several[0].share, value, low, high, confidence, runs)
+
+        return tuple(map(joined, zip(*parts, strict=True)))
 
     @cached_property
+    def _circles(self) -> tuple[Percentile, ...]:
+        return self._percentiles((CEP_SHARE, R95_SHARE))
+
+    @property
     def cep(self) -> Percentile:
         """CEP(t) with its 95 % band, (K,) m."""
-        return cep(self.horizontal)
+        return self._circles[0]
 
-    @cached_property
+    @property
     def r95(self) -> Percentile:
         """R95(t) with its 95 % band, (K,) m."""
-        return r95(self.horizontal)
+        return self._circles[1]
 
     @cached_property
     def mean_rates(self) -> Array:
         """Rate of each run by the least-squares line through the origin, Σ t r / Σ t², (N,) m/s."""
-        regular = self.plan.regular
-        return mean_rate(self.elapsed[regular], np.compress(regular, self.horizontal, axis=1))
+        regular, rates = self.plan.regular, np.empty(len(self))
+        for runs in self.errors.groups():
+            errors = np.compress(regular, self.horizontal_at(runs=runs), axis=1)
+            rates[runs] = mean_rate(self.elapsed[regular], errors)
+        return rates
 
     @cached_property
     def end_rates(self) -> Array:
@@ -151,17 +186,67 @@ class EnsembleResult:
         """
         if quantity not in VECTORS:
             raise InputError(f"quantity = {quantity!r} must be one of {', '.join(VECTORS)}.")
-        return spread(getattr(self.errors, quantity))
+        if quantity not in self._spreads:
+            self._spreads[quantity] = self._spread(VECTORS.index(quantity))
+        return self._spreads[quantity]
+
+    def _spread(self, number: int) -> Spread:
+        found = np.empty((4, len(self.time), 3))
+        for axis, name in enumerate(COMPONENTS[3 * number : 3 * number + 3]):
+            for epochs in self.errors.spans():
+                one = spread(self.errors.column(name, epochs))
+                found[:, epochs, axis] = one.mean, one.sigma, one.standard_error, one.runs
+        return Spread(*found)
+
+    @cached_property
+    def _spreads(self) -> dict[str, Spread]:
+        return {}
+
+    def stated(self, quantity: str) -> Array | None:
+        """Return the σ that the filter states for an error by component: root mean square over the runs.
+
+        Args:
+            quantity: "position_ned", "velocity_ned" or "attitude".
+
+        Returns:
+            (K, 3): m, m/s or rad; None without a filter.
+        """
+        if f"sigma_{COMPONENTS[0]}" not in self.errors.names:
+            return None
+        number, found = VECTORS.index(quantity), np.empty((len(self.time), 3))
+        for axis, name in enumerate(COMPONENTS[3 * number : 3 * number + 3]):
+            for epochs in self.errors.spans():
+                sigma = self.errors.column(f"sigma_{name}", epochs)
+                there = np.isfinite(sigma)
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    mean = (np.where(there, sigma, 0.0) ** 2).sum(axis=0) / there.sum(axis=0)
+                found[epochs, axis] = np.sqrt(mean)
+        return found
+
+    def mean_squares_of_runs(self, component: str) -> tuple[Array, Array]:
+        """Return the sum of an error's squares over the epochs without those of requirements, and their number.
+
+        Args:
+            component: one of `COMPONENTS`.
+
+        Returns:
+            Sum and number, (N,) each; an epoch that a run does not reach does not count.
+        """
+        sums, counts = np.empty((2, len(self)))
+        for runs in self.errors.groups():
+            course = np.compress(self.plan.regular, self.errors.column(component, runs=runs), axis=1)
+            sums[runs], counts[runs] = np.nansum(course * course, axis=1), (~np.isnan(course)).sum(axis=1)
+        return sums, counts
 
     @cached_property
     def nees(self) -> dict[str, MeanSquare]:
         """ANEES by block of the filter's states: NEES averaged over the runs; empty without a filter."""
-        return _mean_squares(self.errors.nees, self.errors.nees_freedom)
+        return _mean_squares(self.errors, "nees")
 
     @cached_property
     def nis(self) -> dict[str, MeanSquare]:
         """NIS by aiding sensor, averaged over the runs and the readings since the previous epoch."""
-        return _mean_squares(self.errors.nis, self.errors.nis_freedom)
+        return _mean_squares(self.errors, "nis")
 
     @cached_property
     def ranking(self) -> NDArray[np.int64]:
@@ -225,11 +310,15 @@ class EnsembleResult:
         return write_tables(self.errors, self.time, self.mean_rates, self.end_rates, Path(folder))
 
 
-def _mean_squares(squares: dict[str, Array], freedoms: dict[str, Array]) -> dict[str, MeanSquare]:
+def _mean_squares(errors: Errors, kind: str) -> dict[str, MeanSquare]:
     found = {}
-    for name, square in squares.items():
-        freedom = np.nansum(freedoms[name], axis=0)
-        total = np.nansum(np.where(freedoms[name] > 0.0, square, np.nan), axis=0)
+    for name in (text.partition(" ")[2] for text in errors.names if text.startswith(f"{kind} ")):
+        parts = []
+        for epochs in errors.spans():
+            freedoms = errors.column(f"{kind}_freedom {name}", epochs)
+            square = np.where(freedoms > 0.0, errors.column(f"{kind} {name}", epochs), np.nan)
+            parts.append((np.nansum(freedoms, axis=0), np.nansum(square, axis=0)))
+        freedom, total = (np.concatenate(rows) for rows in zip(*parts, strict=True))
         with np.errstate(invalid="ignore", divide="ignore"):
             value = np.where(freedom > 0.0, total / freedom, np.nan)
         found[name] = MeanSquare(name, value, mean_square_band(freedom), freedom)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +22,10 @@ COMPONENTS = tuple(
     for axis in "ned"
 )
 """The nine errors, in the order of `RunErrors.final`."""
+
+EVERYTHING = slice(None)
+AT_ONCE = 2**20
+"""Numbers of one column, runs times epochs, that statistics over all runs hold at a time: 8 MB."""
 
 
 @dataclass
@@ -63,6 +70,87 @@ class RunErrors:
         """Whether each run failed, (R,)."""
         return np.array([bool(text) for text in self.failure], dtype=np.bool_)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns, see `column_names`."""
+        return column_names(tuple(self.nees), tuple(self.nis), self.sigma is not None)
+
+    def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
+        """Return one column at some epochs of some runs.
+
+        Args:
+            name: one of `names`.
+            epochs, runs: which of them; by default all.
+
+        Returns:
+            (R, E), not to be changed.
+        """
+        kind, _, block = name.partition(" ")
+        if block:
+            return np.asarray(getattr(self, kind)[block][runs, epochs])
+        number = COMPONENTS.index(name.removeprefix("sigma_"))
+        if name.startswith("sigma_"):
+            assert self.sigma is not None
+            return self.sigma[runs, epochs, number]
+        vectors: Array = getattr(self, VECTORS[number // 3])
+        return vectors[runs, epochs, number % 3]
+
+    def spans(self) -> list[slice]:
+        """Return parts of the epochs whose columns are small, all runs of them together."""
+        return spans_of(len(self), self.position_ned.shape[1])
+
+    def groups(self) -> list[slice]:
+        """Return parts of the runs whose columns are small, all epochs of them together."""
+        return groups_of(len(self), self.position_ned.shape[1])
+
+
+def column_names(blocks: Sequence[str], sensors: Sequence[str], sigma: bool) -> tuple[str, ...]:
+    """Return the names of the columns that are kept of each run at each epoch.
+
+    Args:
+        blocks: blocks of a filter's states.
+        sensors: aiding sensors.
+        sigma: whether a filter states the σ of the nine errors.
+
+    Returns:
+        The components, each followed by "sigma_" and its name with a filter; then "nees", "nees_freedom", "nis" and
+        "nis_freedom", a space, and the block or sensor.
+    """
+    kinds = (("nees", blocks), ("nees_freedom", blocks), ("nis", sensors), ("nis_freedom", sensors))
+    errors = [text for name in COMPONENTS for text in ((name, f"sigma_{name}") if sigma else (name,))]
+    return (*errors, *(f"{kind} {name}" for kind, names in kinds for name in names))
+
+
+def spans_of(runs: int, epochs: int) -> list[slice]:
+    """Return parts of the epochs, each as small as `AT_ONCE` allows for all runs, but of two epochs at least.
+
+    Two, because numpy adds the runs of a single epoch in another order, which would change the last bits of a mean.
+
+    Args:
+        runs, epochs: their numbers.
+
+    Returns:
+        The parts, in order, of nearly the same size.
+    """
+    return _parts(epochs, min(math.ceil(runs * epochs / AT_ONCE), epochs // 2))
+
+
+def groups_of(runs: int, epochs: int) -> list[slice]:
+    """Return parts of the runs, each as small as `AT_ONCE` allows for all epochs.
+
+    Args:
+        runs, epochs: their numbers.
+
+    Returns:
+        The parts, in order, of nearly the same size.
+    """
+    return _parts(runs, min(math.ceil(runs * epochs / AT_ONCE), runs))
+
+
+def _parts(length: int, number: int) -> list[slice]:
+    edges = [length * part // max(number, 1) for part in range(max(number, 1) + 1)]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
 
 def empty(
     count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str] = (), sensors: Sequence[str] = ()
@@ -101,6 +189,9 @@ def empty(
     )
 
 
+_BY_EPOCH = (*VECTORS, "sigma", "nees", "nees_freedom", "nis", "nis_freedom")
+
+
 def put(errors: RunErrors, part: RunErrors, first: int) -> None:
     """Put the errors of some runs among those of more runs.
 
@@ -109,15 +200,30 @@ def put(errors: RunErrors, part: RunErrors, first: int) -> None:
         part: errors of some of them, with the same epochs, keys, blocks and sensors.
         first: row of the first of them.
     """
+    put_rows(errors, part, first)
+    for name in _BY_EPOCH:
+        _copy(getattr(errors, name), getattr(part, name), slice(first, first + len(part)))
+
+
+def put_rows(errors: RunErrors, part: RunErrors, first: int) -> None:
+    """Put what does not depend on the epoch among that of more runs.
+
+    Args:
+        errors, part, first: as for `put`.
+    """
     rows = slice(first, first + len(part))
     errors.failure[rows] = part.failure
     for one in fields(RunErrors):
-        there, here = getattr(errors, one.name), getattr(part, one.name)
-        if isinstance(there, dict):
-            for name, values in there.items():
-                values[rows] = here[name]
-        elif isinstance(there, np.ndarray):
-            there[rows] = here
+        if one.name not in _BY_EPOCH:
+            _copy(getattr(errors, one.name), getattr(part, one.name), rows)
+
+
+def _copy(there: object, here: Any, rows: slice) -> None:
+    if isinstance(there, dict):
+        for name, values in there.items():
+            values[rows] = here[name]
+    elif isinstance(there, np.ndarray):
+        there[rows] = here
 
 
 def bytes_of(runs: int, epochs: int, blocks: int = 0, sensors: int = 0) -> float:

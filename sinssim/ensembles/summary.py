@@ -8,7 +8,7 @@ import numpy as np
 
 from sinssim import units
 from sinssim.data import Array
-from sinssim.ensembles.run_errors import COMPONENTS, VECTORS
+from sinssim.ensembles.run_errors import COMPONENTS
 from sinssim.requirements.verdict import CONFIDENCE
 from sinssim.statistics.chi_square import share_inside
 from sinssim.statistics.circles import circle_radius
@@ -227,11 +227,10 @@ def _components(result: EnsembleResult) -> dict[str, dict[str, float]]:
     worked = ~result.failed
     for number, name in enumerate(COMPONENTS):
         final = result.errors.final[worked, number]
-        course = getattr(result.errors, VECTORS[number // 3])[worked][:, :, number % 3]
-        course = np.compress(result.plan.regular, course, axis=1)
+        sums, counts = (values[worked].sum() for values in result.mean_squares_of_runs(name))
         count = len(final)
         sigma = float(np.std(final, ddof=1)) if count > 1 else float("nan")
-        square = np.nanmean(course * course) if np.isfinite(course).any() else float("nan")
+        square = sums / counts if counts else float("nan")
         found[name] = {
             "final_mean": float(np.mean(final)) if count else float("nan"),
             "final_sigma": sigma,

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.ensembles.run_errors import COMPONENTS, VECTORS, RunErrors
+from sinssim.ensembles.run_errors import COMPONENTS
+from sinssim.ensembles.stored_errors import Errors
 from sinssim.errors import InputError
 from sinssim.statistics.rates import to_nmi_h
 
 
-def write_tables(
-    errors: RunErrors, epochs: Array, mean_rates: Array, end_rates: Array, folder: Path
-) -> tuple[Path, Path]:
+def write_tables(errors: Errors, epochs: Array, mean_rates: Array, end_rates: Array, folder: Path) -> tuple[Path, Path]:
     """Write the tables.
 
     Args:
@@ -31,38 +31,41 @@ def write_tables(
         InputError: they cannot be written.
     """
     import pyarrow as pa
+
+    by_epoch = (pa.table(_by_epoch(errors, epochs, runs)) for runs in errors.groups())
+    by_run = iter([pa.table(_by_run(errors, mean_rates, end_rates))])
+    return _write(by_epoch, folder / "errors.parquet"), _write(by_run, folder / "runs.parquet")
+
+
+def _write(parts: Iterator[Any], path: Path) -> Path:
+    """Write the parts of a table, one after another."""
     import pyarrow.parquet as pq
 
-    written = []
-    for name, columns in (("errors", _by_epoch(errors, epochs)), ("runs", _by_run(errors, mean_rates, end_rates))):
-        path = folder / f"{name}.parquet"
-        beside = folder / f".{name}.parquet.part"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            pq.write_table(pa.table(columns), beside, compression="zstd")
-            beside.replace(path)
-        except OSError as error:
-            beside.unlink(missing_ok=True)
-            raise InputError(f"{path} cannot be written: {error.strerror or error}.") from error
-        written.append(path)
-    return written[0], written[1]
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        first = next(parts)
+        with pq.ParquetWriter(beside, first.schema, compression="zstd") as writer:
+            writer.write_table(first)
+            for part in parts:
+                writer.write_table(part)
+        beside.replace(path)
+    except OSError as error:
+        beside.unlink(missing_ok=True)
+        raise InputError(f"{path} cannot be written: {error.strerror or error}.") from error
+    return path
 
 
-def _by_epoch(errors: RunErrors, epochs: Array) -> dict[str, Any]:
-    columns: dict[str, Any] = {
-        "run": np.repeat(errors.number, len(epochs)),
-        "time_s": np.tile(epochs, len(errors)),
+def _by_epoch(errors: Errors, epochs: Array, runs: slice) -> dict[str, Any]:
+    number = errors.number[runs]
+    return {
+        "run": np.repeat(number, len(epochs)),
+        "time_s": np.tile(epochs, len(number)),
+        **{name: errors.column(name, runs=runs).ravel() for name in errors.names},
     }
-    for i, name in enumerate(COMPONENTS):
-        columns[name] = getattr(errors, VECTORS[i // 3])[:, :, i % 3].ravel()
-        if errors.sigma is not None:
-            columns[f"sigma_{name}"] = errors.sigma[:, :, i].ravel()
-    for kind in ("nees", "nees_freedom", "nis", "nis_freedom"):
-        columns |= {f"{kind} {name}": values.ravel() for name, values in getattr(errors, kind).items()}
-    return columns
 
 
-def _by_run(errors: RunErrors, mean_rates: Array, end_rates: Array) -> dict[str, Any]:
+def _by_run(errors: Errors, mean_rates: Array, end_rates: Array) -> dict[str, Any]:
     return {
         "run": errors.number,
         "seed": errors.seed,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.truth.trajectory import Trajectory
 
-_TABLES = ("flight", "parked", "great_circle", "motion", "vibration", "isolator", "truth")
+_TABLES = ("flight", "parked", "great_circle", "motion", "track", "vibration", "isolator", "truth")
 _OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz")
 _KEPT = 2
 """True motions kept at a time: that of all runs, or that of a run in progress in each of two threads."""
@@ -70,6 +70,12 @@ class TruthCache:
         self._kept: OrderedDict[str, Truth] = OrderedDict()
         self._lock = threading.Lock()
         self._each: dict[str, threading.Lock] = {}
+
+    def forget(self) -> None:
+        """Free all true motions; they are computed again when they are wanted."""
+        with self._lock:
+            self._kept.clear()
+            self._each.clear()
 
     def of(self, scenario: Scenario) -> Truth:
         """Return the true motion of a scenario, the same bits as those of `sinssim run`.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from sinssim.data import Array, ImuData, NavSolution
+from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.error_budget.aided import Consider, FilterRun
 from sinssim.error_budget.alignment import align
 from sinssim.error_budget.inertial import HeightErrors, Snapshot, Vertical, propagate
@@ -34,8 +34,10 @@ from sinssim.strapdown.nav_error import navigation_error
 from sinssim.truth.source import fly
 
 if TYPE_CHECKING:
+    from sinssim.requirements.requirement import Requirement
     from sinssim.scenario import Scenario
     from sinssim.scenario.sections.navigation import InitialErrorSection
+    from sinssim.truth.trajectory import Trajectory
 
 Progress = Callable[[str, float], None]
 """Called with "flight", "truth" or "budget" and the fraction done, 0…1."""
@@ -49,8 +51,36 @@ _ROUNDING = np.repeat((1e-3, 1e-6, 1e-8), 3)
 _HIGHEST = np.radians(89.5)
 """Latitude beyond which the error equations in north, east, down are not used."""
 
+_OTHER_SETS = {
+    "accelerometers": "its angular rate comes from differences of accelerometers, which it integrates once more than "
+    "the budget's error equations do",
+    "attitude-sensor": "its attitude is measured and not integrated, so that the budget's error equations of the "
+    "attitude do not hold",
+    "redundant": "its monitoring decides by each run's own errors which sensors count, which is not linear, and its "
+    "errors are those of more than three axes",
+    "platform": "its gimbals turn the sensors against the block, and the budget takes the sensors' inputs from the "
+    "block's own motion",
+}
+"""Why sets other than three gyros and three accelerometers have none."""
+
 EPOCHS = 500
 """Number of intervals between the instants of the results."""
+
+
+class KnownTruth(Protocol):
+    """A true motion that is there already, for budgets that share it."""
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion."""
+
+    @property
+    def ideal(self) -> ImuData:
+        """Ideal increments along it."""
+
+    @property
+    def state(self) -> NavState:
+        """True states at the edges of the increments."""
 
 
 class _InertialErrors(NamedTuple):
@@ -77,13 +107,19 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
     if scenario.one_component is not None:
         raise InputError(
             f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "
-            "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle] or "
-            "[motion]."
+            "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle], "
+            "[motion] or [track]."
+        )
+    if scenario.log is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [log]; a budget needs the true motion, and a recording has none. Give a "
+            "scenario with [flight], [parked], [great_circle] or [motion]."
         )
     if scenario.imu.sensor_set.type != "gyros":
+        kind = scenario.imu.sensor_set.type
         raise InputError(
-            f'imu.sensor_set.type = "{scenario.imu.sensor_set.type}" has no budget: it is computed for three gyros and '
-            'three accelerometers (imu.sensor_set.type = "gyros").'
+            f'imu.sensor_set.type = "{kind}" has no budget: {_OTHER_SETS[kind]}. Use an ensemble, or '
+            'imu.sensor_set.type = "gyros".'
         )
     if solution not in (None, "inertial", "filter"):
         raise InputError(f'solution = {solution!r} must be "inertial" or "filter".')
@@ -91,10 +127,15 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
         raise InputError('solution = "filter" needs a scenario with [filter].')
     chosen = solution or ("inertial" if scenario.filter is None else "filter")
     f = scenario.filter if chosen == "filter" else None
-    if f is not None and f.alignment_s is not None and f.alignment == "in-motion":
+    if f is not None and f.vibration_noise:
         raise InputError(
-            'filter.alignment = "in-motion" has no budget: the alignment starts from an unknown attitude, for which no '
-            "linear theory holds. Remove filter.alignment_s, or use an ensemble."
+            f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the readings of one run. "
+            "Remove it, or use an ensemble."
+        )
+    if f is not None and f.alignment_s is not None and f.alignment != "at-rest":
+        raise InputError(
+            f'filter.alignment = "{f.alignment}" has no budget: the alignment starts from an unknown attitude, for '
+            "which no linear theory holds. Remove filter.alignment_s, or use an ensemble."
         )
     return chosen
 
@@ -103,8 +144,10 @@ def budget(
     scenario: Scenario,
     *,
     times: Iterable[float] = (),
+    require: Iterable[Requirement] = (),
     solution: str | None = None,
     progress: Progress | None = None,
+    truth: KnownTruth | None = None,
 ) -> BudgetResult:
     """Compute the covariances of a scenario's navigation errors by source, without random numbers.
 
@@ -114,8 +157,10 @@ def budget(
     Args:
         scenario: the scenario.
         times: further instants of the results, s since the start of the run.
+        require: requirements whose times are further instants.
         solution: "inertial" or "filter"; by default the filter's if the scenario has one.
         progress: called with the progress.
+        truth: the scenario's true motion, if it is there already; by default it is made.
 
     Returns:
         The budget, at 501 instants and at `times`.
@@ -131,17 +176,21 @@ def budget(
 
         scenario = with_states(scenario)
     say("flight", 0.0)
-    trajectory = fly(scenario, lambda fraction: say("flight", fraction))
+    trajectory = truth.trajectory if truth else fly(scenario, lambda fraction: say("flight", fraction))
     say("truth", 0.0)
-    ideal = trajectory.increments(scenario.imu.rate_hz)
-    state = trajectory.state(ideal.time)
+    wanted = tuple(require)
+    for one in wanted:
+        one.check_within(trajectory.end - trajectory.start)
+    ideal = truth.ideal if truth else trajectory.increments(scenario.imu.rate_hz)
+    state = truth.state if truth else trajectory.state(ideal.time)
     motion = TrueMotion(trajectory, ideal, state, warm_up(scenario.imu), scenario.navigation.gravity)
     say("truth", 1.0)
     highest = float(np.abs(state.latitude).max())
     if highest > _HIGHEST:
         raise InputError(
             f"the motion reaches the latitude {np.degrees(highest):.3f} deg; the budget's error equations have north, "
-            f"east, down axes, which turn too fast within {90.0 - np.degrees(_HIGHEST):g} deg of a pole."
+            f"east, down axes, which turn too fast within {90.0 - np.degrees(_HIGHEST):g} deg of a pole. Use an "
+            "ensemble."
         )
     aiding = None if scenario.aiding is None else aiding_sources(scenario, trajectory)
     fixed = constants(scenario)
@@ -149,7 +198,7 @@ def budget(
     of_constants = emulated_constants(scenario, fixed, ideal)
     theta, velocity = (np.concatenate(pair) for pair in zip(of_constants, of_one_run, strict=True))
     inertial = _InertialErrors(fixed, named, (theta, velocity))
-    outputs = _instants(ideal.time, times)
+    outputs = _instants(ideal.time, (*times, *(one.time for one in wanted if one.when == "at")))
     initial = initial_errors(scenario, _given_start(scenario, motion))
     if kind == "inertial":
         found = _inertial(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))

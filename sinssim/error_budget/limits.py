@@ -18,6 +18,7 @@ from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.result import BudgetResult
 from sinssim.errors import InputError
+from sinssim.requirements.quantity import Asked
 from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement
 from sinssim.statistics.circle_about_mean import radius_about_mean, share_inside
 
@@ -105,8 +106,7 @@ def answers(result: BudgetResult, requirements: Sequence[Requirement], free: Seq
     found = []
     for requirement in requirements:
         requirement.check_within(float(result.time[-1]))
-        rows = _rows(result, requirement)
-        values = _quantity(requirement, result.time[rows], result.total[rows], result.bias[rows])
+        rows, values = _values(result, requirement)
         worst = int(np.argmax(values))
         order = [one.source for one in result.improvements(float(result.time[rows[worst]]))]
         sized = tuple(source for source in order if not math.isnan(source.value))
@@ -119,6 +119,30 @@ def answers(result: BudgetResult, requirements: Sequence[Requirement], free: Seq
     return tuple(found)
 
 
+def answer_of(result: BudgetResult, asked: Asked) -> tuple[float, float]:
+    """Return a quantity of a budget and its instant; throughout the run, the largest.
+
+    Args:
+        result: the budget, with the instant of the quantity.
+        asked: a quantity or a requirement.
+
+    Returns:
+        The number that `answers` judges, SI, and its instant, s since the start.
+
+    Raises:
+        InputError: the budget does not have the instant.
+    """
+    rows, values = _values(result, asked)
+    worst = int(np.argmax(values))
+    return float(values[worst]), float(result.time[rows[worst]])
+
+
+def _values(result: BudgetResult, asked: Asked) -> tuple[NDArray[np.intp], Array]:
+    """Return the rows that count, and the quantity in each."""
+    rows = _rows(result, asked)
+    return rows, _quantity(asked, result.time[rows], result.total[rows], result.bias[rows])
+
+
 def _sized(result: BudgetResult, name: str) -> Source:
     try:
         source = result.source(name)
@@ -129,7 +153,7 @@ def _sized(result: BudgetResult, name: str) -> Source:
     return source
 
 
-def _rows(result: BudgetResult, requirement: Requirement) -> NDArray[np.intp]:
+def _rows(result: BudgetResult, requirement: Asked) -> NDArray[np.intp]:
     if requirement.when == "run":
         return np.arange(len(result.time))
     if requirement.when == "end":
@@ -137,7 +161,7 @@ def _rows(result: BudgetResult, requirement: Requirement) -> NDArray[np.intp]:
     return np.array([result.row(requirement.time)])
 
 
-def _quantity(requirement: Requirement, time: Array, covariance: Array, mean: Array) -> Array:
+def _quantity(requirement: Asked, time: Array, covariance: Array, mean: Array) -> Array:
     """Return the quantity at instants, (R,) SI."""
     if requirement.quantity in COMPONENTS:
         k = COMPONENTS.index(requirement.quantity)

@@ -28,6 +28,7 @@ from sinssim.checks import checked_initial
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, RunError, check_name, shortened
+from sinssim.estimation.checks.cure import vibration_untold
 from sinssim.estimation.checks.divergence_checks import contradiction, remarks
 from sinssim.estimation.dynamics import CORE, driving_noise
 from sinssim.estimation.intake import CheckedMeasurements, take_in
@@ -38,6 +39,7 @@ from sinssim.estimation.nominal import MeanGyroRates, at, solution_of
 from sinssim.estimation.result import Estimate
 from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.frames import FRAME_REGISTRY, FRAMES
+from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.strapdown import navigate
 from sinssim.strapdown.polar import axes_of
 from sinssim.strapdown.segments import Segments
@@ -69,6 +71,7 @@ def estimate(
     slow_quantities: str = "hold",
     route: tuple[float, float, float, float] | None = None,
     axes: str | None = None,
+    added_noise: AddedNoise | None = None,
 ) -> Estimate:
     """Estimate the errors of inertial navigation from aiding measurements, and correct it.
 
@@ -93,6 +96,8 @@ def estimate(
             rows are compared with a state between them.
         axes: axes of the errors, see `ErrorModel.axes`; by default those of `sinssim.strapdown.polar.axes_of` for the
             pure inertial solution and the position readings.
+        added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
+            (`sinssim.sensors.from_readings.vibration`).
 
     Returns:
         The estimate; if the filter diverges, it ends there.
@@ -140,6 +145,7 @@ def estimate(
         MeanGyroRates(imu),
         gravity,
         ellipsoid_by_name(ellipsoid),
+        added=added_noise,
         long_rows=len(engine.time) - 1 < len(imu),
     )
     loops = Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history, row_s)
@@ -153,7 +159,7 @@ def estimate(
     if not failure and not any(i.accepted.any() for i in innovations):
         # bit for bit, unlike navigation by segments
         inertial = unaided()
-        edge = epochs.edge[:count]
+        edge = epochs.edge[:count].astype(np.intp)
         fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(inertial.time) - 2)]
         fraction[epochs.on_edge[:count]] = 0.0
         solution = solution_of(time, at(inertial, edge, fraction, around.ellipsoid, axes), algorithm)
@@ -169,7 +175,12 @@ def estimate(
         smoothed=smoothed(model, kept, around.ellipsoid, algorithm) if kept is not None and smooth else None,
         history=kept if history else None,
         divergence=divergence or contradiction(innovations),
-        remarks=(*failure, *_untold(model), *remarks(innovations, [_too_late(r, imu) for r in readings])),
+        remarks=(
+            *failure,
+            *_untold(model),
+            *remarks(innovations, [_too_late(r, imu) for r in readings]),
+            *vibration_untold(innovations, imu, model, added_noise),
+        ),
         unaided=unaided,
     )
 

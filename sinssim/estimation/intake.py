@@ -21,9 +21,10 @@ from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import BLOCKS, OF_SENSORS, ErrorModel
 from sinssim.estimation.result import Reasons
+from sinssim.system.memory import shared
 
 Numbers = NDArray[np.int32]
-"""Numbers of epochs, half as long in memory as indices usually are."""
+"""Numbers of epochs and edges, half as long in memory as indices usually are."""
 
 _SAME = 1e-6
 """Instants closer together than this are one epoch, s; a jet moves by less than a millimetre in that time."""
@@ -88,7 +89,7 @@ class Epochs:
     """
 
     time: Array
-    edge: NDArray[np.intp]
+    edge: Numbers
     on_edge: NDArray[np.bool_]
     second: NDArray[np.bool_]
 
@@ -142,9 +143,11 @@ def take_in(
     on_edge = (np.arange(len(instant)) < len(edges))[order]
     per_second = max(round(count / float(time[-1] - time[0]) / stride), 1) * stride
     second = on_edge & ((edge % per_second == 0) | (edge == count))
-    epochs = Epochs(instant[order], edge, on_edge, second)
-    for reading in readings:
+    epochs = Epochs(shared(instant[order], [time]), edge.astype(np.int32), on_edge, second)
+    numbers: list[Numbers] = []  # sensors of one rate are read at the same epochs
+    for k, reading in enumerate(readings):
         reading.epoch[reading.usable] = _nearest(epochs.time, reading.data.time[reading.usable])
+        readings[k] = replace(reading, epoch=shared(reading.epoch, numbers))
     return readings, epochs
 
 
@@ -173,6 +176,7 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
         kind = measurement_kind(name)
         sizes = {" bias": kind.errors} | {f" {error}": len(axes) for error, (axes, _) in kind.own_errors.items()}
         sizes |= {" scale": 1} if kind.components == 1 else {}
+        sizes |= {} if kind.mean_rate else {" delay": 1}
         if block.size != sizes.get(what):
             fitting = ", ".join(f"{sensor}{error!s} ({size})" for error, size in sizes.items())
             raise InputError(

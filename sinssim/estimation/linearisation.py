@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from sinssim import rotation
 from sinssim.data import Array, Measurements, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import dynamics, transition
+from sinssim.estimation.dynamics import PHI, V, dynamics, transition
 from sinssim.estimation.earth_dynamics import earth_dynamics, transported_transition
 from sinssim.estimation.intake import CheckedMeasurements, Epochs
-from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
+from sinssim.estimation.measurements.kind import Prediction, delays, measurement_kind, observe
 from sinssim.estimation.model import ErrorModel
-from sinssim.estimation.nominal import MeanGyroRates, at, motion, rows_of
+from sinssim.estimation.nominal import MeanGyroRates, at, motion, near, rows_of
+from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.strapdown.polar import POLAR_LIMIT, carried
 
@@ -54,6 +55,7 @@ class Linearisation:
         q: Q over the interval, (K, n, n).
         c_nb: attitude in the middle of the interval, in the axes of its end, (K, 3, 3).
         turn: from the axes of its end into those of its start, (K, 3, 3); None where they do not turn.
+        added: squared densities of the added noise, gyros and accelerometers, (K, 6); None for none.
         observed: readings of each epoch that has any, in order of arrival.
         skipped: sensor and row of readings of north where there is none.
     """
@@ -65,6 +67,7 @@ class Linearisation:
     q: Array
     c_nb: Array
     turn: Array | None
+    added: Array | None
     observed: dict[int, list[Observed]]
     skipped: list[tuple[int, int]]
 
@@ -81,6 +84,7 @@ class Surroundings:
         gyros: source of mean rates.
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
+        added: noise of the inertial sensors in addition to the model's; None for none.
         long_rows: whether a row of the engine has several samples; between rows the attitude then follows the gyros.
     """
 
@@ -91,7 +95,21 @@ class Surroundings:
     gyros: MeanGyroRates
     gravity: str
     ellipsoid: Ellipsoid
+    added: AddedNoise | None = None
     long_rows: bool = False
+
+
+class Before(NamedTuple):
+    """What a reading is compared with whose validity lies before the instant that is stated.
+
+    Attributes:
+        nominal: inertial navigation over the segment.
+        interval, phi: of the linearisation.
+    """
+
+    nominal: NavSolution
+    interval: Array
+    phi: Array
 
 
 def linearise(
@@ -126,6 +144,10 @@ def linearise(
         lasts = interval > 0.0
         rate[lasts] = around.gyros.mean(time[:-1][lasts], time[1:][lasts], calibration)
     phi, q, c_nb, turn = _dynamics(around, state, middle, interval, rate)
+    added = None
+    if around.added is not None:
+        added = around.added.variance(time[:-1])
+        q = q + added_noise(phi, c_nb, turn, added * interval[:, None])
     here = rows_of(state, slice(1, None))
     observed: dict[int, list[Observed]] = {}
     skipped: list[tuple[int, int]] = []
@@ -136,10 +158,41 @@ def linearise(
             skipped += [(sensor, row) for row in rows[polar].tolist()]
             rows = rows[~polar]
         if len(rows):
-            _observe(around, sensor, readings, rows, first, here, calibration, parameters, observed)
+            _observe(
+                around,
+                sensor,
+                readings,
+                rows,
+                first,
+                here,
+                calibration,
+                parameters,
+                observed,
+                Before(nominal, interval, phi),
+            )
     for at_once in observed.values():
         at_once.sort(key=lambda o: float(around.readings[o.sensor].data.arrival[o.row]))
-    return Linearisation(first, here, interval, phi, q, c_nb, turn, observed, skipped)
+    return Linearisation(first, here, interval, phi, q, c_nb, turn, added, observed, skipped)
+
+
+def added_noise(phi: Array, c_nb: Array, turn: Array | None, variance: Array) -> Array:
+    """Return the covariance by added noise of the inertial sensors over intervals: it enters in the middle of each.
+
+    Args:
+        phi: Φ, (K, n, n).
+        c_nb, turn: of the linearisation.
+        variance: of the angles and of the velocities that each axis gains in the interval, (K, 6).
+
+    Returns:
+        (K, n, n).
+    """
+    whole, parts = np.eye(phi.shape[1]), []
+    for k, where in enumerate((PHI, V)):
+        at_start = phi[:, :, where] if turn is None else phi[:, :, where] @ turn
+        half_way = 0.5 * (at_start + whole[:, where]) @ c_nb
+        parts.append(half_way * np.sqrt(variance[:, None, 3 * k : 3 * k + 3]))
+    root = np.concatenate(parts, axis=2)
+    return np.asarray(root @ root.transpose(0, 2, 1))
 
 
 def _dynamics(
@@ -186,19 +239,64 @@ def _observe(
     calibration: ImuErrors,
     parameters: Mapping[str, Array],
     observed: dict[int, list[Observed]],
+    before: Before,
 ) -> None:
     """Add some of one sensor's readings; the first row of `here` is the epoch `first`."""
-    data, epoch = readings.data, readings.epoch[rows].astype(np.intp)
+    data, epoch, kind = readings.data, readings.epoch[rows].astype(np.intp), measurement_kind(readings.data.kind)
     time = around.epochs.time[epoch]
-    if measurement_kind(data.kind).mean_rate:
-        rate = around.gyros.mean(time - readings.interval[rows], time, calibration)
-    elif data.lever_arm.any() or "gnss lever arm" in around.model.slices:
-        rate = around.gyros.at(time, calibration)
-    else:
-        rate = np.zeros((len(rows), 3))
     some = Measurements(data.kind, time, time, data.value[rows], data.sigma[rows], data.lever_arm, data.name)
-    now = Prediction(rows_of(here, epoch - first), rate, around.ellipsoid)
-    residual, h = observe(some, now, around.model, parameters)
-    variance, interval = readings.variance(rows, around.model), readings.interval[rows].tolist()
-    for at_epoch, *one in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval, strict=True):
+    turns = kind.needs_rate or data.lever_arm.any() or "gnss lever arm" in around.model.slices
+    late = delays(kind, data.label, around.model)
+
+    def compared(instant: Array, state: NavState) -> tuple[Array, Array]:
+        rate = np.zeros((len(rows), 3))
+        if kind.mean_rate:
+            rate = around.gyros.mean(instant - readings.interval[rows], instant, calibration)
+        elif turns:
+            rate = around.gyros.at(instant, calibration)
+        return observe(some, Prediction(state, rate, around.ellipsoid), around.model, parameters)
+
+    if late:
+        delay = sum(float(parameters[name][0]) for name in late)
+
+        def shifted(by: float) -> tuple[Array, Array]:
+            instant = time + by
+            state = near(before.nominal, instant, around.gyros, calibration, around.ellipsoid, around.model.axes)
+            return compared(instant, state)
+
+        residual, h = shifted(-delay)
+        sooner, later = shifted(-delay - _SLOPE)[0], shifted(-delay + _SLOPE)[0]
+        h = _carried_back(h, delay, before, epoch - first)
+        for name in late:  # the quantity changes by its rate times the delay
+            h[:, :, around.model.slices[name]] += ((later - sooner) / (2.0 * _SLOPE))[:, :, None]
+    else:
+        residual, h = compared(time, rows_of(here, epoch - first))
+    variance, interval = readings.variance(rows, around.model), readings.interval[rows]
+    if around.added is not None and kind.mean_rate:
+        variance = variance + around.added.variance(time - interval)[:, :3] / interval[:, None]
+    for at_epoch, *one in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
         observed.setdefault(at_epoch, []).append(Observed(sensor, *one))
+
+
+_SLOPE = 0.05
+"""Half of the time over which the rate of a quantity is taken for the H of a delay, s: longer than the periods of
+vibration, whose accelerations would count as a signal, and short beside the time in which a vehicle turns."""
+
+
+def _carried_back(h: Array, delay: float, before: Before, row: NDArray[np.intp]) -> Array:
+    """Return H for the errors at the stated instants, from H for those a delay earlier.
+
+    The errors change by F x over a second, and Φ = 1 + F T of the interval before an epoch gives F.
+
+    Args:
+        h: for the errors at the instants of validity, (M, k, n).
+        delay: s.
+        before: the segment.
+        row: its epoch at each reading, (M,).
+
+    Returns:
+        (M, k, n).
+    """
+    interval = before.interval[row]
+    part = np.divide(delay, interval, out=np.zeros_like(interval), where=interval > 0.0)
+    return np.asarray(h - part[:, None, None] * (h @ before.phi[row] - h))

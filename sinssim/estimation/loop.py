@@ -23,10 +23,6 @@ from sinssim.strapdown.segments import Segments
 _SHORTEST, _OPEN = 1.0, 64.0
 """Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
 
-_SMALL = np.repeat((100.0, 5.0, 1e-3), 3)
-"""Largest errors of position [m], velocity [m/s] and attitude [rad] carried in the filter over a segment: their
-second-order effects are below 2 mm, 5 µm/s² and 0.1″."""
-
 _NO_NORTH = "relative to north within 0.1° of a pole, where north depends on the position itself"
 """Why a reading is skipped near a pole."""
 
@@ -53,6 +49,7 @@ class Loop:
         self.done = 0  # epochs that are
         self._taken = ""  # the last reading that was processed
         self._compensated = np.zeros(around.model.size)
+        self._largest = around.model.largest
         self._history, self._row_s, self._row_at = history, row_s, -np.inf
         self._begin_row(around.model.size)
         self._restart = {s: self._begins(s) for s in zero_rate}
@@ -151,7 +148,7 @@ class Loop:
             known = self.branches.known(now)
             self.record.note(known.x, known.covariance)
             self.done = epoch + 1
-            if closed and observed and np.any(np.abs(self.filter.x[:CORE]) > _SMALL):
+            if closed and observed and np.any(np.abs(self.filter.x) > self._largest):
                 small = False
             ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
             due = observed or ends or second
@@ -217,7 +214,8 @@ class Loop:
             # φ̇ = … − C w: noise at mid-interval
             at_start = phi[:, PHI] if line.turn is None else phi[:, PHI] @ line.turn[k]
             half_way = -0.5 * (at_start + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
-            came[sensor] = half_way * (self.around.model.gyro_noise**2 * interval)
+            density = self.around.model.gyro_noise**2 + (0.0 if line.added is None else line.added[k, :3])
+            came[sensor] = half_way * (density * interval)
         for branch in self.branches.every():
             branch.predict(phi, q, came)
 

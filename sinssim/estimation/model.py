@@ -34,6 +34,14 @@ _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")
 _ANGLES = ("xy", "xz", "yx", "yz", "zx", "zy")
 
+_LARGEST = np.repeat((100.0, 5.0, 1e-3), 3)
+"""Largest errors of position [m], velocity [m/s] and attitude [rad] carried in the filter over a segment: their
+second-order effects are below 2 mm, 5 µm/s² and 0.1″."""
+
+_LARGEST_OWN = {" delay": 5e-3, " time offset": 5e-3, " mounting": 1e-2}
+"""The same for a delay [s] and for the mounting of a land vehicle [rad]: the second-order effects are below 0.3 mm at
+20 m/s², and below 2 mm/s at 30 m/s."""
+
 NAVIGATION = ("position", "velocity", "attitude")
 """The first blocks of every model, in this order."""
 
@@ -50,16 +58,21 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
     "gyro misalignment": (_ANGLES, "rad"),
     "accelerometer misalignment": (_ANGLES, "rad"),
     "gnss lever arm": (_BODY, "m"),
+    "gnss time offset": (("",), "s"),
 }
 """The blocks by name: their axes and unit. Instability is a second part of a bias, a Gauss-Markov process in addition
 to the constant. The component ij of a misalignment is the tilt of sensitive axis i towards the block's axis j.
 
 An aiding sensor, named by `Measurements.label`, may have its own blocks: "<sensor> bias", with as many components as
 its sigma, is added to the true reading (north, east, down in metres for a position, a rotation about the body's axes
-for an attitude); "<sensor> scale" is the relative error of a scalar reading. A heading may have a "<sensor> deviation",
-A and B of A sin ψ + B cos ψ [rad]. An airspeed may have a "<sensor> wind" to the north and east [m/s]."""
+for an attitude); "<sensor> scale" is the relative error of a scalar reading. "<sensor> delay" is the time by which a
+reading's instant of validity is stated too late [s]; "gnss time offset" is that of all readings of a satellite
+receiver, in addition to their own. A heading may have a "<sensor> deviation", A and B of A sin ψ + B cos ψ [rad]. An
+airspeed may have a "<sensor> wind" to the north and east [m/s]. A land vehicle's constraint may have a "<sensor>
+mounting", pitch and yaw of the vehicle's axes in the block's [rad], a "<sensor> lever arm" [m], and a "<sensor> slip",
+the cornering compliance [rad/(m/s²)]."""
 
-OF_SENSORS = (" bias", " scale", " deviation", " wind")
+OF_SENSORS = (" bias", " scale", " delay", " deviation", " wind", " mounting", " lever arm", " slip")
 """Endings of the names of the aiding sensors' blocks."""
 
 
@@ -188,6 +201,17 @@ class ErrorModel:
     def density(self) -> Array:
         """Density of each state's own driving noise, (n,) unit/√s."""
         return np.concatenate([b.density for b in self.blocks])
+
+    @cached_property
+    def largest(self) -> Array:
+        """Largest errors that the closed loop carries in the filter, instead of feeding them back at once, (n,)."""
+        large = np.full(self.size, math.inf)
+        large[: len(_LARGEST)] = _LARGEST
+        for name, where in self.slices.items():
+            for end, value in _LARGEST_OWN.items():
+                if name.endswith(end) and self.decay[where.start] == 0.0:
+                    large[where] = value
+        return large
 
     @cached_property
     def fed_back(self) -> NDArray[np.bool_]:

@@ -86,6 +86,61 @@ def at(
     )
 
 
+# Long: the arguments.
+def near(
+    solution: NavSolution,
+    time: Array,
+    gyros: MeanGyroRates,
+    calibration: ImuErrors,
+    ellipsoid: Ellipsoid,
+    axes: str = "north",
+) -> NavState:
+    """Interpolate a solution, and extrapolate it a little beyond its ends with constant acceleration and rate.
+
+    Args:
+        solution: N+1 rows.
+        time: instants, (K,) s.
+        gyros: source of the rates.
+        calibration: known errors of the gyros.
+        ellipsoid: reference ellipsoid.
+        axes: axes of the error model.
+
+    Returns:
+        K rows.
+    """
+    inside = np.clip(time, solution.time[0], solution.time[-1])
+    last = len(solution.time) - 1
+    edge = np.clip(np.searchsorted(solution.time, inside, side="right") - 1, 0, max(last - 1, 0))
+    step = solution.time[np.minimum(edge + 1, last)] - solution.time[edge]
+    fraction = np.divide(inside - solution.time[edge], step, out=np.zeros_like(inside), where=step > 0.0)
+    state = at(solution, edge, fraction, ellipsoid, axes)
+    beyond = time - inside
+    out = np.flatnonzero(beyond)
+    if not len(out):
+        return state
+    span = min(round(_EXTRAPOLATED / max(float(np.mean(np.diff(solution.time))), 1e-9)), last) if last else 0
+    by = beyond[out, None]
+    pushed = np.zeros((len(out), 3))
+    if span:
+        first = np.where(by[:, 0] > 0.0, last - span, 0)
+        lasting = solution.time[first + span] - solution.time[first]
+        pushed = (solution.velocity_ned[first + span] - solution.velocity_ned[first]) / lasting[:, None]
+    here = rows_of(state, out)
+    moved = by * (here.velocity_ned + 0.5 * by * pushed)
+    latitude, longitude = earth.displaced(
+        here.latitude, here.longitude, here.height, moved[:, 0], moved[:, 1], ellipsoid
+    )
+    turn = rotation.quaternion_from_rotation_vector(by * gyros.at(inside[out], calibration))
+    there = (latitude, longitude, here.height - moved[:, 2], here.velocity_ned + by * pushed)
+    for old, new in zip(vars(state).values(), (*there, rotation.multiply(here.q_nb, turn)), strict=True):
+        old[out] = new
+    return state
+
+
+_EXTRAPOLATED = 0.1
+"""Time over which the acceleration at the end of a solution is taken, s."""
+
+
 def _bent(turn: Array, bend: Array | None) -> Array:
     """Return rotation vectors with a small addition, if there is one."""
     return turn if bend is None else turn + bend

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.polar import carried
 
 Mask = NDArray[np.bool_]
-Rows = slice | NDArray[np.intp]
+Rows = slice | NDArray[np.integer[Any]]
 
 
 class Reasons(Sequence[str]):

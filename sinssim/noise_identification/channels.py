@@ -10,8 +10,8 @@ import numpy as np
 from sinssim.checks import longest_gap
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.text.samples import Samples, TriadName
 from sinssim.noise_identification.units import UNITS, Units, unit_in_name, units_of
-from sinssim.sensors.log import Samples, TriadName
 
 AXES = ("x", "y", "z")
 """Forward, right, down."""

@@ -15,11 +15,11 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.text.samples import SUFFIXES, Samples, read_samples, slow
 from sinssim.noise_identification.allan import AllanDeviation, allan_deviation, confidence_band, degrees_of_freedom
 from sinssim.noise_identification.channels import LogChannel, chosen_channels, clock, even_increments, part
 from sinssim.noise_identification.fit import NoiseFit, fit_noise, is_constant
 from sinssim.noise_identification.units import NAMES, SYMBOLS, Units, four_digits, symbol_text
-from sinssim.sensors.log import SUFFIXES, Samples, read_samples, slow
 from sinssim.units import G0
 
 _SPIKE = 10.0  # in standard deviations; normal noise reaches six in a hundred million samples
@@ -217,8 +217,8 @@ def noise_report(
     """Identify the noise of a log's channels.
 
     Args:
-        log: a log of sensors at rest or of other quantities (`sinssim.sensors.log.SUFFIXES`), or a run directory, whose
-            measured stream is used.
+        log: a log of sensors at rest or of other quantities (`sinssim.logs.text.samples.SUFFIXES`), or a run directory,
+            whose measured stream is used.
         columns: TOML file that names a log's columns, units and axes.
         channels: as for `chosen_channels`; by default those of the triads that `columns` describes.
         start, end: part of the log to use, in its own time, s.

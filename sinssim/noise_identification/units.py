@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sinssim.sensors.log import TriadName
+from sinssim.logs.text.samples import TriadName
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, UG
 
 SYMBOLS = ("Q", "N", "B", "K", "R", "sigma_b")

@@ -33,9 +33,12 @@ def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
         values: arrays of any shapes, SI.
 
     Returns:
-        The unit's name, and its size in SI; the largest unit if a value is not finite.
+        The unit's name, and its size in SI; the largest unit if a value is infinite, or an array is NaN throughout.
+        Other NaN do not count.
     """
-    largest = max((float(np.abs(v).max(initial=0.0)) for v in values), default=0.0)
+    largest = max((float(np.fmax.reduce(np.abs(v), axis=None)) if v.size else 0.0 for v in values), default=0.0)
+    if any(v.size and bool(np.isnan(v).all()) for v in values):
+        largest = np.nan
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
 
 

@@ -13,6 +13,10 @@ from sinssim.algorithms import ORDER, family
 Rgb = tuple[int, int, int]
 
 INK, SOFT, GRID = "#1c1c1c", "#555555", "#e4e4e4"
+PALE = "#f3f8fc"
+"""The lightest shade of a map of numbers."""
+FRAME = 1.6
+"""Width of the line around a marked cell of a map, points."""
 """CSS colours on a light background: titles and legends; the axes, their numbers and labels; the grid."""
 FONTS = "Liberation Sans, Arial, sans-serif"
 """Font families of text in SVG, in order of preference; pictures use matplotlib's own sans-serif."""
@@ -53,6 +57,8 @@ COLORS: dict[str, Rgb] = {
     "zero-velocity": (204, 121, 167),
     "zero-rate": (120, 100, 200),
     "star-tracker": (86, 180, 233),
+    "dual-antenna": (200, 150, 60),
+    "land-vehicle": (140, 130, 110),
     "master-velocity": (190, 100, 40),
     "master-attitude": (70, 150, 200),
     "position": (0, 158, 115),
@@ -67,6 +73,7 @@ COLORS: dict[str, Rgb] = {
     "accelerometer misalignment": (102, 197, 171),
     "accelerometer instability": (95, 80, 165),
     "gnss lever arm": (150, 120, 90),
+    "gnss time offset": (110, 90, 70),
     # axes: of the body, and of the local level
     "x": (213, 94, 0),
     "y": (0, 158, 115),
@@ -111,7 +118,15 @@ _SHADES = {"1": 0.4, "1p": 0.25, "2": 0.12, "3": -0.18, "4": -0.36}
 """Shade towards white (positive) or black by an algorithm's order or number of samples."""
 
 
-_OF_SENSORS = {"bias": 0.15, "scale": -0.25, "deviation": -0.3, "wind": -0.3}
+_OF_SENSORS = {
+    "bias": 0.15,
+    "scale": -0.25,
+    "deviation": -0.3,
+    "wind": -0.3,
+    "delay": 0.3,
+    "mounting": -0.3,
+    "slip": 0.3,
+}
 """The same for the errors of an aiding sensor."""
 
 

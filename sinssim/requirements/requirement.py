@@ -137,7 +137,7 @@ def parse_requirement(text: str) -> Requirement:
         what = f"{unit!r} is a unit of {other}" if other else what
         article = "an" if dimension == "angle" else "a"
         raise InputError(f"{about}: {what}; {name} is {article} {dimension}. Known units: {', '.join(known)}.")
-    when, time = _when(found["when"], name, about)
+    when, time = parse_when(found["when"], name, about)
     return Requirement(text.strip(), name, when, time, number * known[unit], unit)
 
 
@@ -156,7 +156,20 @@ def parse_requirements(texts: Iterable[str]) -> tuple[Requirement, ...]:
     return tuple(parse_requirement(text) for text in texts)
 
 
-def _when(text: str | None, name: str, about: str) -> tuple[When, float]:
+def parse_when(text: str | None, name: str, about: str) -> tuple[When, float]:
+    """Read when a quantity counts.
+
+    Args:
+        text: what stands in the parentheses; None without them.
+        name: the quantity.
+        about: beginning of a message.
+
+    Returns:
+        "at", "end" or "run", and the time for "at", s; NaN for the others.
+
+    Raises:
+        InputError: it cannot be read.
+    """
     word = (text or "").strip().lower()
     if not word and text is None:
         return ("end" if name == "rate" else "run"), math.nan

@@ -14,8 +14,9 @@ L looks is then given a probability of error of 5 %/L, so that all together err 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement
 from sinssim.statistics.order_statistics import percentile
 
 CONFIDENCE = 0.95
+Counts = NDArray[np.signedinteger[Any]]
 
 
 @dataclass(frozen=True)
@@ -50,19 +52,96 @@ class Verdict:
     more_runs: int | None
 
 
-def errors_of(requirement: Requirement, errors: Array) -> Array:
-    """Return the errors that a requirement judges.
+def columns_of(requirement: Requirement) -> tuple[int, ...]:
+    """Return which errors a requirement concerns.
 
     Args:
         requirement: the requirement.
-        errors: position, velocity (north, east, down) and attitude errors of N runs at E instants, (N, E, 9) SI.
+
+    Returns:
+        Their places among position, velocity (north, east, down) and attitude: 0 and 1 for a circle, else one.
+    """
+    return (0, 1) if requirement.quantity in SHARES else (COMPONENTS.index(requirement.quantity),)
+
+
+def errors_of(errors: Sequence[Array]) -> Array:
+    """Return the errors that a requirement judges.
+
+    Args:
+        errors: those of `columns_of`, (N, E) SI each.
 
     Returns:
         The horizontal distance, or the component, (N, E).
     """
-    if requirement.quantity in SHARES:
-        return np.asarray(np.hypot(errors[:, :, 0], errors[:, :, 1]))
-    return np.asarray(errors[:, :, COMPONENTS.index(requirement.quantity)])
+    return np.asarray(np.hypot(*errors) if len(errors) > 1 else errors[0])
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What a requirement needs to know of the errors of N runs at E instants; several are joined by `joined`.
+
+    Attributes:
+        value: percentile, or root mean square, of the runs that count, (E,) SI; NaN where none counts.
+        count: number of runs that count, (E,).
+        inside: number of runs within the limit, (E,).
+        runs: N.
+    """
+
+    value: Array
+    count: Counts
+    inside: Counts
+    runs: int
+
+
+def joined(tallies: Sequence[Tally]) -> Tally:
+    """Return the tally of the instants of several ones, of the same runs.
+
+    Args:
+        tallies: at least one, in the order of the instants.
+
+    Returns:
+        The tally of all instants.
+    """
+    value, count, inside = (
+        np.concatenate([getattr(one, name) for one in tallies]) for name in ("value", "count", "inside")
+    )
+    return Tally(value, count, inside, tallies[0].runs)
+
+
+def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[np.bool_] | None = None) -> Tally:
+    """Count how the errors of an ensemble lie to a requirement.
+
+    Args:
+        requirement: the requirement.
+        time: instants, (E,) s since the start.
+        errors: of each run at these instants, SI: horizontal distance for cep, r95 and rate, else the component; NaN or
+            infinite for a failed run, which counts as infinitely far off; (N, E).
+        counts: whether a run counts at an instant, (N, E); by default each does. A shorter run does not after its end.
+
+    Returns:
+        The tally.
+
+    Raises:
+        InputError: the shapes do not fit, or there is no run.
+    """
+    instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    if found.ndim != 2 or found.shape[1:] != instants.shape or not len(found) or not len(instants):
+        raise InputError(
+            f"errors have the shape {found.shape}; N runs at {len(instants)} instants need (N, {len(instants)})."
+        )
+    counted = np.ones(found.shape, np.bool_) if counts is None else counts
+    distance = np.where(np.isfinite(found), np.abs(found), np.inf)
+    distance[~counted] = np.nan
+    if requirement.quantity == "rate":
+        distance = distance / instants
+    count, inside = counted.sum(axis=0), np.count_nonzero(distance <= requirement.limit, axis=0)
+    value = np.full(len(instants), np.nan)
+    some = count > 0
+    if requirement.quantity in SHARES:  # the R95 and CEP that are shown
+        value[some] = percentile(distance[:, some], SHARES[requirement.quantity]).value
+    else:
+        value[some] = np.sqrt(np.nanmean(distance[:, some] ** 2, axis=0))
+    return Tally(value, count, inside, len(found))
 
 
 def verdict(
@@ -77,9 +156,7 @@ def verdict(
     Args:
         requirement: the requirement.
         time: instants, (E,) s since the start.
-        errors: of each run at these instants, SI: horizontal distance for cep, r95 and rate, else the component; NaN or
-            infinite for a failed run, which counts as infinitely far off; (N, E).
-        counts: whether a run counts at an instant, (N, E); by default each does. A shorter run does not after its end.
+        errors, counts: as for `tally`.
         error: probability of error, 5 %, or less if several looks share it.
 
     Returns:
@@ -90,34 +167,44 @@ def verdict(
         InputError: the shapes do not fit, there is no run, or the time of the requirement is not among the instants.
     """
     instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if found.ndim != 2 or found.shape[1:] != instants.shape or not len(found) or not len(instants):
-        raise InputError(
-            f"errors have the shape {found.shape}; N runs at {len(instants)} instants need ({'N'}, {len(instants)})."
-        )
-    columns = _columns(requirement, instants)
-    counted = np.ones((len(found), len(columns)), np.bool_) if counts is None else counts[:, columns]
-    columns, counted = columns[counted.any(axis=0)], counted[:, counted.any(axis=0)]
-    if not len(columns):
-        return Verdict(requirement, "undecided", float("nan"), float("nan"), len(found), None)
-    distance = np.where(np.isfinite(found[:, columns]), np.abs(found[:, columns]), np.inf)
-    distance[~counted] = np.nan
-    if requirement.quantity == "rate":
-        distance = distance / instants[columns]
-    judge = _share if requirement.quantity in SHARES else _mean_square
-    value, low, high, need = judge(requirement, distance, error)
-    if len(columns) > 1:  # "not met" anywhere needs a smaller probability of error
-        low = judge(requirement, distance, error / len(columns))[1]
+    if found.ndim == 2 and found.shape[1:] == instants.shape and len(instants):
+        columns = _columns(requirement, instants)
+        instants, found = instants[columns], found[:, columns]
+        counts = None if counts is None else counts[:, columns]
+    return verdict_of(requirement, instants, tally(requirement, instants, found, counts), error)
+
+
+def verdict_of(requirement: Requirement, time: Array, tallied: Tally, error: float = 1.0 - CONFIDENCE) -> Verdict:
+    """Judge a requirement by the tally of an ensemble of runs.
+
+    Args:
+        requirement: the requirement.
+        time: instants that it concerns, (E,) s since the start.
+        tallied: the tally at these instants.
+        error: as for `verdict`.
+
+    Returns:
+        The verdict.
+    """
+    there = tallied.count > 0
+    time, runs = time[there], tallied.runs
+    if not len(time):
+        return Verdict(requirement, "undecided", float("nan"), float("nan"), runs, None)
+    value, count, inside = tallied.value[there], tallied.count[there], tallied.inside[there]
+    low, high, need = _limits(requirement, value, count, inside, error)
+    if len(time) > 1:  # "not met" anywhere needs a smaller probability of error
+        low = _limits(requirement, value, count, inside, error / len(time))[0]
     refuted = low > requirement.limit
     worst = int(np.argmax(value))
     if refuted.any():
         worst = int(np.argmax(np.where(refuted, value, -np.inf)))
-        return Verdict(requirement, "not met", float(value[worst]), float(instants[columns[worst]]), len(found), 0)
+        return Verdict(requirement, "not met", float(value[worst]), float(time[worst]), runs, 0)
     if (high <= requirement.limit).all():
-        return Verdict(requirement, "met", float(value[worst]), float(instants[columns[worst]]), len(found), 0)
+        return Verdict(requirement, "met", float(value[worst]), float(time[worst]), runs, 0)
     open_ones = high > requirement.limit
-    most = float(np.max((need / counted.mean(axis=0))[open_ones]))
-    more = None if not np.isfinite(most) else max(int(np.ceil(most)) - len(found), 1)
-    return Verdict(requirement, "undecided", float(value[worst]), float(instants[columns[worst]]), len(found), more)
+    most = float(np.max((need / (count / runs))[open_ones]))
+    more = None if not np.isfinite(most) else max(int(np.ceil(most)) - runs, 1)
+    return Verdict(requirement, "undecided", float(value[worst]), float(time[worst]), runs, more)
 
 
 def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:
@@ -134,34 +221,37 @@ def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:
     return np.array([column])
 
 
-def _share(requirement: Requirement, distance: Array, error: float) -> tuple[Array, Array, Array, Array]:
-    """Return percentile, lower and upper limit of it as far as they concern the requirement's, and runs needed."""
+def _limits(
+    requirement: Requirement, value: Array, count: Counts, inside: Counts, error: float
+) -> tuple[Array, Array, Array]:
+    """Return lower and upper limit of a quantity as far as they concern the requirement's, and runs needed."""
+    if requirement.quantity in SHARES:
+        return _share(SHARES[requirement.quantity], count, inside, error)
+    return _mean_square(requirement.limit, value, count, error)
+
+
+def _share(share: float, count: Counts, inside: Counts, error: float) -> tuple[Array, Array, Array]:
     from scipy.special import ndtri
     from scipy.stats import beta
 
-    share, count = SHARES[requirement.quantity], np.count_nonzero(~np.isnan(distance), axis=0)
-    inside = np.count_nonzero(distance <= requirement.limit, axis=0)
     lowest = np.where(inside > 0, beta.ppf(0.5 * error, np.maximum(inside, 1), count - inside + 1), 0.0)
     highest = np.where(inside < count, beta.ppf(1.0 - 0.5 * error, inside + 1, np.maximum(count - inside, 1)), 1.0)
     # the percentile is at most the limit where the share within the limit is at least p
     high = np.where(lowest >= share, 0.0, np.inf)
     low = np.where(highest < share, np.inf, 0.0)
-    value = percentile(distance, share).value  # the R95 and CEP that are shown
     off = np.abs(inside / count - share)
     with np.errstate(divide="ignore"):
         need = ndtri(0.5 * error) ** 2 * share * (1.0 - share) / off**2
     least = np.log(0.5 * error) / np.log(share)  # runs, all of which lie inside
-    return value, low, high, np.where(inside == count, least, np.maximum(need, least))
+    return low, high, np.where(inside == count, least, np.maximum(need, least))
 
 
-def _mean_square(requirement: Requirement, distance: Array, error: float) -> tuple[Array, Array, Array, Array]:
+def _mean_square(limit: float, value: Array, count: Counts, error: float) -> tuple[Array, Array, Array]:
     from scipy.special import ndtri
     from scipy.stats import chi2
 
-    count = np.count_nonzero(~np.isnan(distance), axis=0)
-    value = np.sqrt(np.nanmean(distance**2, axis=0))
     low = value * np.sqrt(count / chi2.ppf(1.0 - 0.5 * error, count))
     high = value * np.sqrt(count / chi2.ppf(0.5 * error, count))
     with np.errstate(divide="ignore"):
-        need = 0.5 * (ndtri(0.5 * error) / (value / requirement.limit - 1.0)) ** 2
-    return value, low, high, need
+        need = 0.5 * (ndtri(0.5 * error) / (value / limit - 1.0)) ** 2
+    return low, high, need

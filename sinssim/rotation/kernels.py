@@ -23,7 +23,8 @@ def product_k(a: float, b: float) -> float:
     """The product a b, never fused with a sum.
 
     In a sum of two products the compiler may fuse either one, and chooses differently in different kernels. With the
-    first one taken by this function, only the second one can be fused, and every kernel gets the same numbers.
+    first one taken by this function, only the second one can be fused, and every kernel gets the same numbers. The same
+    holds for a product that is added to several sums: the compiler fuses one that is used once.
     """
     return a * b
 
@@ -35,6 +36,14 @@ def cross_k(ax: float, ay: float, az: float, bx: float, by: float, bz: float) ->
 
 
 @inline
+def less_cross_k(
+    x: float, y: float, z: float, ax: float, ay: float, az: float, bx: float, by: float, bz: float
+) -> Vector:
+    """v − a × b; no component of v may be a product that could be fused (see `product_k`)."""
+    return x - ay * bz + az * by, y - az * bx + ax * bz, z - ax * by + ay * bx
+
+
+@inline
 def multiply_k(a0: float, a1: float, a2: float, a3: float, b0: float, b1: float, b2: float, b3: float) -> Quaternion:
     """Hamilton product a ∘ b."""
     return (
@@ -43,6 +52,18 @@ def multiply_k(a0: float, a1: float, a2: float, a3: float, b0: float, b1: float,
         product_k(a0, b2) - a1 * b3 + a2 * b0 + a3 * b1,
         product_k(a0, b3) + a1 * b2 - a2 * b1 + a3 * b0,
     )
+
+
+@strict_inline
+def half_angle_k(c: float, s: float) -> tuple[float, float]:
+    """Cosine and sine of half an angle in [−π, π] from those of the angle, to rounding."""
+    if c > 0.0:
+        h = sqrt(0.5 + 0.5 * c)
+        return h, 0.5 * s / h
+    h = sqrt(0.5 - 0.5 * c)
+    if s < 0.0:
+        h = -h
+    return 0.5 * s / h, h
 
 
 @strict_inline
@@ -103,8 +124,9 @@ def sincos_k(x: float) -> tuple[float, float]:
 def small_half_angle_series_k(x2: float) -> tuple[float, float]:
     """cos(x/2) and sin(x/2)/x from x²; exact to rounding below `SERIES`."""
     y = 0.25 * x2
-    c = 1.0 - y * (1 / 2 - y * (1 / 24 - y * (1 / 720 - y * (1 / 40320 - y * (1 / 3628800)))))
-    s = 0.5 * (1.0 - y * (1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y * (1 / 39916800))))))
+    y2 = y * y
+    c = (1.0 - y / 2) + y2 * ((1 / 24 - y / 720) + y2 * (1 / 40320 - y / 3628800))
+    s = (1 / 2 - y / 12) + y2 * ((1 / 240 - y / 10080) + y2 * (1 / 725760 - y / 79833600))
     return c, s
 
 

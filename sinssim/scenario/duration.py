@@ -183,10 +183,21 @@ def expected_duration(scenario: Scenario) -> float:
         Duration, s: exact except for a flight, for which it is an estimate.
 
     Raises:
-        InputError: the aircraft's description is invalid.
+        InputError: the aircraft's description or the track is invalid.
     """
     if scenario.flight is not None:
         return sum(leg_durations(scenario.flight))
+    if scenario.track is not None:
+        from sinssim.truth.track.prepare import prepared
+
+        return prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).duration
+    if scenario.log is not None:
+        if scenario.log.to_s is None:
+            raise InputError(
+                f"the scenario {scenario.name} has recorded sensors ([log]), whose duration is known when their files "
+                "are read, as `sinssim run` and `sinssim check` do; nothing else uses such a scenario."
+            )
+        return scenario.log.to_s - (scenario.log.from_s or 0.0)
     source = scenario.parked or scenario.great_circle or scenario.motion or scenario.one_component
-    assert source is not None  # a scenario always has one of the five
+    assert source is not None  # a scenario always has one of the six
     return source.duration_s

@@ -60,6 +60,11 @@ def excitation(scenario: Scenario) -> Excitation:
     elif scenario.flight is not None:
         rate += _AIRLINER / _RADIUS
         turning = planned_turning(scenario.flight) + _gusts(scenario.flight) ** 2 * lasts
+    elif scenario.track is not None:
+        from sinssim.truth.track.prepare import prepared
+
+        track = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid)
+        turning = track.fit.turning
     elif scenario.motion is not None:
         turning = _of_motion(scenario.motion)
     for vibration in scenario.vibration:

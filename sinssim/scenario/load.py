@@ -11,6 +11,7 @@ from typing import Any
 from sinssim.errors import InputError, shortened
 from sinssim.scenario.content import find_content
 from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sections.log import files_from
 from sinssim.scenario.toml_file import read_toml, validate
 
 
@@ -33,18 +34,22 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
     file = find_content("scenarios", str(path))
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
-    _views_from(data, file.parent)
+    _files_from(data, file.parent)
     overrides = (overrides,) if isinstance(overrides, str) else overrides  # a str is a sequence of strings itself
     if not isinstance(overrides, Sequence) or not all(isinstance(setting, str) for setting in overrides):
         shown = shortened(repr(overrides))
         raise InputError(f'overrides = {shown} must be a list of settings, for example ["imu.rate_hz=200"].')
     overridden = {override(data, setting) for setting in overrides}
-    _views_from(data, Path.cwd())
+    _files_from(data, Path.cwd())
     return validate(Scenario, data, text, str(path), overridden)
 
 
-def _views_from(data: dict[str, Any], folder: Path) -> None:
-    """Replace relative paths of a scenario's views by absolute paths."""
+def _files_from(data: dict[str, Any], folder: Path) -> None:
+    """Replace relative paths of a scenario's views, track and log by absolute paths."""
+    files_from(data.get("log"), folder)
+    track = data.get("track")
+    if isinstance(track, dict) and isinstance(track.get("file"), str):
+        track["file"] = str(folder.resolve() / track["file"])
     views = data.get("views")
     if isinstance(views, list):
         data["views"] = [str(folder.resolve() / view) if isinstance(view, str) else view for view in views]

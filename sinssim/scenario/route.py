@@ -19,6 +19,9 @@ from sinssim.scenario.sections.truth import GreatCircleSection
 from sinssim.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 
+_PLACES = 1000
+"""Places along a track that are checked; `check_route_flown` checks all."""
+
 
 class _Approach(NamedTuple):
     """Closest approach of a motion to the pole of its route: distance, m, speed, m/s, and time."""
@@ -94,6 +97,8 @@ def _approaches(scenario: Scenario, pole: Array) -> Iterator[_Approach]:
         yield _Approach(math.radians(rest.latitude_deg), math.radians(rest.longitude_deg), 0.0, 0.0, "all the time")
     elif scenario.great_circle is not None:
         yield from _on_circle(scenario.great_circle, pole)
+    elif scenario.track is not None:
+        yield from _on_track(scenario)
     elif scenario.flight is not None:
         yield from _on_flight(scenario.flight)
 
@@ -113,6 +118,20 @@ def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
         seconds = angle * RADIUS / circle.speed_mps if angle else 0.0
         latitude, longitude = math.asin(max(-1.0, min(1.0, there[2]))), math.atan2(there[1], there[0])
         yield _Approach(latitude, longitude, 0.0, circle.speed_mps, f"at t = {seconds:.0f} s")
+
+
+def _on_track(scenario: Scenario) -> Iterator[_Approach]:
+    """Yield places along a track."""
+    from sinssim.earth.coordinates import ecef_to_geodetic
+    from sinssim.truth.track.prepare import prepared
+
+    assert scenario.track is not None  # asked by the caller
+    knots = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).knots
+    rows = np.linspace(0, len(knots.time) - 1, _PLACES).astype(int)
+    latitude, longitude, _ = ecef_to_geodetic(knots.position[rows])
+    speed = np.linalg.norm(knots.velocity[rows], axis=1)
+    for lat, lon, v, t in zip(latitude, longitude, speed, knots.time[rows], strict=True):
+        yield _Approach(float(lat), float(lon), 0.0, float(v), f"at t = {t:.0f} s")
 
 
 def _on_flight(flight: FlightSection) -> Iterator[_Approach]:

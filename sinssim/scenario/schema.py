@@ -22,6 +22,7 @@ from sinssim.scenario.sections.filter import FilterSection
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.isolator import IsolatorSection
+from sinssim.scenario.sections.log import LogSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
 from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.one_component import OneComponentSection
@@ -36,9 +37,17 @@ from sinssim.section import (
 )
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.terms import of_triad
+from sinssim.truth.track.section import TrackSection
 
-_SOURCES = ("flight", "parked", "great_circle", "motion", "one_component")
+_SOURCES = ("flight", "parked", "great_circle", "motion", "track", "log", "one_component")
 """The tables of which a scenario has exactly one."""
+
+_NOT_OF_A_LOG = {
+    "vibration": "would add a motion to a recorded one",
+    "isolator": "would change a recorded motion",
+    "ensemble": "has many runs of a simulation, and a recording exists once",
+}
+"""Tables that do not apply to recorded sensors, with the reason."""
 
 _OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
 """Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
@@ -64,8 +73,8 @@ _IN_SPACE = (
 class Scenario(Section):
     """One run: a true motion, the IMU that measures it, and the algorithms that navigate on its readings.
 
-    Exactly one of `flight`, `parked`, `great_circle` and `motion` gives the true motion, or `one_component` describes a
-    run in a vertical plane, with sensors of its own.
+    Exactly one of `flight`, `parked`, `great_circle`, `motion` and `track` gives the true motion, or `log` has recorded
+    sensors, or `one_component` describes a run in a vertical plane, with sensors of its own.
     """
 
     name: Name = Field(description="short name, also the name of the run directory")
@@ -75,6 +84,8 @@ class Scenario(Section):
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
+    track: TrackSection | None = None
+    log: LogSection | None = None
     one_component: OneComponentSection | None = None
     vibration: tuple[VibrationSection, ...] = Field(
         default=(), description="vibration of the sensor block, added to the motion"
@@ -106,12 +117,12 @@ class Scenario(Section):
     @model_validator(mode="before")
     @classmethod
     def _height_is_held(cls, data: Any) -> Any:
-        """Fill in the default vertical channel: baro loop for flights and with a barometer, free otherwise."""
+        """Fill in the default vertical channel: baro loop for what moves and with a barometer, free otherwise."""
         if not isinstance(data, dict):
             return data
         aiding, navigation = data.get("aiding"), data.get("navigation", {})
         barometer = aiding.get("baro") if isinstance(aiding, dict) else getattr(aiding, "baro", None)
-        if barometer is None and data.get("flight") is None and data.get("great_circle") is None:
+        if barometer is None and all(data.get(name) is None for name in ("flight", "great_circle", "track")):
             return data
         if isinstance(navigation, dict):
             navigation = {"vertical": "baro-loop", **navigation}
@@ -140,8 +151,8 @@ class Scenario(Section):
         given = [f"[{name}]" for name in _SOURCES if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                "exactly one of [flight], [parked], [great_circle], [motion] and [one_component] must give the true "
-                "motion; here " + (f"there are {' and '.join(given)}" if given else "all of them are missing")
+                "exactly one of [flight], [parked], [great_circle], [motion], [track], [log] and [one_component] must "
+                "give the motion; here " + (f"there are {' and '.join(given)}" if given else "all of them are missing")
             )
         return self
 
@@ -158,9 +169,34 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _log_has_what_it_needs(self) -> Self:
+        if self.log is None:
+            return self
+        for name, why in _NOT_OF_A_LOG.items():
+            if name in self.model_fields_set and getattr(self, name):
+                raise ValueError(f"[{name}] {why} ([log]): remove it")
+        if "grade" not in self.imu.model_fields_set:
+            raise ValueError(
+                "imu.grade: say which unit recorded the log, by the nearest grade (`sinssim list grades`) and the "
+                "lines of its data sheet that differ; the filter is told these errors"
+            )
+        if self.imu.faults:
+            raise ValueError("imu.faults would have no effect: the readings are recorded ([log]); remove them")
+        if self.imu.sensor_set.type != "gyros":
+            raise ValueError(
+                f"[log] has three gyros and three accelerometers; imu.sensor_set.type = "
+                f'"{self.imu.sensor_set.type}" is another set'
+            )
+        if self.log.outages is not None and self.filter is None:
+            raise ValueError("log.outages need a [filter]: without one, the satellites are not used at all")
+        return self
+
+    @model_validator(mode="after")
     def _filter_has_what_it_needs(self) -> Self:
-        if self.filter is not None and self.aiding is None:
-            raise ValueError("[filter] needs an aiding sensor: add one, for example [aiding.gnss]")
+        recorded = self.log is not None and (self.log.gnss is not None or bool(self.log.others))
+        if self.filter is not None and self.aiding is None and not recorded:
+            where = "aiding.gnss" if self.log is None else "log.gnss"
+            raise ValueError(f"[filter] needs an aiding sensor: add one, for example [{where}]")
         if self.aiding is not None and self.filter is None:
             if list(self.aiding.sensors()) != ["baro"]:
                 raise ValueError("[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults")
@@ -203,11 +239,23 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _alignment_has_what_it_needs(self) -> Self:
-        if self.filter is None or self.aiding is None or self.filter.alignment_s is None:
+        if self.filter is None or self.filter.alignment_s is None:
+            return self
+        if self.log is not None:
+            if self.filter.alignment == "in-motion" and (self.log.gnss is None or len(self.log.gnss.use) < 2):
+                raise ValueError('filter.alignment = "in-motion" needs [log.gnss] with position and velocity')
+            return self
+        if self.aiding is None:
             return self
         wanted, gnss = self.filter.alignment_s, self.aiding.sensor(GnssSection)
-        if self.filter.alignment == "in-motion" and (gnss is None or not (gnss.position and gnss.velocity)):
-            raise ValueError('filter.alignment = "in-motion" needs [aiding.gnss] with position and velocity')
+        how = self.filter.alignment
+        if how != "at-rest" and (gnss is None or not (gnss.position and gnss.velocity)):
+            raise ValueError(f'filter.alignment = "{how}" needs [aiding.gnss] with position and velocity')
+        if how == "in-motion" and gnss is not None and gnss.velocity_averaging_s:
+            raise ValueError(
+                'filter.alignment = "in-motion" needs positions and velocities of the same instants: set '
+                "aiding.gnss.velocity_averaging_s = 0"
+            )
         source = self.parked or self.great_circle or self.motion
         if source is not None and wanted >= source.duration_s:
             raise ValueError(

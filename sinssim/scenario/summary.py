@@ -21,6 +21,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.truth.track.section import TrackSection
 
 
 # Long: one line for each table of the scenario, in the order of the console.
@@ -61,6 +62,14 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"great circle  {given(scenario.great_circle)}"
     elif scenario.motion is not None:
         yield f"motion      {scenario.motion.type}, {given(scenario.motion, 'type')}"
+    elif scenario.track is not None:
+        yield from _track_lines(scenario, scenario.track)
+    elif scenario.log is not None:
+        for name, file in scenario.log.files():
+            yield f"log         {name}: {given(file) or file.file}"
+        yield f"start       {given(scenario.log.start) or 'from the data'}"
+        if scenario.log.outages is not None:
+            yield f"outages     {given(scenario.log.outages)}"
     for vibration in scenario.vibration:
         yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
     if scenario.isolator is not None:
@@ -75,7 +84,8 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         for name, sensor in scenario.aiding.sensors().items():
             yield f"aiding      {name}, {sensor.rate_hz:g} Hz; {given(sensor, 'rate_hz') or 'all by default'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
-    yield f"height      {height_words(scenario)}"
+    if scenario.log is None:
+        yield f"height      {height_words(scenario)}"
     if scenario.filter is not None:
         named = scenario.filter.states
         states = "states by default" if named is None else ", ".join(named) or "no states of the inertial sensors"
@@ -90,10 +100,26 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
         *times_not_reached(scenario, duration),
-        *keys_without_effect(scenario.imu, duration),
+        *(() if scenario.log is not None else keys_without_effect(scenario.imu, duration)),
         *defaults_taken(scenario.imu, duration),
     ):
         yield f"note        {sentence}"
+
+
+def _track_lines(scenario: Scenario, section: TrackSection) -> Iterator[str]:
+    """Summarise a track: how it fits its samples, what is assumed, and what is doubtful."""
+    from sinssim.truth.track.fit import fit_lines
+    from sinssim.truth.track.prepare import prepared
+
+    track = prepared(section, scenario.truth.gravity, scenario.truth.ellipsoid)
+    others = given(section, "file", "waypoints", "vehicle")
+    yield f"track       {section.what}, {section.vehicle}{', ' if others else ''}{others}"
+    for name, words in fit_lines(track.fit):
+        yield f"  {name:<25} {words}"
+    for event in track.events:
+        yield f"  at {event.time:<22.1f} {event.text}"
+    for sentence in (*track.fit.notes, *(f"WARNING: {warning}" for warning in track.fit.warnings)):
+        yield f"  note{'':<21} {sentence}"
 
 
 def _plane_lines(scenario: Scenario, section: OneComponentSection) -> Iterator[str]:

@@ -101,15 +101,46 @@ def _check_key(scenario: BaseModel, path: str, where: str) -> bool:
             here = here[int(name) - 1]
             annotation = type(here)
         elif here is None:
-            raise ValueError(f"{where}: the scenario has no value for {above}; give it one first")
+            raise ValueError(f"{where}: the scenario has no value for {above}{_write(scenario, above, annotation)}")
         else:
             raise ValueError(f"{where}: {above} is a value, not a table")
     kinds = set(_types(annotation))
     number = isinstance(here, int | float) and not isinstance(here, bool)
     if not (number or (here is None and kinds & {int, float})):
+        if here is None:
+            raise ValueError(f"{where} has no value in the scenario{_write(scenario, path, annotation)}")
+        if isinstance(here, tuple) and here and isinstance(here[0], int | float):
+            raise ValueError(f"{where} has {len(here)} entries; vary one of them: {path}.1 to {path}.{len(here)}")
         shown = "a table" if isinstance(here, BaseModel) else shortened(repr(here), 40)
         raise ValueError(f"{where} is {shown}, not a number; only numbers can be varied")
     return int in kinds and float not in kinds
+
+
+def _write(scenario: BaseModel, path: str, annotation: Any) -> str:
+    """Return what to write for a key that is left out, so that its entries can be varied."""
+    *tables, key = path.split(".")
+    arrays = [get_args(kind) for kind in _types(annotation) if get_origin(kind) is tuple]
+    if not arrays or Ellipsis in arrays[0] or set(map(_number, arrays[0])) != {True}:
+        return "; give it one first"
+    zeros = ", ".join("0.0" for _ in arrays[0])
+    place = f"[{'.'.join(tables)}]" if tables else "the scenario"
+    entries = f"{path}.1 to {path}.{len(arrays[0])}"
+    above: Any = scenario
+    for name in tables:
+        above = getattr(above, name, None)
+    words = key.split("_")
+    siblings = ("_".join([*words[:i], "sigma", *words[i:]]) for i in range(1, len(words)))
+    sigma = next((name for name in siblings if isinstance(above, BaseModel) and name in type(above).model_fields), "")
+    if not sigma:
+        return f": give {key} its {len(arrays[0])} numbers in {place} first, and vary {entries}"
+    return (
+        f": write {key} = [{zeros}] in {place} and vary {entries}; with {sigma} beside it the errors of the runs are "
+        "still drawn, about it"
+    )
+
+
+def _number(annotation: Any) -> bool:
+    return bool(set(_types(annotation)) & {int, float})
 
 
 def _unknown(name: str, above: str, known: Mapping[str, Any]) -> InputError:

@@ -15,9 +15,9 @@ from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
-from sinssim.recording.store.filter_summary import filter_markdown, filter_numbers
-from sinssim.recording.store.platform_summary import platform_numbers
-from sinssim.recording.store.redundancy_summary import redundancy_numbers
+from sinssim.recording.store.summaries.filter_summary import filter_markdown, filter_numbers
+from sinssim.recording.store.summaries.platform_summary import platform_numbers
+from sinssim.recording.store.summaries.redundancy_summary import redundancy_numbers
 from sinssim.recording.store.summary import (
     NO_NUMBERS,
     diverged,
@@ -31,13 +31,14 @@ from sinssim.recording.store.summary import (
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.route import check_route, check_route_flown
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.simulation.execute_log import compute_log
 from sinssim.simulation.execute_one_component import compute_one_component
 from sinssim.simulation.finish import about, keep
 from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.navigation import height_reference, solve
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Progress, Stages
-from sinssim.system.memory import give_back_memory
+from sinssim.system.memory import give_back_memory, map_large_arrays
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
@@ -69,7 +70,8 @@ def run(
         progress: called with one of `STAGES` and the fraction done, 0…1.
 
     Returns:
-        The finished run; that of a one-component scenario has `one_component` instead of trajectory and solutions.
+        The finished run; that of a one-component scenario has `one_component` instead of trajectory and solutions, that
+        of recorded sensors has `prepared` and `reference` instead of a trajectory.
 
     Raises:
         InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
@@ -77,7 +79,11 @@ def run(
     """
     stages = Stages(progress or (lambda stage, fraction: None))
     result = Run(scenario, recorded=directory is not None)
-    compute = _compute if scenario.one_component is None else compute_one_component
+    compute = _compute
+    if scenario.one_component is not None:
+        compute = compute_one_component
+    elif scenario.log is not None:
+        compute = compute_log
     if directory is None:
         return compute(result, None, stages)
     folder = RunDirectory(Path(directory), overwrite=overwrite)
@@ -98,6 +104,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         run.about_filter = filter_states.choice(run.scenario)
         run.scenario = filter_states.with_states(run.scenario)
         check_memory(run.scenario, recorded=run.recorded)
+        map_large_arrays()  # so that what the stages before the filter free leaves no gaps
     check_route(run.scenario)
     cached = _fly(run, folder is not None, stages)
     check_route_flown(run.scenario, run.time, run.truth)
@@ -167,6 +174,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "algorithms": plain(numbers),
         "singularities": plain(passages),
         "failures": failures(run.failures),
+        **_about_track(run.scenario),
         **of_set,
         **({} if of_filter is None else {"filter": of_filter}),
     }
@@ -190,6 +198,17 @@ def _fly(run: Run, recorded: bool, stages: Stages) -> bool | None:
     with stages("truth"):
         _follow(run, trajectory)
     return None if run.scenario.flight is None else min(flown) == 1.0
+
+
+def _about_track(scenario: Scenario) -> dict[str, Any]:
+    """Return the entry of a track in the summary."""
+    if scenario.track is None:
+        return {}
+    from sinssim.truth.track.fit import fit_numbers
+    from sinssim.truth.track.prepare import prepared
+
+    track = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid)
+    return {"track": plain(fit_numbers(track.fit))}
 
 
 def _follow(run: Run, trajectory: Trajectory) -> None:
@@ -259,7 +278,8 @@ def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException)
     message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
     run.summary = about(run.scenario, stages, status, message)
     try:
-        report = run_report(run, run.summary) if run.scenario.one_component is None else None
+        simulated = run.scenario.one_component is None and run.scenario.log is None
+        report = run_report(run, run.summary) if simulated else None
     except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
     place = keep(folder, run, report, beside=status)

@@ -78,7 +78,7 @@ def solve(
         The solutions of the successful algorithms, and the errors of the others.
 
     Raises:
-        InputError: the data or the engine do not admit an option.
+        InputError: the data or the engine do not admit an option, or a platform has no errors.
         RunError: no algorithm has a solution.
     """
     from sinssim.strapdown.measured_attitude import navigate_set
@@ -108,7 +108,11 @@ def solve(
                 from sinssim.platform.force import inertial_forces
                 from sinssim.platform.navigate import navigate_platform
 
-                assert errors is not None
+                if errors is None:
+                    raise InputError(
+                        f"{PLATFORM} computes its own loop from the errors of its sensors: give errors, the true "
+                        "errors of the run."
+                    )
                 true = trajectory.state(imu.time) if truth is None else truth
                 forces = inertial_forces(imu.time, true, trajectory.gravity, trajectory.ellipsoid)
                 return navigate_platform(

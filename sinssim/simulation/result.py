@@ -15,7 +15,9 @@ from sinssim.system.threads import thread_pool
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavSolution, NavState
     from sinssim.errors import RunError
+    from sinssim.estimation.from_scenario.recorded_run import Prepared
     from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.logs.reference import Reference
     from sinssim.platform.error_equations import ErrorsByCause
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.recording.sensor_comparison import SensorComparison
@@ -52,6 +54,8 @@ class Run:
         failures: errors of algorithms whose solution is missing or incomplete.
         aided: the aided solution with its errors, of a scenario with a filter.
         one_component: the run in a vertical plane, of a scenario with [one_component].
+        prepared: the recorded sensors of a scenario with [log]; such a run has no `trajectory`.
+        reference: what its inertial solutions are compared with: a recorded reference, or its best solution.
         summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
     """
@@ -66,6 +70,8 @@ class Run:
     failures: dict[str, RunError] = field(init=False)
     aided: Aided | None = field(init=False, default=None)
     one_component: OneComponentResult | None = field(init=False, default=None)
+    prepared: Prepared | None = field(init=False, default=None)
+    reference: Reference | None = field(init=False, default=None)
     summary: dict[str, Any] = field(init=False, default_factory=dict)
     directory: Path | None = field(init=False, default=None)
 

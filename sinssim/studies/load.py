@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sinssim.errors import InputError
 from sinssim.scenario.content import find_content
 from sinssim.scenario.load import override
 from sinssim.scenario.toml_file import read_toml, validate
@@ -29,6 +30,11 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
     """
     file = find_content("studies", str(path))
     text, data = read_toml(file)
+    if "axes" in data and "parts" not in data:
+        raise InputError(
+            f"{path} is a trade study, with axes, not a comparison of algorithms, with parts: use `sinssim compare`, "
+            "or sinssim.compare from Python."
+        )
     data.setdefault("name", file.stem)
     _look_beside(data, file.parent)
     overridden = {override(data, setting) for setting in overrides}

@@ -7,8 +7,15 @@ import math
 import os
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+T = TypeVar("T", bound=np.ndarray)
 
 _CGROUP = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
+_M_MMAP_THRESHOLD = -3
+"""Number of the setting in glibc's malloc.h."""
 
 
 def give_back_memory() -> None:
@@ -18,6 +25,33 @@ def give_back_memory() -> None:
     """
     with suppress(AttributeError, OSError):  # only glibc has the function
         ctypes.CDLL(None).malloc_trim(0)
+
+
+def map_large_arrays() -> None:
+    """Let the C library take every array above one megabyte from the system by itself, and return it when it is freed.
+
+    By itself glibc puts arrays of up to 32 MB between the small ones as soon as one of that size has been freed, where
+    a freed one stays a gap unless another fits. The setting holds for the rest of the process.
+    """
+    with suppress(AttributeError, OSError):
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, 1 << 20)
+
+
+def shared(array: T, known: list[T]) -> T:
+    """Return the array among the known ones that has the same elements, so that the memory of one of them is freed.
+
+    Args:
+        array: any; it becomes known if no other is equal.
+        known: arrays that nobody changes.
+
+    Returns:
+        One of them.
+    """
+    for one in known:
+        if one.dtype == array.dtype and np.array_equal(one, array):
+            return one
+    known.append(array)
+    return array
 
 
 def machine_memory() -> float:

@@ -32,7 +32,8 @@ def fly(
     """Return the true motion of a scenario's sensor block.
 
     Args:
-        scenario: the scenario, with its source of truth: [flight], [parked], [great_circle] or [motion].
+        scenario: the scenario, with its source of truth: [flight], [parked], [great_circle], [motion] or
+            [track].
         progress: called with the fraction of a flight flown, 0…1.
         meanwhile: called once while another process flies; not called if there is nothing to fly.
 
@@ -49,7 +50,12 @@ def fly(
         raise InputError(
             f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a place on the "
             "Earth: `sinssim run` runs it; nothing else uses it. Give a scenario with [flight], [parked], "
-            "[great_circle] or [motion]."
+            "[great_circle], [motion] or [track]."
+        )
+    if scenario.log is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has recorded sensors ([log]) and no true motion: `sinssim run` runs it. "
+            "Give a scenario with [flight], [parked], [great_circle] or [motion]."
         )
     trajectory = _source(scenario, progress, meanwhile)
     if not scenario.vibration:
@@ -67,6 +73,25 @@ def fly(
             Mount(mounts.angular_hz, mounts.angular_damping),
         )
     return Vibrating(trajectory, tones)
+
+
+def block_mounting(scenario: Scenario) -> Array:
+    """Return the mounting of a scenario's sensor block in its vehicle.
+
+    Args:
+        scenario: the scenario, with its source of truth.
+
+    Returns:
+        q_bs, v_b = C_bs v_s, (4,).
+
+    Raises:
+        InputError: there is no such aircraft.
+    """
+    if scenario.imu.mounting_deg is None and scenario.flight is not None:
+        from sinssim.truth.flight.aircraft import load_aircraft
+
+        return _quaternion(load_aircraft(scenario.flight.aircraft).mounting.angles_deg)
+    return _quaternion(scenario.imu.mounting_deg or _NOWHERE)
 
 
 def _source(
@@ -99,6 +124,13 @@ def _source(
 
         parked = scenario.parked
         return Parked(*_place(parked), _attitude(parked), parked.duration_s, lever_arm, q_bs, gravity, ellipsoid)
+
+    if scenario.track is not None:
+        from sinssim.truth.track.curve import track_curve
+        from sinssim.truth.track.prepare import prepared
+
+        track = prepared(scenario.track, gravity, scenario.truth.ellipsoid)
+        return track_curve(track.knots, track.fit, lever_arm, q_bs, gravity, ellipsoid, track.events, track.channels)
 
     if scenario.motion is not None:
         from sinssim.truth.motions.analytic import OnEarth

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Protocol
 
 from numpy.typing import ArrayLike
 
@@ -41,7 +42,45 @@ class Channel:
     unit: str
 
 
-class Trajectory(Protocol):
+if TYPE_CHECKING:
+    from abc import ABCMeta as _ProtocolMeta
+else:
+    _ProtocolMeta = type(Protocol)
+
+
+class _Made(_ProtocolMeta):
+    """What the interface itself offers, and no trajectory needs to have: `Trajectory.from_samples`."""
+
+    def from_samples(
+        self,
+        time: ArrayLike,
+        latitude: ArrayLike,
+        longitude: ArrayLike,
+        height: ArrayLike,
+        quaternion: ArrayLike | None = None,
+        **options: Any,
+    ) -> Trajectory:
+        """Return the smooth exact motion along recorded samples.
+
+        Args:
+            time: instants, increasing, (N,) s.
+            latitude, longitude: geodetic, (N,) rad.
+            height: above the ellipsoid, (N,) m; NaN where unknown.
+            quaternion: attitude q_nb, scalar first, v_n = C_nb v_b, (N, 4); it follows from the motion if not given.
+            options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.curve.from_samples`.
+
+        Returns:
+            The motion; time 0 is the first sample. Its attribute `fit` says how far it passes from the samples.
+
+        Raises:
+            InputError: the samples cannot be a motion; the message names the sample.
+        """
+        from_samples = import_module("sinssim.truth.track.curve").from_samples  # a later layer than this interface
+        made: Trajectory = from_samples(time, latitude, longitude, height, quaternion, **options)
+        return made
+
+
+class Trajectory(Protocol, metaclass=_Made):
     """The true motion of a sensor block, known at every instant between `start` and `end`.
 
     Attributes:

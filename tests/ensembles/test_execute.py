@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -110,12 +111,15 @@ def test_an_unexpected_error_of_one_run_is_its_failure(monkeypatch) -> None:
         calls.append(1)
         if len(calls) == 2:
             raise ZeroDivisionError("by chance")
+        if len(calls) == 3:
+            raise AssertionError
         return solve(*arguments)
 
     monkeypatch.setattr(navigation, "solve", sometimes)
     truths = TruthCache()
     errors = errors_of_runs(make_plan(scenario(), truths), range(3), truths)
-    assert errors.failure == ["", "ZeroDivisionError: by chance", ""]
+    assert errors.failure[:2] == ["", "ZeroDivisionError: by chance"]
+    assert re.fullmatch(r"AssertionError without a message in test_execute\.py, line \d+\.", errors.failure[2])
 
 
 def test_runs_that_share_a_motion_compute_it_once(monkeypatch) -> None:

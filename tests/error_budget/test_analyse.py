@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
 import sinssim
+from sinssim.error_budget.analyse import _OTHER_SETS
 from sinssim.errors import InputError
+from sinssim.scenario.sections.within_imu.sensor_set import SensorSet
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from tests.error_budget.worlds import SHORT_TURN, scenario
@@ -21,10 +23,24 @@ def test_one_component_has_no_budget() -> None:
         sinssim.budget(sinssim.load_scenario("one_component"))
 
 
-@pytest.mark.parametrize("name", ["attitude_sensor", "gyro_free", "redundant_set"])
-def test_other_sets_of_sensors_have_no_budget(name: str) -> None:
-    with pytest.raises(InputError, match=r"imu\.sensor_set\.type = .* has no budget"):
-        sinssim.budget(sinssim.load_scenario(name))
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("attitude_sensor", "measured and not integrated"),
+        ("gyro_free", "differences of accelerometers"),
+        ("redundant_set", "monitoring decides by each run's own errors"),
+        ("parked", "gimbals turn the sensors"),
+    ],
+)
+def test_other_sets_of_sensors_have_no_budget(name: str, reason: str) -> None:
+    settings = ("imu.sensor_set.type=platform", "navigation.algorithms=['platform']") if name == "parked" else ()
+    with pytest.raises(InputError, match=rf"imu\.sensor_set\.type = .* has no budget: .*{reason}.* Use an ensemble"):
+        sinssim.budget(sinssim.load_scenario(name, settings))
+
+
+def test_every_other_set_has_a_reason() -> None:
+    kinds = {get_args(one.model_fields["type"].annotation)[0] for one in get_args(get_args(SensorSet)[0])}
+    assert kinds - {"gyros"} == set(_OTHER_SETS)
 
 
 def test_an_alignment_in_motion_has_no_budget() -> None:

@@ -18,7 +18,7 @@ from sinssim.sensors.imu.emulate import emulate
 from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
 
-ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if name != "gnss lever arm"), 0.0, 0.0)
+ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if not name.startswith("gnss ")), 0.0, 0.0)
 RATE_HZ, SPAN = 20.0, 4.0
 
 # how far each block is perturbed: enough to stand out of rounding, little enough that third order is below 1e-7

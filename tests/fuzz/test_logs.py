@@ -11,8 +11,8 @@ import pyarrow as pa
 import pytest
 from pyarrow import csv, parquet
 
+from sinssim.logs.text.samples import SUFFIXES, read_log, read_samples
 from sinssim.noise_identification.channels import clock
-from sinssim.sensors.log import SUFFIXES, read_log, read_samples
 from tests.fuzz import mangle
 
 NAMES = ["t", "wx", "wy", "wz", "fx", "fy", "fz"]

@@ -16,13 +16,13 @@ from rerun.chunk import RrdReader
 
 from sinssim.cli.process import main
 from sinssim.errors import InputError
+from sinssim.logs.text.description import LogDescription
+from sinssim.logs.text.samples import Samples
 from sinssim.noise_identification.channels import CHANNELS, chosen_channels, clock, even_increments
 from sinssim.noise_identification.report import noise_report
 from sinssim.noise_identification.units import four_digits
 from sinssim.recording.figures.noise import noise_figure
 from sinssim.recording.rerun.noise import record_noise
-from sinssim.sensors.log import Samples
-from sinssim.sensors.log_description import LogDescription
 from tests.oracles import noise
 
 T = 0.1

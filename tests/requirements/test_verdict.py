@@ -8,7 +8,7 @@ from scipy import stats
 
 from sinssim.errors import InputError
 from sinssim.requirements.requirement import parse_requirement
-from sinssim.requirements.verdict import errors_of, verdict
+from sinssim.requirements.verdict import columns_of, errors_of, joined, tally, verdict, verdict_of
 
 _TIME = np.array([0.0, 1800.0, 3600.0])
 
@@ -100,10 +100,28 @@ def test_wrong_shapes_and_times_are_refused() -> None:
 
 
 def test_the_errors_that_a_requirement_judges() -> None:
-    errors = np.random.default_rng(2).normal(size=(4, 3, 9))
-    assert errors_of(parse_requirement("cep <= 1 m"), errors) == pytest.approx(np.linalg.norm(errors[:, :, :2], axis=2))
-    assert errors_of(parse_requirement("velocity_down <= 1 m/s"), errors) == pytest.approx(errors[:, :, 5])
-    assert errors_of(parse_requirement("heading <= 1 deg"), errors) == pytest.approx(errors[:, :, 8])
+    errors = np.random.default_rng(2).normal(size=(9, 4, 3))
+
+    def judged(text: str) -> np.ndarray:
+        return errors_of([errors[place] for place in columns_of(parse_requirement(text))])
+
+    assert judged("cep <= 1 m") == pytest.approx(np.linalg.norm(errors[:2], axis=0))
+    assert judged("velocity_down <= 1 m/s") == pytest.approx(errors[5])
+    assert judged("heading <= 1 deg") == pytest.approx(errors[8])
+
+
+@pytest.mark.parametrize("text", ["r95(run) <= 2 m", "velocity_east(run) <= 1.1 m/s", "heading(run) <= 1 deg"])
+def test_a_tally_of_some_instants_after_others_is_that_of_all(text: str) -> None:
+    """Bit for bit, with runs that end early and failed ones."""
+    rng = np.random.default_rng(3)
+    time, errors = np.linspace(0.0, 3600.0, 31), rng.normal(size=(300, 31))
+    errors[:9, 20:], errors[10] = np.nan, np.inf
+    counts = ~np.isnan(errors)
+    one = parse_requirement(text)
+    parts = [tally(one, time[part], errors[:, part], counts[:, part]) for part in (slice(7), slice(7, 9), slice(9, 31))]
+    whole = verdict(one, time, errors, counts)
+    assert verdict_of(one, time, joined(parts)) == whole
+    assert np.isfinite(whole.time)
 
 
 def test_a_failed_run_fails_a_component() -> None:

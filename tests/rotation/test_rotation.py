@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim import jit, rotation
+from sinssim.rotation.kernels import half_angle_k, less_cross_k
 
 ULP = np.finfo(float).eps
 
@@ -121,6 +122,21 @@ def test_rotation_vector_series_meets_the_closed_form():
     np.testing.assert_allclose(got[:50, 2], np.float64(wanted[:50, 2]), rtol=2 * ULP)
     got = np.array([rotation.half_angle_series_k(value) for value in x2])
     np.testing.assert_allclose(got, np.float64(half), atol=2 * ULP, rtol=0)
+
+
+def test_half_angle_from_sine_and_cosine_all_around():
+    """Against extended precision; at the quarter turns, where a sum or a difference of the cosine cancels, too."""
+    small = np.geomspace(1e-12, 0.1, 12)
+    quarters = np.pi * np.arange(-2, 3)[:, None] / 2
+    angles = np.concatenate([np.linspace(-3.1, 3.1, 63), (quarters + small).ravel(), (quarters - small).ravel()])
+    angles = angles[np.abs(angles) < np.pi].astype(np.longdouble)
+    c, s = np.float64(np.cos(angles)), np.float64(np.sin(angles))
+    got = np.array([half_angle_k(*pair) for pair in zip(c, s, strict=True)])
+    wanted = np.float64(np.stack([np.cos(angles / 2), np.sin(angles / 2)], axis=1))
+    np.testing.assert_allclose(got, wanted, rtol=3 * ULP, atol=0)
+    assert half_angle_k(1.0, 0.0) == (1.0, 0.0)
+    assert half_angle_k(-1.0, 0.0) == (0.0, 1.0)
+    assert half_angle_k(-1.0, -1e-300)[1] == -1.0
 
 
 def _sine_remainder(x):
@@ -300,6 +316,7 @@ def test_kernels_are_the_array_functions():
         (rotation.quaternion_from_euler_k(*angles), rotation.quaternion_from_euler(*angles)),
         (rotation.euler_from_quaternion_k(*q), rotation.euler_from_quaternion(q)),
         (rotation.cross_k(*v, *angles), np.cross(v, angles)),
+        (less_cross_k(1.0, 2.0, -3.0, *v, *angles), np.array([1.0, 2.0, -3.0]) - np.cross(v, angles)),
     ]
     for scalar, array in pairs:
         np.testing.assert_allclose(scalar, array, rtol=2 * ULP, atol=2 * ULP)

@@ -31,7 +31,7 @@ def test_page_is_up_to_date(script: ModuleType) -> None:
     )
 
 
-SOURCES = {"flight", "parked", "great_circle", "motion", "one_component"}
+SOURCES = {"flight", "parked", "great_circle", "motion", "track", "log", "one_component"}
 
 
 @pytest.mark.parametrize("motion", sorted(SOURCES))
@@ -42,6 +42,13 @@ def test_examples_load(script: ModuleType, motion: str) -> None:
         del data[other]
     if motion == "one_component":
         data = {key: value for key, value in data.items() if key in ("name", "description", "seed", motion)}
+    if motion == "log":  # the other tables of the page are for simulated sensors
+        data = {key: value for key, value in data.items() if key in ("name", "description", "seed", motion)}
+        scenario = Scenario.model_validate({**data, "imu": {"grade": "mems-industrial"}, "filter": {}})
+        assert scenario.log is not None
+        assert scenario.log.gnss is not None
+        assert scenario.log.gnss.latitude is not None
+        return
     if motion == "flight":  # the page shows every kind of leg; on the ground it starts only from a runway
         data["flight"]["legs"] = [leg for leg in data["flight"]["legs"] if leg["type"] not in ("takeoff", "parked")]
     scenario = Scenario.model_validate(data)

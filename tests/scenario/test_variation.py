@@ -27,6 +27,18 @@ duration_s = 60.0
         ('type = "choice"\nkey = "seed"\nvalues = [1, 2]', ("'seed' cannot be varied", "ensemble's seed")),
         ('type = "choice"\nkey = "ensemble.runs"\nvalues = [1, 2]', ("does not vary itself",)),
         ('type = "normal"\nkey = "flight.start.heading_deg"\nmean = 0.0\nsigma = 1.0', ("no value for flight",)),
+        (
+            'type = "normal"\nkey = "imu.gyro_bias_deg_h"\nmean = 0.0\nsigma = 1.0',
+            ("write gyro_bias_deg_h = [0.0, 0.0, 0.0] in [imu]", "imu.gyro_bias_deg_h.1 to", "gyro_bias_sigma_deg_h"),
+        ),
+        (
+            'type = "normal"\nkey = "imu.accel_bias_ug.2"\nmean = 0.0\nsigma = 1.0',
+            ("no value for imu.accel_bias_ug: write accel_bias_ug = [0.0, 0.0, 0.0] in [imu]",),
+        ),
+        (
+            'type = "normal"\nkey = "navigation.rates_hz.2"\nmean = 0.0\nsigma = 1.0',
+            ("give rates_hz its 3 numbers in [navigation] first",),
+        ),
         ('type = "normal"\nkey = "parked.heading_deg.1"\nmean = 0.0\nsigma = 1.0', ("a value, not a table",)),
         ('type = "uniform"\nkey = "parked.heading_deg"\nlow = 0.0\nhigh = 900.0', ("high = 900", "at most 360")),
         ('type = "uniform"\nkey = "parked.heading_deg"\nlow = 9.0\nhigh = 9.0', ("low = 9", "less than high")),
@@ -84,3 +96,13 @@ def test_check_shows_what_varies(tmp_path) -> None:
     lines = list(plan_lines(load_scenario(file)))
     assert any(line.startswith("ensemble    runs = 1000") for line in lines)
     assert "  varied    parked.heading_deg: uniform, low = 0, high = 1.5" in lines
+
+
+def test_what_the_refusal_says_to_write_is_accepted(tmp_path) -> None:
+    file = tmp_path / "s.toml"
+    table = 'type = "normal"\nkey = "imu.gyro_bias_deg_h.1"\nmean = 0.0\nsigma = 1.0\n'
+    file.write_text(HEAD + table + "[imu]\ngyro_bias_deg_h = [0.0, 0.0, 0.0]\n", encoding="utf-8")
+    assert load_scenario(file).ensemble.vary[0].key == "imu.gyro_bias_deg_h.1"
+    file.write_text(HEAD + table.replace("h.1", "h") + "[imu]\ngyro_bias_deg_h = [0.0, 0.0, 0.0]\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"has 3 entries; vary one of them: imu\.gyro_bias_deg_h\.1 to "):
+        load_scenario(file)

@@ -222,3 +222,21 @@ def test_the_defect_at_every_edge(frame: str) -> None:
         expected.append(np.abs(c @ c.T - np.eye(3)).max())
     found = navigated(frame=frame, algorithm="poisson-1", vertical="truth").defect
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 if frame == "inertial" else 4e-4 * expected[-1])
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_every_row_is_written(frame: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The arrays of a solution come with whatever the memory held; with NaN there, nothing of it may remain."""
+    real = np.empty
+
+    def spoilt(*args: Any, **options: Any) -> Any:
+        array = real(*args, **options)
+        if array.dtype.kind == "f":
+            array.fill(np.nan)
+        return array
+
+    navigated(frame=frame)  # compiles outside the patch
+    monkeypatch.setattr(np, "empty", spoilt)
+    found = navigated(frame=frame)
+    for values in (found.latitude, found.longitude, found.height, found.velocity_ned, found.q_nb, found.defect):
+        assert np.isfinite(values).all()

@@ -358,7 +358,7 @@ def test_interrupted_before_anything_was_done_leaves_nothing(tmp_path, monkeypat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(list_content("studies")))
+@pytest.mark.parametrize("name", sorted(set(list_content("studies")) - {"gyro_trade"}))
 def test_shipped_study(name, tmp_path):
     found = compare(load_study(name), tmp_path / name)
     assert found.rows

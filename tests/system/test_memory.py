@@ -6,9 +6,10 @@ import platform
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from sinssim.system.memory import machine_memory
+from sinssim.system.memory import machine_memory, shared
 
 FREED = """
 from pathlib import Path
@@ -24,6 +25,40 @@ before = resident()
 give_back_memory()
 print(before - resident())
 """
+
+
+APART = """
+from pathlib import Path
+from sinssim.system.memory import map_large_arrays
+
+def resident() -> int:
+    return int(next(line for line in Path("/proc/self/status").read_text().splitlines() if "VmRSS" in line).split()[1])
+
+del (freed := [bytearray(30_000_000)])[:]  # from here on glibc by itself puts smaller arrays between the small blocks
+map_large_arrays()
+arrays, pins = [], []
+for _ in range(20):
+    arrays.append(bytearray(b"x") * 5_000_000)
+    pins.append(bytearray(2000))  # above it
+before = resident()
+arrays.clear()
+print(before - resident())
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc has mallopt")
+def test_large_arrays_go_back_to_the_system_as_soon_as_they_are_freed() -> None:
+    done = subprocess.run([sys.executable, "-c", APART], capture_output=True, text=True, check=True)
+    assert int(done.stdout) > 90_000  # [kB] of 100 MB
+
+
+def test_equal_arrays_become_one() -> None:
+    one, known = np.arange(5.0), []
+    assert shared(one, known) is one
+    assert shared(np.arange(5.0), known) is one
+    others = np.arange(6.0), np.arange(5), np.array([0.0, 1.0, 2.0, 3.0, np.nan])
+    assert all(shared(other, known) is other for other in others)
+    assert len(known) == 4
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc has malloc_trim")

@@ -70,25 +70,30 @@ def command(
         sinssim budget first_flight
         sinssim budget first_flight --require "r95(3600 s) <= 1852 m" --free gyro_bias,accel_bias
     """  # fmt: skip
+    from sinssim.errors import InputError
     from sinssim.requirements.requirement import parse_requirements
     from sinssim.scenario import load_scenario
 
     wanted = parse_requirements(require or ())
-    names = [name.strip() for name in free.split(",") if name.strip()] if free else []
+    names = [name.strip() for name in (free or "").split(",") if name.strip()]
+    if free is not None and not names:
+        raise InputError(
+            f"--free {free!r} names no source. Give names of the budget's sources, separated by commas: "
+            "--free gyro_bias,accel_bias."
+        )
     if names and not wanted:
-        from sinssim.errors import InputError
-
         raise InputError(f"--free {free} needs a --require: the factor is that with which a requirement is just met.")
     plan = load_scenario(scenario, settings or ())
     directory = out or Path("runs") / f"{plan.name}-budget"
     from sinssim.error_budget.analyse import budget
-    from sinssim.error_budget.limits import answers, times_of
+    from sinssim.error_budget.limits import answers
     from sinssim.recording.store.budget import to_json, write_budget
 
     with one_bar(show=not quiet) as bar:
         result = budget(
             plan,
-            times=(*times_of(wanted), *(at or ())),
+            times=at or (),
+            require=wanted,
             solution="inertial" if inertial else None,
             progress=None if bar is None else lambda stage, fraction: bar(_TEXT[stage], fraction),
         )

@@ -1,15 +1,19 @@
-"""`sinssim compare`: runs a study and writes its report."""
+"""`sinssim compare`: runs a study, of algorithms or of a scenario's keys, and writes its report."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sinssim.cli.options import Debug, Json, OutFolder, Quiet
 from sinssim.cli.terminal import console, notes_of, one_bar, print_json, program_name
+
+if TYPE_CHECKING:
+    from sinssim.studies.results import StudyResult
+    from sinssim.trades.result import TradeResult
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -28,9 +32,31 @@ def command(
         typer.Option(
             "--set",
             metavar="KEY=VALUE",
-            help="Replace a value of the study; may be given several times. Parts and motions are counted from 1: "
-            '`--set parts.1.rates_hz="[50.0, 100.0]"`.',
+            help="Replace a value of the study; may be given several times. Parts, motions and axes are counted from "
+            '1: `--set parts.1.rates_hz="[50.0, 100.0]"`, `--set runs=500`.',
             show_default=False,
+        ),
+    ] = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--require",
+            metavar="REQUIREMENT",
+            help='Judge a requirement in every cell of a trade study, beside those of the file: "r95(3600 s) <= 1852 '
+            'm", "heading(end) <= 3 arcmin"; may be given several times.',
+            show_default=False,
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue a trade study, or extend it by further values of its axes.")
+    ] = False,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            metavar="N",
+            help="Runs of a trade study's ensembles computed at a time.",
+            show_default="the number of cores",
         ),
     ] = None,
     limit_minutes: Annotated[
@@ -43,22 +69,38 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Compare algorithms, rates, frames and sensors on identical samples, and recommend engines.
+    """Compare algorithms, rates, frames and sensors on identical samples, or a scenario's keys in a grid.
 
-    Writes a directory with the report (report.html, self-contained), all results (results.json, results.parquet), a
-    recording for the view *comparison* (recording.rrd), and the study with all its defaults (study.toml). Ctrl-C leaves
-    a report of the navigations finished until then.
+    A study with [[parts]] compares algorithms, and recommends engines. It writes a report (report.html,
+    self-contained), all results (results.json, results.parquet), a recording for the view *comparison*
+    (recording.rrd), and the study with all its defaults (study.toml). Ctrl-C leaves a report of the navigations
+    finished until then.
+
+    A trade study has a scenario and [[axes]]: every combination of their values is a cell, a covariance budget or an
+    ensemble of runs. It writes a report with pictures of the trade (report.html; SVG and PNG beside it), the tables
+    (summary.md, results.json, results.parquet) and the finished cells (cells/). Ctrl-C leaves the finished cells and
+    their report; --resume goes on. See docs/trades.md.
 
     Examples:
 
         sinssim compare coning
         sinssim compare my_study.toml -o runs/mine --set seed=3
+        sinssim compare gyro_grades --require "r95(3600 s) <= 1 nmi"
     """
-    from sinssim.studies.load import load_study
+    from sinssim.trades.load import load_any_study
+    from sinssim.trades.schema import TradeStudy
 
-    plan = load_study(study, settings or ())
+    plan = load_any_study(study, settings or ())
     directory = out or Path("runs") / plan.name
-    from sinssim.studies.compare import compare
+    if isinstance(plan, TradeStudy):
+        plan = plan.with_requirements(require or ())
+    elif require:
+        from sinssim.errors import InputError
+
+        raise InputError(
+            f"--require belongs to trade studies, which have axes; the study {plan.name} compares algorithms."
+        )
+    from sinssim.trades.running.compare import compare
 
     def say(text: str) -> None:
         if not quiet:
@@ -66,20 +108,39 @@ def command(
 
     try:
         with one_bar(show=not quiet) as progress:
-            comparison = compare(
-                plan, directory, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
-            )
+            result = compare(
+                plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
+                progress=progress, say=say,
+            )  # fmt: skip
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
             interrupt.add_note("No navigation had finished.")
         raise
+    _show(result, directory, quiet, as_json)
+
+
+def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_json: bool) -> None:
+    """Print the result of a study of either kind."""
+    from sinssim.trades.result import TradeResult
+
     if as_json:
-        from sinssim.recording.store.study import results
+        if isinstance(result, TradeResult):
+            from sinssim.trades.running.write import to_json
 
-        print_json(results(comparison))
+            print_json(to_json(result))
+        else:
+            from sinssim.recording.store.study import results
+
+            print_json(results(result))
     elif not quiet:
-        from sinssim.recording.tables.study import show
+        if isinstance(result, TradeResult):
+            from sinssim.recording.tables.trade import show as show_trade
 
-        show(comparison, console())
+            show_trade(result, console(least_width=120))
+        else:
+            from sinssim.recording.tables.study import show
+
+            show(result, console())
         print(f"Report: {directory / 'report.html'}    (in any browser)")
-        print(f"View:   {program_name()} view {directory}    (--web: in a browser)")
+        if (directory / "recording.rrd").exists():
+            print(f"View:   {program_name()} view {directory}    (--web: in a browser)")

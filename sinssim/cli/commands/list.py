@@ -30,6 +30,8 @@ class Listing(StrEnum):
     VIEWS = "views"
     AIDING = "aiding"
     STATES = "states"
+    FORMATS = "formats"
+    EXPORTS = "exports"
 
 
 def command(
@@ -68,6 +70,14 @@ def names_of(kind: Listing) -> Mapping[str, str]:
         Descriptions by name.
     """
     match kind:
+        case Listing.FORMATS:
+            from sinssim.logs.formats.registry import FORMATS
+
+            return {name: sentence for name, (_, sentence) in FORMATS.items()}
+        case Listing.EXPORTS:
+            from sinssim.logs.writers.registry import WRITERS
+
+            return {name: sentence for name, (_, sentence) in WRITERS.items()}
         case Listing.ALGORITHMS:
             from sinssim.algorithms import SCENARIO_ALGORITHMS
 

@@ -1,4 +1,4 @@
-"""`sinssim run`: simulates one scenario and writes a run directory."""
+"""`sinssim run`: simulates one scenario, or navigates on recorded sensors, and writes a run directory."""
 
 from __future__ import annotations
 
@@ -24,6 +24,15 @@ def command(
             "--view", metavar="NAME", help="Open this view afterwards: a name from `sinssim list views`, or a file."
         ),
     ] = None,
+    outages: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--outage",
+            metavar="SPAN",
+            help="Withhold recorded satellites: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the "
+            "same, the first at 60 s. May be repeated. For scenarios with [log].",
+        ),
+    ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -38,10 +47,19 @@ def command(
 
         sinssim run first_flight
         sinssim run my_flight.toml -o runs/tactical --set imu.grade=tactical --set seed=3
+        sinssim run my_drive.toml --outage 15/45
     """
+    from sinssim.errors import InputError
     from sinssim.scenario import find_content, load_scenario
+    from sinssim.scenario.outages import outage_settings
 
     plan = load_scenario(scenario, settings or ())
+    if outages:
+        if plan.log is None:
+            raise InputError(
+                "--outage withholds recorded satellites ([log]); in a simulation, aiding.gnss.outages_s has outages."
+            )
+        plan = load_scenario(scenario, [*(settings or ()), *outage_settings(outages)])
     if view is not None:
         find_content("viz", view)
     directory = out or Path("runs") / plan.name

@@ -125,12 +125,7 @@ def _columns(errors: RunErrors) -> dict[str, Array]:
     columns: dict[str, Any] = {"run": errors.number, "seed": errors.seed, "end_s": errors.end}
     columns |= {f"vary {key}": values for key, values in errors.values.items()}
     columns |= {f"final_{name}": errors.final[:, i] for i, name in enumerate(COMPONENTS)}
-    for i, name in enumerate(COMPONENTS):
-        columns[name] = getattr(errors, VECTORS[i // 3])[:, :, i % 3]
-        if errors.sigma is not None:
-            columns[f"sigma_{name}"] = errors.sigma[:, :, i]
-    for kind in ("nees", "nees_freedom", "nis", "nis_freedom"):
-        columns |= {f"{kind} {name}": values for name, values in getattr(errors, kind).items()}
+    columns |= {name: errors.column(name) for name in errors.names}
     return {name: np.ascontiguousarray(values) for name, values in columns.items()}
 
 

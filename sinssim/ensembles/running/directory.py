@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.ensembles.plan import Plan
-from sinssim.ensembles.run_errors import RunErrors, empty, put
+from sinssim.ensembles.run_errors import RunErrors, put
 from sinssim.ensembles.running.chunk_file import PART, DamagedChunkError, chunk_name, read_chunk, runs_of
+from sinssim.ensembles.stored_errors import Errors, errors_for
 from sinssim.errors import InputError, shortened
 from sinssim.recording.store.directory import MARK, write_text
 from sinssim.recording.store.summary import versions
@@ -25,7 +26,7 @@ from sinssim.system.locks import try_hold
 
 MANIFEST, CHUNKS = "ensemble.json", "runs"
 _KIND = "sinssim ensemble"
-_NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
+NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
 """Software whose versions must be the same throughout an ensemble."""
 
 
@@ -92,7 +93,7 @@ class EnsembleDirectory:
             "seed": self.plan.scenario.seed,
             "runs_in_a_file": self.plan.chunk,
             "solution": self.plan.solution,
-            "versions": {name: versions()[name] for name in _NUMERIC},
+            "versions": {name: versions()[name] for name in NUMERIC},
             "flight": self.plan.flight,
             "epochs_s": self.plan.epochs.tolist(),
             "epochs_of_requirements_s": list(self.plan.extra),
@@ -138,24 +139,35 @@ class EnsembleDirectory:
                     say(f"{damage} Its runs {runs.start} to {runs.stop - 1} are computed again.")
         return found
 
-    def load(self, groups: Sequence[range]) -> RunErrors:
+    def load(self, groups: Sequence[range]) -> Errors:
         """Return the errors of finished runs.
 
         Args:
             groups: numbers of the runs of each file, in order.
 
         Returns:
-            Their errors.
+            Their errors; many are kept in a file without a name in the directory.
 
         Raises:
             DamagedChunkError: a file has changed since it was checked.
+            InputError: there is no space for the file without a name.
         """
-        plan = self.plan
-        errors = empty(sum(map(len, groups)), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
-        first = 0
-        for runs in groups:
-            put(errors, read_chunk(self.chunks / chunk_name(runs), plan), first)
-            first += len(runs)
+        plan, count = self.plan, sum(map(len, groups))
+        try:
+            errors = errors_for(count, len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors, self.path)
+            first = 0
+            for runs in groups:
+                part = read_chunk(self.chunks / chunk_name(runs), plan)
+                if isinstance(errors, RunErrors):
+                    put(errors, part, first)
+                else:
+                    errors.put(part, first)
+                first += len(runs)
+        except OSError as error:
+            raise InputError(
+                f"the errors of {count} runs could not be put together in {self.path}: {error.strerror or error} "
+                f"({self.free():.0f} MB are free). All runs are kept; --resume goes on."
+            ) from error
         return errors
 
     def keep(self, names: list[str]) -> None:
@@ -245,42 +257,58 @@ def _manifest(path: Path) -> dict[str, Any]:
 
 def _check_same(found: dict[str, Any], plan: Plan, path: Path) -> None:
     """Raise unless a manifest is that of the plan's ensemble; the message names the difference."""
-    if found.get("digest") == plan.digest and not _other_versions(found):
+    if found.get("digest") == plan.digest and not other_versions(found):
         return
-    if other := _other_versions(found):
-        difference = f"was computed by {other}"
+    if other := other_versions(found):
+        what = f"was computed by {other}"
     elif found.get("seed") != plan.scenario.seed:
-        difference = f"has the seed {found.get('seed')}, not {plan.scenario.seed}"
-    elif text := _difference(found.get("contents"), json.loads(json.dumps(plan.contents))):
-        difference = f"is of another scenario: {text}"
+        what = f"has the seed {found.get('seed')}, not {plan.scenario.seed}"
+    elif text := difference(found.get("contents"), json.loads(json.dumps(plan.contents))):
+        what = f"is of another scenario: {text}"
     elif found.get("epochs_s") != plan.epochs.tolist():
-        difference = f"keeps errors at {len(found.get('epochs_s', ()))} other epochs (ensemble.epoch_s)"
+        what = f"keeps errors at {len(found.get('epochs_s', ()))} other epochs (ensemble.epoch_s)"
     elif found.get("flight") != plan.flight:
-        difference = "is of another flight: the aircraft, or the code that flies it, has changed since"
+        what = "is of another flight: the aircraft, or the code that flies it, has changed since"
     else:
-        difference = "has another format"
+        what = "has another format"
     raise InputError(
-        f"the ensemble in {path} cannot be continued: it {difference}. It stays unchanged; give another folder with "
+        f"the ensemble in {path} cannot be continued: it {what}. It stays unchanged; give another folder with "
         "-o, or replace it with --overwrite."
     )
 
 
-def _other_versions(found: dict[str, Any]) -> str:
+def other_versions(found: dict[str, Any]) -> str:
+    """Return which software of a manifest has another version now.
+
+    Args:
+        found: the manifest, with its `versions`.
+
+    Returns:
+        "numpy 1.0 instead of 2.0, …"; "" if all are the same.
+    """
     now, then = versions(), found.get("versions", {})
-    different = [name for name in _NUMERIC if then.get(name) != now[name]]
+    different = [name for name in NUMERIC if then.get(name) != now[name]]
     return ", ".join(f"{name} {then.get(name)} instead of {now[name]}" for name in different)
 
 
-def _difference(then: Any, now: Any, path: str = "") -> str:
-    """Describe the first difference of two scenarios' contents; "" without one."""
+def difference(then: Any, now: Any, path: str = "") -> str:
+    """Describe the first difference of two scenarios' contents.
+
+    Args:
+        then, now: tables, arrays or values.
+        path: path of their key.
+
+    Returns:
+        "imu.rate_hz was 100.0, now 50.0"; "" without a difference.
+    """
     if isinstance(then, dict) and isinstance(now, dict):
         for key in sorted({*then, *now}):
-            if text := _difference(then.get(key), now.get(key), f"{path}.{key}".lstrip(".")):
+            if text := difference(then.get(key), now.get(key), f"{path}.{key}".lstrip(".")):
                 return text
         return ""
     if isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
         for number, (a, b) in enumerate(zip(then, now, strict=True), start=1):
-            if text := _difference(a, b, f"{path}.{number}"):
+            if text := difference(a, b, f"{path}.{number}"):
                 return text
         return ""
     if then == now:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import threading
 import time
@@ -12,15 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sinssim.ensembles.judge import Looks, check_kept, read_requirements
-from sinssim.ensembles.plan import Plan, make_plan, with_runs
+from sinssim.ensembles.plan import make_plan, with_runs
 from sinssim.ensembles.result import EnsembleResult
-from sinssim.ensembles.run_errors import bytes_of
 from sinssim.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
+from sinssim.ensembles.running.room import check_disk, check_memory, runs_at_a_time, short_of
 from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
-from sinssim.system.memory import machine_memory
+from sinssim.system.memory import give_back_memory
 
 if TYPE_CHECKING:
     from sinssim.requirements.requirement import Requirement
@@ -28,9 +27,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 """Called with runs done, rate and time left in words, and the fraction done."""
-
-_SAMPLE_BYTES, _OF_MEMORY = 420.0, 0.7
-"""Memory of a run in progress per sample, bytes, and the share of the machine's memory for all of them."""
 
 
 # Long: every option is a parameter, and what is left of an ensemble that stops is decided where it stops.
@@ -94,7 +90,7 @@ def ensemble(
     truths = TruthCache()
     kept = kept_epochs(Path(directory)) if resume and directory is not None else None
     plan = with_runs(make_plan(scenario, truths, wanted, kept), count)
-    _check_memory(plan, count)
+    check_memory(plan, count)
     how = _How(truths, threads, workers, scheduler)
     looks = Looks(wanted, count, until_decided)
     if directory is None:
@@ -113,6 +109,8 @@ def ensemble(
             _leave(folder, looks, stop)
             raise
         report("Writing the report", 1.0)
+        truths.forget()  # the budget beside the runs has its own
+        give_back_memory()
         _write(folder, result, "finished")
     finally:
         folder.close()
@@ -120,6 +118,48 @@ def ensemble(
         first = result.errors.failure[0]
         raise RunError(f"all {len(result)} runs of the ensemble failed; the first one: {first} See {folder.path}.")
     return result
+
+
+def stored_runs(
+    scenario: Scenario,
+    runs: int | None,
+    directory: Path,
+    *,
+    times: Iterable[float] = (),
+    truths: TruthCache | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    say: Callable[[str], None] | None = None,
+) -> EnsembleResult:
+    """Run an ensemble, or continue it, in a directory without a report: a part of something larger.
+
+    Args:
+        scenario: as for `ensemble`.
+        runs: as for `ensemble`.
+        directory: the directory; runs that it holds are not computed again.
+        times: further times since the start that are epochs, s.
+        truths: true motions that are kept between ensembles.
+        threads: as for `ensemble`.
+        progress: as for `ensemble`.
+        say: as for `ensemble`.
+
+    Returns:
+        The errors of all runs. An interruption leaves the finished groups of runs in the directory.
+
+    Raises:
+        InputError: as for `ensemble`.
+        RunError: workers died again and again.
+    """
+    count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
+    cache = truths or TruthCache()
+    plan = with_runs(make_plan(scenario, cache, times=times), count)
+    check_memory(plan, count)
+    folder = EnsembleDirectory(directory, plan, resume=True)
+    try:
+        how = _How(cache, threads, None, None)
+        return _continued(folder, count, how, progress or (lambda text, fraction: None), say or (lambda text: None))
+    finally:
+        folder.close()
 
 
 @dataclass(frozen=True)
@@ -139,8 +179,8 @@ def _judged(
     computed, seconds, notes = 0, 0.0, list[str]()
     for number in looks.numbers:
         if looks.done:
-            if _bytes_needed(folder.plan, number) > _bytes_free():
-                notes.append(f"The errors of {number} runs do not fit in the memory; the ensemble ends undecided.")
+            if lacking := short_of(folder.plan, number, looks.done[-1], folder.path):
+                notes.append(f"The errors of {number} runs do not fit {lacking}; the ensemble ends undecided.")
                 say(notes[-1])
                 break
             say(f"Undecided after {looks.done[-1]} runs; going on to {number}.")
@@ -172,6 +212,7 @@ def _continued(
     groups = missing(there, count, plan.chunk)
     computed = sum(map(len, groups))
     if groups:
+        check_disk(plan, count, count - computed, folder.path)
         _compute(folder, groups, how, _counter(sum(map(len, there)), computed, report))
         there = folder.finished(tell)
     if missing(there, count, plan.chunk):
@@ -206,7 +247,8 @@ def _leave(folder: EnsembleDirectory, looks: Looks, stop: BaseException) -> None
     try:
         result = EnsembleResult(folder.plan, folder.load(there), folder.path)
         if looks.verdicts:
-            result.notes.append("The requirements are judged once all runs are finished.")
+            result.verdicts = looks.so_far(result)
+            result.notes.append(f"The requirements are judged by the {done} finished runs; --resume judges all.")
         _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
         stop.add_note(f"Their report is {folder.path / 'report.html'}.")
     except Exception as error:  # for example on a full disk: the runs are safe
@@ -217,26 +259,6 @@ def _whole(name: str, value: object, most: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
         raise InputError(f"{name} = {shortened(repr(value))} must be a whole number from 1 to {most}.")
     return value
-
-
-def _bytes_needed(plan: Plan, count: int) -> float:
-    return bytes_of(count, len(plan.epochs), len(plan.blocks), len(plan.sensors))
-
-
-def _bytes_free() -> float:
-    return _OF_MEMORY * machine_memory()
-
-
-def _check_memory(plan: Plan, count: int) -> None:
-    """Raise for an ensemble whose errors do not fit in the memory."""
-    needed, have = _bytes_needed(plan, count), _bytes_free()
-    if needed > have:
-        lasts = float(plan.epochs[-1] - plan.start)
-        raise InputError(
-            f"runs = {count}: the errors of {count} runs at {len(plan.epochs)} epochs need {needed / 1e9:.3g} GB of "
-            f"memory, and {have / 1e9:.3g} GB can be used on this machine. Keep fewer epochs: ensemble.epoch_s = "
-            f"{lasts / len(plan.epochs) * needed / have * 1.1:.2g}, for example, or compute fewer runs."
-        )
 
 
 def _check_workers(threads: int | None, workers: int | None, scheduler: str | None) -> None:
@@ -258,7 +280,7 @@ def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_r
 
             on_cluster(plan, chunks, groups, on_run, workers=how.workers, scheduler=how.scheduler)
             return
-        number = how.threads or _fitting(plan)
+        number = how.threads or runs_at_a_time(plan)
         if plan.filtered and min(number, len(groups)) > 1:
             from sinssim.ensembles.running.processes import in_processes
 
@@ -274,13 +296,6 @@ def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_r
             f"the runs of the ensemble could not be written to {folder.path}: {error.strerror or error} "
             f"({folder.free():.0f} MB are free)."
         ) from error
-
-
-def _fitting(plan: Plan) -> int:
-    """Return the number of runs that are computed at a time: the cores, or fewer if the memory is too small."""
-    samples = (plan.epochs[-1] - plan.start) * plan.scenario.imu.rate_hz
-    fits = _OF_MEMORY * machine_memory() / (_SAMPLE_BYTES * max(samples, 1.0))
-    return max(1, min(os.cpu_count() or 1, int(min(fits, 1024.0))))
 
 
 def _counter(before: int, wanted: int, report: Progress) -> OnRun:

@@ -23,8 +23,14 @@ if TYPE_CHECKING:
 _WRITTEN = {"m": ("m", 1.0), "mps": ("m/s", 1.0), "rad": ("arcmin", ARCMIN), "radps": ("deg/h", DEG_H)}
 """Units as people write them, by the unit of a residual."""
 
-_WITHOUT = {"master": "its errors are those of another inertial system, which the budget does not model"}
+_WITHOUT = {
+    "master": "its errors are those of another inertial system, which the budget does not model",
+    "land_vehicle": "it is a statement on the vehicle, of which the budget has no errors",
+}
 """Sensors that have no budget."""
+
+_OF_TIME = (" delay", " time offset")
+"""Endings of the states of an error of time, which the budget does not model."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +70,16 @@ def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:
     for table, sensor in scenario.aiding.sensors().items():
         if table in _WITHOUT:
             raise InputError(f"[aiding.{table}] has no budget: {_WITHOUT[table]}. Remove it, or use an ensemble.")
+        late = next(
+            (state.block for state in sensor.states() if state.block.endswith(_OF_TIME) and any(state.sigma)), ""
+        )
+        if late:
+            raise InputError(f"[aiding.{table}] has no budget: the state {late!r}. Remove its key, or use an ensemble.")
+        if getattr(sensor, "detect", False):
+            raise InputError(
+                f"aiding.{table}.detect = true has no budget: stops are found in the readings of one run. Remove it, "
+                "or use an ensemble."
+            )
         still = hasattr(sensor, "during_s")
         noisy = [readings.measurements for readings in sensor.read(vehicle)]
         exact = noisy if still else _exact(table, _without_random(sensor), trajectory, scenario.seed)

@@ -71,6 +71,7 @@ class SensorConsistency:
         autocorrelation: ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk).
         autocorrelation_sigma: that 1σ.
         verdict: "consistent", "optimistic" (the noise is larger than the filter assumes), "pessimistic" (smaller),
+            "outliers" (more rejected than expected, while the accepted ones are closer than assumed),
             "coloured" (NIS right, innovations not white), or "unknown" (too few readings).
     """
 
@@ -117,7 +118,7 @@ def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
 
 def _whitened(innovations: Innovations) -> Array:
     """Return e = L⁻¹ν of the accepted readings, (N, k)."""
-    used = np.flatnonzero(innovations.accepted)
+    used = np.flatnonzero(innovations.accepted).astype(np.int32)
     found, count = np.empty((len(used), innovations.value.shape[1])), 0
     for start in range(0, len(used), _BLOCK):
         rows = used[start : start + _BLOCK]
@@ -176,7 +177,8 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     each = level / (len(tests) + 1)
     verdict = "consistent"
     if too_many < each:
-        verdict = "optimistic"
+        smaller = bool(tests) and tests[0].value < 1.0 and tests[0].probability < each
+        verdict = "outliers" if smaller else "optimistic"
     elif tests and tests[0].probability < each:
         verdict = "optimistic" if tests[0].value > 1.0 else "pessimistic"
     else:
@@ -195,6 +197,7 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
 _MEANING = {
     "optimistic": "the noise is larger than the filter assumes",
     "pessimistic": "the noise is smaller than the filter assumes",
+    "outliers": "more readings are rejected than noise explains, while the others are closer than assumed",
     "coloured": "the innovations are not white: the model lacks an error that is in them",
 }
 

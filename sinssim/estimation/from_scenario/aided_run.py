@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -9,19 +10,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.data import ImuData, Measurements, NavSolution, NavState
+from sinssim import rotation
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
-from sinssim.estimation import ErrorModel
+from sinssim.estimation import ErrorModel, Estimate
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma
 from sinssim.estimation.from_scenario.memory import ROWS
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
-from sinssim.estimation.initial_alignment.start import Start, at_rest, in_motion
-from sinssim.sensors.aiding.base.sensor import Vehicle
+from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course, in_motion
+from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
+from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
+from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
 from sinssim.strapdown.polar import axes_along
-from sinssim.system.memory import give_back_memory
+from sinssim.system.memory import give_back_memory, shared
+from sinssim.truth.source import block_mounting
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -67,18 +72,56 @@ def aid_run(
     section, aiding, navigation = scenario.filter, scenario.aiding, scenario.navigation
     assert section is not None
     assert aiding is not None
-    vehicle = Vehicle(trajectory, scenario.seed, partial(navigate_beside, scenario, trajectory))
+    beside = partial(navigate_beside, scenario, trajectory)
+    vehicle = Vehicle(trajectory, scenario.seed, beside, block_mounting(scenario), imu)
     sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
+    sensed = _with_shared_times(sensed, imu.time)
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
     start = Start(imu, initial, None)
     if section.alignment_s is not None:
-        start = _aligned(scenario, trajectory, start, measurements, model)
+        start = coarse_alignment(scenario, trajectory.ellipsoid.name, start, measurements, model)
     smooth = section.smooth and history
     if row_s is None:
         row_s = 0.0 if smooth else float(imu.time[-1] - imu.time[0]) / ROWS
-    solution = estimate(
+    axes = axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end)
+    solution = filtered(scenario, start, measurements, model, trajectory.ellipsoid.name, axes, history, row_s)
+    give_back_memory()
+    return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
+
+
+def filtered(
+    scenario: Scenario,
+    start: Start,
+    measurements: Sequence[Measurements],
+    model: ErrorModel,
+    ellipsoid: str,
+    axes: str | None,
+    history: bool,
+    row_s: float,
+) -> Estimate:
+    """Run a scenario's filter on measurements from anywhere.
+
+    Args:
+        scenario: with a [filter] section.
+        start: increments, state and covariance that the filter starts with.
+        measurements: one entry for each sensor and kind; those before the start are left out.
+        model: the error model.
+        ellipsoid: name of the reference ellipsoid of the measurements.
+        axes: as for `estimate`.
+        history: whether to keep the history for smoothing and observability.
+        row_s: as for `estimate`.
+
+    Returns:
+        The estimate.
+
+    Raises:
+        InputError: as for `estimate`.
+    """
+    section, navigation = scenario.filter, scenario.navigation
+    assert section is not None
+    return estimate(
         start.imu,
         start.state,
         [_after(m, float(start.imu.time[0])) for m in measurements],
@@ -87,21 +130,20 @@ def aid_run(
         loop=section.loop,
         rate_hz=section.rate_hz,
         gate=section.gate or None,
-        smooth=smooth,
+        smooth=section.smooth and history,
         history=history,
         row_s=row_s,
         algorithm=navigation.algorithms[0],
         frame=navigation.frame,
         gravity=navigation.gravity,
-        ellipsoid=navigation.ellipsoid_over(trajectory.ellipsoid.name),
+        ellipsoid=navigation.ellipsoid_over(ellipsoid),
         curvature=navigation.curvature,
         rates_hz=navigation.rates_hz,
         slow_quantities=navigation.slow_quantities,
         route=None if navigation.route_deg is None else tuple(np.radians(navigation.route_deg)),
-        axes=axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end),
+        axes=axes,
+        added_noise=_by_vibration(start.imu, section.vibration_noise),
     )
-    give_back_memory()
-    return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
 
 
 def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
@@ -126,10 +168,25 @@ def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, leve
     )
 
 
-def _aligned(
-    scenario: Scenario, trajectory: Trajectory, start: Start, measurements: Sequence[Measurements], model: ErrorModel
+def coarse_alignment(
+    scenario: Scenario, ellipsoid_of_truth: str, start: Start, measurements: Sequence[Measurements], model: ErrorModel
 ) -> Start:
-    """Return the start of the filter after the scenario's coarse alignment."""
+    """Return the start of the filter after the scenario's coarse alignment.
+
+    Args:
+        scenario: with filter.alignment_s.
+        ellipsoid_of_truth: name of the reference ellipsoid of the measurements.
+        start: all increments, and the state before.
+        measurements: one entry for each sensor and kind.
+        model: the error model.
+
+    Returns:
+        The start.
+
+    Raises:
+        InputError: the run is too short, or the vehicle moves during an alignment at rest.
+        RunError: the vehicle hardly accelerates during an alignment in motion.
+    """
     section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
     assert section is not None
     assert section.alignment_s is not None
@@ -140,7 +197,7 @@ def _aligned(
             "filter needs time after the alignment."
         )
     gravity = scenario.navigation.gravity
-    ellipsoid = scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name)
+    ellipsoid = scenario.navigation.ellipsoid_over(ellipsoid_of_truth)
     if section.alignment == "at-rest":
         try:
             # the vehicle stands still or not, whatever noise the filter is told
@@ -152,9 +209,39 @@ def _aligned(
             ) from error
     fixes = {m.kind: m for m in measurements if m.label in ("gnss-position", "gnss-velocity")}
     try:
+        if section.alignment == "by-course":
+            angles, angles_sigma = _assumed_mounting(scenario, measurements)
+            return by_course(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, angles, angles_sigma)
         return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
     except SinssimError as error:
         raise type(error)(f"filter.alignment_s = {section.alignment_s:g}: {error}") from error
+
+
+def _assumed_mounting(scenario: Scenario, measurements: Sequence[Measurements]) -> tuple[tuple[float, float], float]:
+    """Return pitch and yaw of the vehicle's axes in the block's, as they are assumed, and their 1σ, rad."""
+    assert scenario.aiding is not None
+    for m in measurements:
+        if m.kind == "land-velocity" and len(m):
+            section = scenario.aiding.sensor(LandVehicleSection)
+            spread = 0.0 if section is None else math.radians(section.mounting_sigma_deg)
+            return (float(m.value[0, 2]), float(m.value[0, 3])), spread
+    ahead = rotation.dcm_from_quaternion(block_mounting(scenario))[0]
+    return (math.atan2(-ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])), 0.0
+
+
+def _by_vibration(imu: ImuData, kappa: float) -> AddedNoise | None:
+    """Return the noise that the vibration in the readings adds; None if the filter leaves it out."""
+    return vibration_noise(vibration(imu), kappa, kappa) if kappa else None
+
+
+def _with_shared_times(sensed: Sequence[AidingReadings], edges: Array) -> tuple[AidingReadings, ...]:
+    """Return readings whose times are the same arrays wherever they are equal: those of the IMU, or of each other."""
+    known, found = [edges, edges[1:]], []
+    for one in sensed:
+        m = one.measurements
+        m = replace(m, time=shared(m.time, known), arrival=shared(m.arrival, known))
+        found.append(replace(one, measurements=m, time=shared(one.time, known)))
+    return tuple(found)
 
 
 def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:

@@ -7,7 +7,7 @@ is unknown to the filter; its standard deviation is the magnitude of the number.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,18 +18,19 @@ from sinssim.estimation.model import Block, ErrorModel, error_model
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.scenario.sections.aiding import AidingSection
+    from sinssim.sensors.aiding.base.sensor import AidingSensor
 
 _LEAST_POSITION_M, _LEAST_VELOCITY_MPS, _LEAST_ANGLE_ARCMIN = 0.1, 0.01, 0.1
 """Assumed 1σ of an initial state that is exact, so that the covariance is not singular."""
 
 
-def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
+def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[AidingSensor] = ()) -> ErrorModel:
     """Return the error model of a scenario's filter.
 
     Args:
-        scenario: with an [aiding] and a [filter] section.
+        scenario: with a [filter] section.
         duration: of the run, s.
+        recorded: descriptions of recorded sensors, beside the emulated ones of [aiding].
 
     Returns:
         The model with the blocks of navigation, of the inertial sensors (those that the section names or that matter),
@@ -37,7 +38,7 @@ def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
     """
     f, start = scenario.filter, scenario.navigation.initial_error
     assert f is not None
-    assert scenario.aiding is not None
+    sensors = [*recorded, *(scenario.aiding.sensors().values() if scenario.aiding is not None else ())]
 
     def sigma_of(given: float | None, least: float, *known: float) -> float:
         return max(least, math.hypot(*known)) if given is None else given
@@ -58,14 +59,14 @@ def filter_model(scenario: Scenario, duration: float = 3600.0) -> ErrorModel:
         velocity=velocity,
         attitude=np.array([tilt, tilt, heading]) * units.ARCMIN,
         imu=states(scenario),
-        extra=_sensor_blocks(scenario.aiding, f.measurement_noise_factor),
+        extra=_sensor_blocks(sensors, f.measurement_noise_factor),
         duration=duration,
     )
 
 
-def _sensor_blocks(aiding: AidingSection, factor: float) -> Iterator[Block]:
+def _sensor_blocks(sensors: Sequence[AidingSensor], factor: float) -> Iterator[Block]:
     """Yield the blocks of the aiding sensors' errors, where the sensors have them."""
-    for sensor in aiding.sensors().values():
+    for sensor in sensors:
         for state in sensor.states():
             if any(state.sigma):
                 yield Block(state.block, factor * np.array(state.sigma), correlation_time=state.correlation_time)

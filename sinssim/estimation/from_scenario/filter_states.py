@@ -60,11 +60,12 @@ class Weight(NamedTuple):
     needed: bool
 
 
-def weights(scenario: Scenario) -> tuple[Weight, ...]:
+def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight, ...]:
     """Return the significance of each block of the inertial sensors' errors in a scenario.
 
     Args:
         scenario: with a [filter] section.
+        moved: rotation and acceleration of the motion if they are known; by default those of the plan.
 
     Returns:
         One entry for each block of `sinssim.scenario.sections.filter.FILTER_STATES`.
@@ -72,7 +73,7 @@ def weights(scenario: Scenario) -> tuple[Weight, ...]:
     Raises:
         InputError: the aircraft's description is invalid.
     """
-    motion, sigma = excitation(scenario), inertial_sigma(scenario)
+    motion, sigma = moved or excitation(scenario), inertial_sigma(scenario)
     model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
     found = []
     for block in model.blocks:
@@ -98,11 +99,12 @@ def _ratio_squared(signal: float, noise: float) -> float:
     return signal / noise**2 if noise > 0.0 else math.inf if signal > 0.0 else 0.0
 
 
-def states(scenario: Scenario) -> tuple[str, ...]:
+def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
     """Return the blocks of the inertial sensors' errors that a scenario's filter has.
 
     Args:
         scenario: with a [filter] section.
+        moved: as for `weights`.
 
     Returns:
         The blocks that the section names, or by default those that matter.
@@ -110,14 +112,15 @@ def states(scenario: Scenario) -> tuple[str, ...]:
     assert scenario.filter is not None
     if scenario.filter.states is not None:
         return scenario.filter.states
-    return tuple(weight.block for weight in weights(scenario) if weight.needed)
+    return tuple(weight.block for weight in weights(scenario, moved) if weight.needed)
 
 
-def with_states(scenario: Scenario) -> Scenario:
+def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario:
     """Return a scenario with the states of its filter written out.
 
     Args:
         scenario: any scenario.
+        moved: as for `weights`.
 
     Returns:
         The scenario with the default of `filter.states` filled in; the same object if there is nothing to fill in.
@@ -125,22 +128,24 @@ def with_states(scenario: Scenario) -> Scenario:
     section = scenario.filter
     if section is None or section.states is not None:
         return scenario
-    return scenario.model_copy(update={"filter": section.model_copy(update={"states": states(scenario)})})
+    return scenario.model_copy(update={"filter": section.model_copy(update={"states": states(scenario, moved)})})
 
 
-def choice(scenario: Scenario) -> tuple[str, ...]:
+def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
     """Explain which states a scenario's filter has by default.
 
     Args:
         scenario: any scenario.
+        moved: as for `weights`.
 
     Returns:
         Lines of text, one for each block; none if the scenario has no filter or names its states.
     """
     if scenario.filter is None or scenario.filter.states is not None:
         return ()
-    lines = ["states chosen by the sensors and the planned motion, with the signal-to-noise ratio of a 1σ error:"]
-    for block, ratio, needed in weights(scenario):
+    motion = "planned" if moved is None else "recorded"
+    lines = [f"states chosen by the sensors and the {motion} motion, with the signal-to-noise ratio of a 1σ error:"]
+    for block, ratio, needed in weights(scenario, moved):
         why = "no such error" if ratio == 0.0 else _times(ratio)
         lines.append(f"  {block:<27} {'a state' if needed else 'left out':<9} {why}")
     return tuple(lines)

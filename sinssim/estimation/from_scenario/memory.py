@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from sinssim.errors import InputError
@@ -22,14 +23,14 @@ _BEFORE, _BEFORE_RECORDED = 320.0, 560.0
 """What every sample takes before the filter runs, bytes, with one algorithm: true and measured increments, true and
 navigated states, errors; the same with the copies that are being written."""
 
-_SAMPLE = 80.0
-"""What every sample takes while the filter runs, bytes: its instant, its increments and the angle until then."""
+_SAMPLE = 64.0
+"""What every sample takes while the filter runs, bytes: its instant and its increments."""
 
-_EPOCH, _STATE, _PARAMETER = 120.0, 8.0, 16.0
+_EPOCH, _STATE, _PARAMETER = 100.0, 8.0, 16.0
 """What every epoch takes, bytes: the aided solution; every state's 1σ; and the estimated and the true value of every
 state that is no error of navigation."""
 
-_READING = 120.0
+_READING = 104.0
 """What a reading of three components takes, bytes: reading, times, verdict, innovation and the lower triangle
 of its covariance."""
 
@@ -82,15 +83,17 @@ def needed_memory(scenario: Scenario, *, recorded: bool = True) -> Memory:
     return _memory(scenario, filter_model(scenario, lasts).size, lasts, recorded)
 
 
-def _memory(scenario: Scenario, n: int, lasts: float, recorded: bool) -> Memory:
+def _memory(
+    scenario: Scenario, n: int, lasts: float, recorded: bool, more: Mapping[str, float] | None = None
+) -> Memory:
     """Estimate the memory of a run with n states that lasts so many seconds."""
     section = scenario.filter
     assert section is not None
     matrix = 8.0 * n**2
     grid = min(section.rate_hz, scenario.imu.rate_hz)
-    sensors = {name: sensor.rate_hz for name, sensor in scenario.aiding or () if sensor is not None}
+    sensors = {name: sensor.rate_hz for name, sensor in scenario.aiding or () if sensor is not None} | dict(more or {})
     beside = sum(rate for rate in sensors.values() if not _divides(rate, grid))
-    often = max(1.0, *sensors.values())
+    often = max((1.0, *sensors.values()))
     rows = (often + sum(r for r in sensors.values() if not _divides(r, often))) * lasts
     kept = _SMOOTHED_ROW * rows if section.smooth else _ROW * min(rows, ROWS)
     epochs, samples = (grid + beside) * lasts, scenario.imu.rate_hz * lasts
@@ -110,12 +113,13 @@ def _divides(rate: float, grid: float) -> bool:
     return abs(grid / rate - round(grid / rate)) < 1e-9
 
 
-def check_memory(scenario: Scenario, *, recorded: bool = True) -> None:
+def check_memory(scenario: Scenario, *, recorded: bool = True, of_log: Mapping[str, float] | None = None) -> None:
     """Raise for a run whose filter needs more memory than this machine has.
 
     Args:
         scenario: any scenario.
         recorded: whether the run is written to a run directory.
+        of_log: readings per second of recorded sensors, by name.
 
     Raises:
         InputError: the run needs more; the message names the largest part and what would fit.
@@ -125,13 +129,13 @@ def check_memory(scenario: Scenario, *, recorded: bool = True) -> None:
         return
     memory, lasts = machine_memory(), expected_duration(scenario)
     n = filter_model(scenario, lasts).size
-    needed = _memory(scenario, n, lasts, recorded)
+    needed = _memory(scenario, n, lasts, recorded, of_log)
     if needed.total <= memory:
         return
     fits, longer = 0.0, lasts
     while longer - fits > 1e-3 * lasts:
         half = 0.5 * (fits + longer)
-        fits, longer = (half, longer) if _memory(scenario, n, half, recorded).total <= memory else (fits, half)
+        fits, longer = (half, longer) if _memory(scenario, n, half, recorded, of_log).total <= memory else (fits, half)
     rates = {f"aiding.{name}.rate_hz": sensor.rate_hz for name, sensor in scenario.aiding or () if sensor is not None}
     fastest = max(rates, key=lambda key: rates[key], default="filter.rate_hz")
     if needed.program + needed.samples == needed.total or needed.increments >= max(needed.filter, needed.readings):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, NavSolution
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.model import NAVIGATION
@@ -75,7 +75,8 @@ class Aided:
     def _errors_at(self, rows: Rows, kinds: Sequence[str]) -> dict[str, Array]:
         """Return some kinds of navigation errors at R of the filter's epochs, (R, 3) each."""
         solution = self.estimate.solution
-        number = np.arange(len(solution.time))[rows]
+        count = len(solution.time)
+        number = np.arange(*rows.indices(count)) if isinstance(rows, slice) else rows % count
         found = {name: np.empty((len(number), 3)) for name in kinds}
         for start in range(0, len(solution.time), BLOCK):
             inside = np.flatnonzero((number >= start) & (number < start + BLOCK))
@@ -83,11 +84,20 @@ class Aided:
                 continue
             block = slice(start, start + BLOCK)
             own = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
-            there = self.trajectory.state(own.time)
-            error = navigation_error(there, own, self.trajectory.ellipsoid, self.estimate.model.axes)
+            error = self._error_of(own)
             for name, values in found.items():
                 values[inside] = getattr(error, name)[number[inside] - start]
         return found
+
+    def _error_of(self, own: NavSolution) -> NavError:
+        """Return the errors of some rows of a solution."""
+        there = self.trajectory.state(own.time)
+        return navigation_error(there, own, self.trajectory.ellipsoid, self.estimate.model.axes)
+
+    @property
+    def true_parameters_known(self) -> bool:
+        """Whether the true values of the sensors' parameters are known, as they are in a simulation."""
+        return True
 
     def error_blocks(self) -> Iterator[NavError]:
         """Yield the errors of the aided solution, one block of rows after the other."""

@@ -13,6 +13,7 @@ from sinssim.alignment.determination import determine
 from sinssim.alignment.initial_conditions import STATES, initial_covariance, initial_state
 from sinssim.alignment.session import mean_readings
 from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.estimation.initial_alignment.by_course import align_by_course
 from sinssim.estimation.initial_alignment.in_motion import align_in_motion
 from sinssim.estimation.model import ErrorModel
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
@@ -135,6 +136,38 @@ def in_motion(
     """
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     aligned = align_in_motion(session, position, velocity, sigma, gravity=gravity, ellipsoid=ellipsoid)
+    return Start(_from(imu, aligned.edge), aligned.state, aligned.covariance)
+
+
+def by_course(
+    imu: ImuData,
+    position: Measurements,
+    velocity: Measurements,
+    sigma: ImuErrors,
+    count: int,
+    angles: tuple[float, float] = (0.0, 0.0),
+    angles_sigma: float = 0.0,
+) -> Start:
+    """Align a land vehicle by its course.
+
+    Args:
+        imu: all increments.
+        position: "gnss-position".
+        velocity: "gnss-velocity".
+        sigma: standard deviations of the sensor block's errors.
+        count: number of samples that the alignment takes.
+        angles: pitch and yaw of the vehicle's axes in the block's, rad.
+        angles_sigma: 1σ of each of them, rad.
+
+    Returns:
+        The start, at the beginning of the data if the vehicle stands there, else at the first clear course.
+
+    Raises:
+        InputError: no fixes.
+        RunError: the vehicle does not move.
+    """
+    session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    aligned = align_by_course(session, position, velocity, sigma, angles=angles, angles_sigma=angles_sigma)
     return Start(_from(imu, aligned.edge), aligned.state, aligned.covariance)
 
 

@@ -1,6 +1,7 @@
 """Heading of the forward axis: atan2(c_E, c_N), residual −φ_D + c_D (c_N φ_N + c_E φ_E)/(c_N² + c_E²).
 
-c is the forward axis in north, east, down. The deviation A sin ψ + B cos ψ of a compass is an error of the reading.
+c is the forward axis in north, east, down, or the line from one antenna to another. The deviation A sin ψ + B cos ψ of
+a compass is an error of the reading.
 """
 
 from __future__ import annotations
@@ -24,13 +25,17 @@ class Heading(MeasurementKind):
     of_north = True
     own_errors: ClassVar = {"deviation": (("sin", "cos"), "rad")}
 
+    def direction(self, at: Comparison) -> Array:
+        """Return the line whose heading is read, in body axes, (3,)."""
+        return np.array([1.0, 0.0, 0.0])
+
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare modulo 2π; see the base."""
-        north, east, down = at.c_nb[:, 0, 0], at.c_nb[:, 1, 0], at.c_nb[:, 2, 0]
+        along = at.c_nb @ self.direction(at)
+        north, east, down = along.T
         deviation = at.states("deviation")
         if deviation is not None:
-            forward = at.c_nb[:, :, 0]
-            wave = forward[:, 1::-1] / np.hypot(forward[:, 0], forward[:, 1])[:, None]  # sin ψ, cos ψ
+            wave = along[:, 1::-1] / np.hypot(north, east)[:, None]  # sin ψ, cos ψ
             value = value - wave @ at.known("deviation")[:, None]
         off = np.arctan2(east, north)[:, None] - value
         h = at.zeros(1)
@@ -39,3 +44,14 @@ class Heading(MeasurementKind):
         if deviation is not None:
             h[:, 0, deviation] -= wave
         return np.mod(off + np.pi, 2.0 * np.pi) - np.pi, h
+
+
+class BaselineHeading(Heading):
+    """Heading of the line from one satellite antenna to another, whose vector is the lever arm [rad]."""
+
+    on_gnss_clock = True
+    own_errors: ClassVar = {}
+
+    def direction(self, at: Comparison) -> Array:
+        """Return the vector from the first antenna to the second, in body axes, (3,)."""
+        return at.lever_arm

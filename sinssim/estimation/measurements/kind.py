@@ -115,7 +115,9 @@ class MeasurementKind:
         unit: unit of the residual, as in the streams.
         rounding: the inertial sensors whose pulse rounding is in the predicted quantity.
         mean_rate: whether the reading is compared with the gyros' mean rate since the previous reading.
+        needs_rate: whether the reading is compared with the body's rate even without a lever arm.
         at_antenna: whether the reading is that of the satellite antenna, so that the states "gnss lever arm" apply.
+        on_gnss_clock: whether the satellite receiver stamps the reading, so that the state "gnss time offset" applies.
         own_errors: axes and unit, as in the streams, of errors that only sensors of this kind have.
         of_north: whether the reading depends on the direction of north, so that it has no meaning at a pole.
         turns_with_north: whether H is that of errors relative to north, which `observe` refers to the model's axes;
@@ -127,7 +129,9 @@ class MeasurementKind:
     unit: ClassVar[str]
     rounding: ClassVar[Literal["gyros", "accelerometers"] | None] = None
     mean_rate: ClassVar[bool] = False
+    needs_rate: ClassVar[bool] = False
     at_antenna: ClassVar[bool] = False
+    on_gnss_clock: ClassVar[bool] = False
     own_errors: ClassVar[Mapping[str, tuple[tuple[str, ...], str]]] = {}
     of_north: ClassVar[bool] = False
     turns_with_north: ClassVar[bool] = True
@@ -203,6 +207,18 @@ class MeasurementKind:
             value: the reading, with finite components, (components,).
         """
         return ""
+
+
+def delays(kind: MeasurementKind, label: str, model: ErrorModel) -> list[str]:
+    """Return the names of the blocks that describe by how much readings of a sensor are stamped too late.
+
+    Args:
+        kind: kind of the readings.
+        label: name of the sensor.
+        model: the error model.
+    """
+    own = [f"{label} delay", *(["gnss time offset"] if kind.on_gnss_clock else [])]
+    return [name for name in own if name in model.slices]
 
 
 def measurement_kind(name: str) -> MeasurementKind:

@@ -20,6 +20,7 @@ class GnssPosition(MeasurementKind):
     axes = ("n", "e", "d")
     unit = "m"
     at_antenna = True
+    on_gnss_clock = True
     turns_with_north = False  # compared in Earth-fixed axes; [C l ×] is that of a lever arm that goes along
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:

@@ -45,6 +45,7 @@ class GnssVelocity(MeasurementKind):
     unit = "mps"
     rounding = "accelerometers"
     at_antenna = True
+    on_gnss_clock = True
     of_north = True
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,19 +11,19 @@ from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.limits import Answer
 from sinssim.error_budget.result import BudgetResult
+from sinssim.formatting import number_text
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
+from sinssim.recording.figures.limits import CIRCLES, Judged, draw_limits, of_quantities
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting
+from sinssim.requirements.requirement import COMPONENTS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SHOWN = 8
 """Number of sources with a colour of their own; the others are one."""
 OTHERS = "all others"
-_FAR = 1.5
-"""A limit is drawn up to this multiple of the highest curve."""
 
 _PALETTE = (
     (0, 114, 178), (230, 159, 0), (0, 158, 115), (213, 94, 0), (204, 121, 167), (86, 180, 233), (120, 100, 200),
@@ -90,10 +90,11 @@ def growth_figure(result: BudgetResult, answers: Sequence[Answer] = ()) -> Figur
     time = result.time / size
     above.plot(time, result.r95 / metre, color=style.css(style.COLORS["aided"]), label="R95: 95 % of all runs")
     above.plot(time, result.cep / metre, color=style.css(style.COLORS["smoothed"]), label="CEP: half of all runs")
-    _limits(above, answers, metre, size, time)
+    above.set_ylim(bottom=0.0)
+    circles = of_quantities(judged_of(answers), CIRCLES)
+    draw_limits(above, circles, float(result.r95.max()), metre, size, float(result.time[-1]))
     above.set(ylabel=f"horizontal error [{unit}]", title="Radius that holds a share of all runs")
     above.set(xlim=(time[0], time[-1]))
-    above.set_ylim(bottom=0.0)
     above.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     labels, parts = shares(result)
     colors = [style.css(color) for color in palette(labels)]
@@ -107,22 +108,9 @@ def growth_figure(result: BudgetResult, answers: Sequence[Answer] = ()) -> Figur
     return figure
 
 
-def _limits(panel: Axes, answers: Sequence[Answer], metre: float, size: float, time: Array) -> None:
-    """Mark the requirements on circles; a limit far above the curves is only named."""
-    top = panel.get_ylim()[1] * metre
-    for answer in answers:
-        one = answer.requirement
-        if one.quantity not in ("cep", "r95"):
-            continue
-        color = style.css(style.COLORS["truth" if answer.met else "measured"])
-        name = f"{one.text}: {'met' if answer.met else 'not met'}"
-        if one.limit > _FAR * top:
-            panel.plot([], [], color=color, ls="none", marker="v", label=f"{name} (above the plot)")
-        elif one.when == "run":
-            panel.axhline(one.limit / metre, color=color, lw=style.THIN, ls="--", label=name)
-        else:
-            at = one.time / size if one.when == "at" else time[-1]
-            panel.plot([at], [one.limit / metre], color=color, marker="v", ls="none", ms=9.0, clip_on=False, label=name)
+def judged_of(answers: Sequence[Answer]) -> Judged:
+    """Return the requirements with their verdicts, as figures take them."""
+    return [(answer.requirement, "met" if answer.met else "not met") for answer in answers]
 
 
 @styled
@@ -148,7 +136,7 @@ def ranking_figure(result: BudgetResult, t: float | None = None) -> Figure:
         panel.barh(rows, values / metre, color=style.css(style.COLORS["aided"]), height=0.7)
         room = float(values.max() / metre) if len(values) else 1.0
         for row, value in zip(rows, values / metre, strict=True):
-            text = "0" if abs(value) < 5e-4 * room else f"{value:.3g}"
+            text = "0" if abs(value) < 5e-4 * room else number_text(float(value))
             panel.text(max(value, 0.0) + 0.015 * room, row, text, va="center", fontsize=style.SMALL)
         panel.set(xlim=(0.0, 1.18 * room), xlabel=unit, title=title, yticks=rows,
                   yticklabels=[full_label(one.source) for one in ranked])  # fmt: skip
@@ -157,18 +145,19 @@ def ranking_figure(result: BudgetResult, t: float | None = None) -> Figure:
 
 
 @styled
-def sigma_figure(result: BudgetResult) -> Figure:
-    """Draw the standard deviations of position, velocity and attitude over time.
+def sigma_figure(result: BudgetResult, answers: Sequence[Answer] = ()) -> Figure:
+    """Draw the standard deviations of position, velocity and attitude over time, and the limits of requirements.
 
     Args:
         result: the budget.
+        answers: answers to requirements.
 
     Returns:
         The figure.
     """
     figure = new_figure(11.0, 3.6)
     word, size = time_unit(result)
-    sigma, time = result.sigma(), result.time / size
+    sigma, time, limits = result.sigma(), result.time / size, list[Any]()
     own = None if result.filter_covariance is None else np.sqrt(np.einsum("kii->ki", result.filter_covariance))
     titles = (
         ("position", LENGTHS, ("north", "east", "down")),
@@ -186,5 +175,9 @@ def sigma_figure(result: BudgetResult) -> Figure:
                            label="filter's own" if k == 2 else None)  # fmt: skip
         panel.set(title=f"σ of the {title}", ylabel=unit, xlabel=f"time [{word}]", xlim=(time[0], time[-1]))
         panel.set_ylim(0.0, 1.25 * max(float(sigma[:, part].max()) / one, 1e-12))
+        judged = of_quantities(judged_of(answers), COMPONENTS[part])
         panel.legend(loc="upper left", ncols=2)
+        limits += draw_limits(panel, judged, float(sigma[:, part].max()), one, size, float(result.time[-1]))
+    if limits:
+        figure.legend(handles=limits, loc="outside lower center", ncols=3)
     return figure

@@ -13,8 +13,10 @@ from sinssim.ensembles.summary import PART_121_HOURS, PART_121_RATE, covariance_
 from sinssim.formatting import number_text
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
+from sinssim.recording.figures.limits import CIRCLES, Judged, draw_limits, of_quantities
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting, time_unit
 from sinssim.recording.style import COLORS, css
+from sinssim.requirements.requirement import COMPONENTS
 from sinssim.statistics.circles import circle_radius
 from sinssim.statistics.order_statistics import cep, r95
 from sinssim.statistics.rates import to_nmi_h
@@ -132,10 +134,10 @@ def components(result: EnsembleResult, predicted: Array | None = None) -> Figure
     figure = new_figure(9.0, 6.6)
     grid = figure.subplots(3, 3, sharex=True)
     name, size = time_unit(float(result.elapsed[-1]))
-    time = result.elapsed / size
+    time, limits = result.elapsed / size, list[Any]()
     for row, (quantity, scale, title) in enumerate(zip(VECTORS, (LENGTHS, SPEEDS, ANGLES), _TITLES, strict=True)):
         found = result.spread(quantity)
-        claimed = _stated(result, row)
+        claimed = result.stated(quantity)
         other = None if predicted is None else predicted[:, 3 * row : 3 * row + 3]
         for column, axis in enumerate(("north", "east", "down")):
             axes = grid[row, column]
@@ -150,14 +152,21 @@ def components(result: EnsembleResult, predicted: Array | None = None) -> Figure
                 axes.plot(time, claimed[:, column] / factor, color=style.INK, linestyle="--", linewidth=style.THIN,
                           label="σ stated by the filter")  # fmt: skip
             if other is not None:
-                axes.plot(time, other[:, column] / factor, color=style.INK, linestyle=":",
-                          label="σ predicted by covariances")  # fmt: skip
+                apart = (
+                    style.INK if claimed is None else css(COLORS["smoothed"])
+                )  # on the filter's own where they agree
+                axes.plot(time, other[:, column] / factor, color=apart, linestyle=":",
+                          label="σ predicted by the budget")  # fmt: skip
             axes.plot(time, mean / factor, color=style.SOFT, linewidth=style.THIN, label="mean of the runs")
             axes.set_title(f"{title}, {axis} [{unit}]")
+            judged = of_quantities(judged_of(result), [COMPONENTS[3 * row + column]])
+            most = max((float(np.abs(v).max(initial=0.0)) for v in finite), default=0.0)
+            end = float(result.elapsed[-1])
+            limits += draw_limits(axes, judged, most, factor, size, end)
     for axes in grid[-1]:
         axes.set_xlabel(f"time [{name}]")
-    handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    handles = [one for one in grid[0, 0].get_legend_handles_labels()[0] if one not in limits] + limits
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 
@@ -197,18 +206,13 @@ def consistency(result: EnsembleResult, squares: Mapping[str, MeanSquare], title
     return figure
 
 
+def judged_of(result: EnsembleResult) -> Judged:
+    """Return the requirements of an ensemble with their verdicts, as figures take them."""
+    return [(one.requirement, one.verdict) for one in result.verdicts]
+
+
 _LABELS = {"cep": "CEP", "r95": "R95"}
 _TITLES = ("position", "velocity", "attitude φ")
-
-
-def _stated(result: EnsembleResult, quantity: int) -> Array | None:
-    """Return the root mean square over the runs of the σ that the filter states, (K, 3)."""
-    if result.errors.sigma is None:
-        return None
-    sigma = result.errors.sigma[:, :, 3 * quantity : 3 * quantity + 3]
-    there = np.isfinite(sigma)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.sqrt((np.where(there, sigma, 0.0) ** 2).sum(axis=0) / there.sum(axis=0)))
 
 
 def _band(axes: Axes, x: ArrayLike, low: ArrayLike, high: ArrayLike, color: str, across: bool = False) -> None:
@@ -251,6 +255,7 @@ def _growth(axes: Axes, result: EnsembleResult) -> None:
     axes.set_ylabel(f"horizontal error [{unit}]")
     axes.set_title(f"{len(result)} runs, 95 % bands")
     axes.set_ylim(0.0, 1.05 * top / factor if top > 0.0 else 1.0)
+    draw_limits(axes, of_quantities(judged_of(result), CIRCLES), top, factor, size, float(result.elapsed[-1]))
     axes.set_xlim(float(time[0]), float(time[-1]))
     axes.legend(loc="best")
 
@@ -280,7 +285,8 @@ def _cloud(axes: Axes, result: EnsembleResult) -> None:
         axes.plot(k * ring[1] / factor, k * ring[0] / factor, color=style.INK, linestyle="--", linewidth=style.THIN,
                   label="95 % ellipse of the covariance")  # fmt: skip
         normal = float(circle_radius(p, 0.95)) / factor
-        axes.plot([], [], " ", label=f"95 % circle of the covariance {number_text(normal)} {unit}")
+        axes.plot(normal * np.sin(angle), normal * np.cos(angle), color=style.INK, linestyle=":",
+                  label=f"95 % circle of the covariance {number_text(normal)} {unit}")  # fmt: skip
         reach = max(reach, k * float(np.sqrt(max(root.max(), 0.0))))
     axes.set_aspect("equal")
     axes.set_xlim(-1.05 * reach / factor, 1.05 * reach / factor)

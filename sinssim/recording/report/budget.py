@@ -47,7 +47,11 @@ def budget_report(result: BudgetResult, answers: Sequence[Answer], times: Sequen
         name = when(result, t)
         figure = to_svg(ranking_figure(result, t), f"ranking{number_}")
         body += [f"<h3>{words(name[0].upper() + name[1:])}</h3>", figure, _ranking(result, t)]
-    body += ["<h2>Position, velocity and attitude</h2>", to_svg(sigma_figure(result), "sigma"), *_notes(result)]
+    body += [
+        "<h2>Position, velocity and attitude</h2>",
+        to_svg(sigma_figure(result, answers), "sigma"),
+        *_notes(result),
+    ]
     return page(f"{result.scenario.name}: covariance budget", body, _STYLE)
 
 

@@ -15,19 +15,21 @@ from sinssim.earth.coordinates import radii
 from sinssim.earth.gravity import gravity_ned
 from sinssim.earth.models import Ellipsoid
 from sinssim.formatting import number_text
-from sinssim.recording.report import page, plot
+from sinssim.recording.report import drawing, page, plot
 from sinssim.recording.report.page import table, words
+from sinssim.recording.report.run.axes import axes_drawing
 from sinssim.recording.report.run.errors import error_plots, error_tables, failure, singularity_table
 from sinssim.recording.report.run.filter import STYLE as FILTER_STYLE
 from sinssim.recording.report.run.filter import filter_section
 from sinssim.recording.report.run.flight import flight_section
 from sinssim.recording.report.run.platform import platform_section
 from sinssim.recording.report.run.redundancy import redundancy_section
+from sinssim.recording.report.run.scheme import scheme, scheme_words
 from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.recording.report.run.track import STYLE as TRACK_STYLE
 from sinssim.recording.scales import duration_words
-from sinssim.recording.store.platform_summary import platform_sentences
-from sinssim.recording.store.redundancy_summary import redundancy_sentences
+from sinssim.recording.store.summaries.platform_summary import platform_sentences
+from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import earth_of_the_navigator
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.simulation.result import Run
 
-_STYLE = f"""{plot.STYLE}{TRACK_STYLE}{FILTER_STYLE}
+STYLE = f"""{plot.STYLE}{drawing.STYLE}{TRACK_STYLE}{FILTER_STYLE}
 .pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
 .pair > div > table:first-child, .pair .wide:first-child table {{ margin-top: 0; }}
 .pair > div td.text {{ min-width: 9rem; }}
@@ -60,6 +62,7 @@ class Sections:
     redundancy: str
     platform: str
     errors: str
+    axes: str
 
 
 def draw_sections(run: Run) -> Sections:
@@ -71,7 +74,7 @@ def draw_sections(run: Run) -> Sections:
     Returns:
         The sections, for `run_report`. The samples may be freed before the report is put together.
     """
-    flight = redundancy = platform_and_strapdown = errors = ""
+    flight = redundancy = platform_and_strapdown = errors = axes = ""
     if run.has("truth"):
         flight = "".join(flight_section(run, run.trajectory, run.truth))
     sensors = "".join(sensor_errors(run.scenario, run.true_errors, run.sensed))
@@ -80,7 +83,8 @@ def draw_sections(run: Run) -> Sections:
     if run.has("truth", "errors"):
         platform_and_strapdown = "".join(platform_section(run))
         errors = "".join(error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid)))
-    return Sections(flight, sensors, redundancy, platform_and_strapdown, errors)
+        axes = axes_drawing(run)
+    return Sections(flight, sensors, redundancy, platform_and_strapdown, errors, axes)
 
 
 def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
@@ -97,11 +101,11 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
     scenario = run.scenario
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
     if summary["status"] != "finished":
-        body.append(f'<p class="broken"><strong>The run {_ended(summary)}</strong> {words(summary["message"])}</p>')
+        body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
     body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
     drawn = draw_sections(run) if drawn is None else drawn
     if drawn.flight:
-        body += ["<h2>Flight</h2>", drawn.flight]
+        body += ["<h2>Track</h2>" if scenario.track is not None else "<h2>Flight</h2>", drawn.flight]
     body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
     if drawn.redundancy:
         body += ["<h2>Monitoring of the redundant sensors</h2>", drawn.redundancy]
@@ -115,9 +119,11 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
     if run.aided is not None and "filter" in summary:
         span = (float(run.time[0]), float(run.time[-1]))
         body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
-    body += ["<h2>How the run was computed</h2>", *_made(scenario, summary)]
+    body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
+    body += ["<details><summary>Scheme of the navigation, and its axes</summary>", scheme(scenario)]
+    body += [scheme_words(scenario), drawn.axes, "</details>"]
     body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(run.about_filter).strip())}</pre>"]
-    return page.page(f"{scenario.name}: run", body, _STYLE)
+    return page.page(f"{scenario.name}: run", body, STYLE)
 
 
 def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
@@ -136,7 +142,8 @@ def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
     return float(2.0 * np.pi * np.sqrt((np.sqrt(r1 * r2) + height) / gravity))
 
 
-def _ended(summary: Mapping[str, Any]) -> str:
+def ended(summary: Mapping[str, Any]) -> str:
+    """Return how a run ended that did not finish."""
     return "was interrupted; this report shows what was computed." if summary["status"] == "interrupted" else "failed."
 
 
@@ -168,19 +175,19 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     finals = [n["final_horizontal_error_m"] for n in numbers.values()]
     greatest = [n["max_horizontal_error_m"] for n in numbers.values()]
     if len(numbers) == 1:
-        yield f"Horizontal error: {_length(finals[0])} at the end, {_length(greatest[0])} at most."
+        yield f"Horizontal error: {length_text(finals[0])} at the end, {length_text(greatest[0])} at most."
         yield from _with_filter(summary)
         return
     alike = all(max(values) - min(values) < 5e-4 * max(values) for values in (finals, greatest))
     if alike:
         whose = "all algorithms"
-        end, most = _length(finals[0]), _length(greatest[0])
+        end, most = length_text(finals[0]), length_text(greatest[0])
     else:
         order = np.argsort(greatest)
         names = list(numbers)
         whose = f"{names[order[0]]} (smallest) to {names[order[-1]]} (largest)"
-        end, most = (f"{_length(v[order[0]])} to {_length(v[order[-1]])}" for v in (finals, greatest))
-    apart = _length(max(finals) - min(finals), False)
+        end, most = (f"{length_text(v[order[0]])} to {length_text(v[order[-1]])}" for v in (finals, greatest))
+    apart = length_text(max(finals) - min(finals), False)
     yield (
         f"Horizontal error of {whose}: {end} at the end, {most} at most. The algorithms’ errors at the end differ by "
         f"up to {apart}."
@@ -192,18 +199,20 @@ def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
     """Yield the horizontal error of the aided solution."""
     aided = summary.get("filter", {}).get("aided")
     if aided is not None:
-        end, most = (_length(aided[f"{when}_horizontal_error_m"], False) for when in ("final", "max"))
+        end, most = (length_text(aided[f"{when}_horizontal_error_m"], False) for when in ("final", "max"))
         yield f"With the aiding sensors and the filter: {end} at the end, {most} at most."
 
 
-def _length(metres: float, miles: bool = True) -> str:
+def length_text(metres: float, miles: bool = True) -> str:
+    """Write a length with its unit, long ones in nautical miles as well."""
     if not np.isfinite(metres):
         return "not a number"
     text = f"{number_text(metres, 4)} m" if metres > 0.5 else f"{number_text(metres * 1e3)} mm"
     return f"{text} ({metres / units.NAUTICAL_MILE:.3f} nmi)" if miles and abs(metres) > 10.0 else text
 
 
-def _made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
+def made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how a run was computed: times, versions, processor."""
     timing = {name.removesuffix("_s"): seconds for name, seconds in summary["timing"].items()}
     cached = {True: "from the cache", False: "flown now", None: ""}[summary.get("flight_cached")]
     times = [

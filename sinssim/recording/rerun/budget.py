@@ -10,13 +10,16 @@ import rerun as rr
 
 from sinssim.error_budget.limits import Answer
 from sinssim.error_budget.result import BudgetResult
-from sinssim.recording.figures.budget import full_label, growth_figure, palette, ranking_figure, shares
+from sinssim.recording.figures.budget import full_label, growth_figure, judged_of, palette, ranking_figure, shares
 from sinssim.recording.figures.canvas import to_png
+from sinssim.recording.figures.limits import CIRCLES, Judged, of_quantities
+from sinssim.recording.rerun.limits import record_limits
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting
 from sinssim.recording.tables.budget import lines_of, number, ranking_cells, when
+from sinssim.requirements.requirement import COMPONENTS
 
 _SOURCES = 6
 
@@ -32,7 +35,7 @@ def record(result: BudgetResult, answers: Sequence[Answer], path: Path) -> None:
     labels = {"kind": "budget"}
     run = RunInfo(result.scenario.name, float(result.time[0]), float(result.time[-1]), (), labels=labels)
     with Recording(path, run.application, all_views(run)) as recording:
-        labels |= _draw(recording, result)
+        labels |= _draw(recording, result, judged_of(answers))
         for name, figure in (("growth", growth_figure(result, answers)), ("ranking", ranking_figure(result))):
             image = rr.EncodedImage(contents=to_png(figure), media_type="image/png")
             recording.static(f"budget/figures/{name}", image)
@@ -42,7 +45,7 @@ def record(result: BudgetResult, answers: Sequence[Answer], path: Path) -> None:
         recording.blueprint(all_views(run))
 
 
-def _draw(recording: Recording, result: BudgetResult) -> dict[str, str]:
+def _draw(recording: Recording, result: BudgetResult, judged: Judged) -> dict[str, str]:
     """Record the plots, and return the units for their titles."""
     time, sigma = result.time, result.sigma()
     circle, metre = suiting(LENGTHS, result.r95)
@@ -50,6 +53,10 @@ def _draw(recording: Recording, result: BudgetResult) -> dict[str, str]:
         "budget/circles", time, np.column_stack([result.cep, result.r95]) / metre, ["CEP", "R95"],
         colors=[(204, 121, 167), (0, 114, 178)],
     )  # fmt: skip
+    lasts = float(time[-1])
+    record_limits(
+        recording, "budget/circles", of_quantities(judged, CIRCLES), metre, 0.0, lasts, float(result.r95.max())
+    )
     names, parts = shares(result)
     recording.series("budget/shares", time, 100.0 * parts.T, names, colors=palette(names))
     paint = dict(zip(names, palette(names), strict=True))
@@ -66,6 +73,8 @@ def _draw(recording: Recording, result: BudgetResult) -> dict[str, str]:
         axes = ["north", "east", "down"] if name != "attitude" else ["tilt north", "tilt east", "heading"]
         colors = [(213, 94, 0), (0, 158, 115), (86, 180, 233)]
         recording.series(f"budget/sigma/{name}", time, part / size, axes, colors=colors)
+        chosen = of_quantities(judged, COMPONENTS[3 * k : 3 * k + 3])
+        record_limits(recording, f"budget/sigma/{name}", chosen, size, 0.0, lasts, float(part.max()))
         found[name] = unit
     return found
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,13 +11,17 @@ import numpy as np
 import rerun as rr
 
 from sinssim.data import Array
-from sinssim.ensembles.run_errors import VECTORS
+from sinssim.ensembles.run_errors import COMPONENTS, VECTORS
 from sinssim.recording import style
+from sinssim.recording.figures.ensemble import judged_of
+from sinssim.recording.figures.limits import CIRCLES, of_quantities
 from sinssim.recording.report.ensemble import opening, regulation, with_band
+from sinssim.recording.rerun.limits import record_limits
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting, thinned
+from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Rows, suiting, thinned
+from sinssim.requirements.requirement import COMPONENTS as QUANTITIES
 from sinssim.statistics.order_statistics import Percentile
 
 if TYPE_CHECKING:
@@ -71,6 +75,8 @@ def _draw_growth(recording: Recording, result: EnsembleResult) -> dict[str, str]
             widths.append(width)
     if np.isfinite(values).any():
         recording.series(f"{_ROOT}/growth", result.time, np.stack(values, 1), names, colors=colors, widths=widths)
+        most = float(np.nanmax(values)) * size
+        _draw_limits(recording, result, f"{_ROOT}/growth", CIRCLES, size, most)
     _draw_cloud(recording, result, drawn, size)
     return {"position": unit}
 
@@ -78,7 +84,7 @@ def _draw_growth(recording: Recording, result: EnsembleResult) -> dict[str, str]
 def _draw_cloud(recording: Recording, result: EnsembleResult, circles: Mapping[str, Percentile], size: float) -> None:
     rows = thinned(len(result.time), _FRAMES)
     runs = np.flatnonzero(~result.failed)[:_DOTS]
-    north, east = (result.errors.position_ned[np.ix_(runs, rows)][..., axis] / size for axis in (0, 1))
+    north, east = (_taken(result, name, runs, rows) / size for name in COMPONENTS[:2])
     entity = f"{_ROOT}/cloud"
     # the picture's y axis points down
     points = np.stack((east, -north), axis=-1).transpose(1, 0, 2)
@@ -108,6 +114,15 @@ def _draw_cloud(recording: Recording, result: EnsembleResult, circles: Mapping[s
     )  # fmt: skip
 
 
+def _taken(result: EnsembleResult, name: str, runs: Rows, rows: Rows) -> Array:
+    """Return some runs of a column at some epochs."""
+    parts, first = [], slice(0, int(runs.max(initial=-1)) + 1)
+    for epochs in result.errors.spans():
+        there = rows[(rows >= epochs.start) & (rows < epochs.stop)] - epochs.start
+        parts.append(result.errors.column(name, epochs, first)[np.ix_(runs, there)])
+    return np.concatenate(parts, axis=1)
+
+
 def _draw_components(recording: Recording, result: EnsembleResult) -> dict[str, str]:
     """Record σ over the runs by component; return the units."""
     labels = {}
@@ -119,9 +134,19 @@ def _draw_components(recording: Recording, result: EnsembleResult) -> dict[str, 
         if not np.isfinite(sigma).any():
             continue
         unit, size = suiting(scale, sigma[np.isfinite(sigma)])
-        recording.series(f"{_ROOT}/sigma_{key}", result.time, sigma / size, axes)
+        entity, number = f"{_ROOT}/sigma_{key}", 3 * VECTORS.index(quantity)
+        recording.series(entity, result.time, sigma / size, axes)
+        _draw_limits(recording, result, entity, QUANTITIES[number : number + 3], size, float(np.nanmax(sigma)))
         labels[f"sigma_{key}"] = unit
     return labels
+
+
+def _draw_limits(
+    recording: Recording, result: EnsembleResult, entity: str, quantities: Sequence[str], unit: float, most: float
+) -> None:
+    """Record the limits of the requirements on some quantities."""
+    judged = of_quantities(judged_of(result), quantities)
+    record_limits(recording, entity, judged, unit, float(result.time[0]), float(result.elapsed[-1]), most)
 
 
 def _draw_consistency(recording: Recording, result: EnsembleResult) -> None:

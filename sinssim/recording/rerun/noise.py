@@ -11,6 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.data import Array
+from sinssim.logs.text.samples import TriadName
 from sinssim.noise_identification.channels import AXES
 from sinssim.noise_identification.report import NoiseReport
 from sinssim.noise_identification.units import UNITS
@@ -19,7 +20,6 @@ from sinssim.recording.figures.noise import noise_figure
 from sinssim.recording.rerun.rrd import Recording, time_plot, whole_recording
 from sinssim.recording.tables.noise import show
 from sinssim.recording.tables.plain_text import plain_text
-from sinssim.sensors.log import TriadName
 from sinssim.units import ARCSEC
 
 _WINDOWS = 8192

@@ -228,11 +228,13 @@ class Recording:
         Args:
             entity: path of the entity.
             time: (N,) s.
-            values: (N, k); a NaN gives a gap.
+            values: (N, k); a NaN gives a gap, and nothing is recorded if all are NaN.
             names: k names for the legend.
             colors: k colours, by name if not given.
             widths: k widths or one for all, points.
         """
+        if not np.isfinite(values).any():
+            return
         lines = rr.SeriesLines(
             names=list(names),
             colors=list(colors if colors is not None else style.colors(names)),
@@ -246,7 +248,8 @@ class Recording:
     def points(
         self,
         entity: str,
-        time: Array,
+        rows: int,
+        time: Rows,
         values: Rows,
         names: Sequence[str],
         color: style.Rgb,
@@ -258,6 +261,7 @@ class Recording:
 
         Args:
             entity: path of the entity.
+            rows: their number N.
             time: (N,) s.
             values: (N, k); a NaN gives no dot.
             names: k names for the legend.
@@ -271,9 +275,9 @@ class Recording:
         )
         self.static(entity, dots)
         low, high = np.inf, -np.inf
-        for rows in blocks(len(time)):
-            block = values[rows]
-            self._scalars(entity, time[rows], block)
+        for part in blocks(rows):
+            block = values[part]
+            self._scalars(entity, time[part], block)
             low = np.fmin(low, np.fmin.reduce(block, axis=None, initial=np.inf))
             high = np.fmax(high, np.fmax.reduce(block, axis=None, initial=-np.inf))
         if low <= high:

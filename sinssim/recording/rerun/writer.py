@@ -36,6 +36,7 @@ from sinssim.recording.store.streams import (
     nav_stream,
     other_error_stream,
     platform_stream,
+    reference_stream,
     set_streams,
     truth_stream,
 )
@@ -46,6 +47,7 @@ from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.logs.reference import Reference
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.reading import Readings
@@ -57,9 +59,15 @@ class RunWriter:
     """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
 
     def __init__(
-        self, folder: Path, scenario: Scenario, trajectory: Trajectory, time: Array, truth: NavState, ideal: ImuData
+        self,
+        folder: Path,
+        scenario: Scenario,
+        trajectory: Trajectory,
+        time: Array,
+        truth: NavState,
+        ideal: ImuData | None,
     ) -> None:
-        """Open the recording, and start with the true motion.
+        """Open the recording, and start with the true motion, or with what stands for it on recorded sensors.
 
         Args:
             folder: an existing, empty folder.
@@ -67,7 +75,7 @@ class RunWriter:
             trajectory: the true motion, for its channels and events.
             time: (N+1,) s.
             truth: true states at those times.
-            ideal: ideal increments.
+            ideal: ideal increments; None for recorded sensors, whose motion is only drawn.
 
         Raises:
             OSError: the recording cannot be written.
@@ -75,7 +83,7 @@ class RunWriter:
         self._streams = folder / "streams"
         self._streams.mkdir()
         self._events = list(trajectory.events)
-        self._track = some_rows(truth)
+        self._track, self._recorded = some_rows(truth), ideal is None
         self._scene = Scene.around(truth, trajectory.ellipsoid)
         self._run = RunInfo(
             scenario.name,
@@ -98,6 +106,8 @@ class RunWriter:
             self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events, scenario.output.angles)
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
             self._coordinates = _coordinate_streams(scenario, own, truth)
+            if ideal is None:
+                return
             for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
                 self._stream(stream)
             for stream in _coordinate_streams(scenario, trajectory.ellipsoid, truth).of("truth", time, truth):
@@ -149,6 +159,21 @@ class RunWriter:
         self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
         if compensated is not None:
             self._stream(imu_stream("compensated", compensated))
+
+    def recorded(self, imu: ImuData, compensated: ImuData | None, reference: Reference | None) -> None:
+        """Write recorded sensors and the reference.
+
+        Args:
+            imu: recorded increments.
+            compensated: the compensated increments, if there is a calibration.
+            reference: the reference solution, if there is one.
+        """
+        self._submit(self._to_rerun, self._draw_recorded, imu)
+        self._stream(imu_stream("measured", imu))
+        if compensated is not None:
+            self._stream(imu_stream("compensated", compensated))
+        if reference is not None:
+            self._stream(reference_stream(reference))
 
     def navigated(
         self,
@@ -252,9 +277,14 @@ class RunWriter:
     def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
         self._learn(pictures.draw_sensors(self._recording, kinds))
 
+    def _draw_recorded(self, imu: ImuData) -> None:
+        self._learn(pictures.draw_recorded_sensors(self._recording, imu))
+
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
-        self._run = replace(self._run, map_zoom=map_zoom([self._track, *solutions.values()]))
+        # recorded small sensors alone drift so far that the map would show nothing else
+        shown = () if self._recorded else solutions.values()
+        self._run = replace(self._run, map_zoom=map_zoom([self._track, *shown]))
         first, solution = next(iter(solutions.items()))
         labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
         self._learn(labels)

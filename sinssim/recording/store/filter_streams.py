@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 _AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
-_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "": ""}
+_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "s": "s", "": ""}
 
 
 def filter_streams(aided: Aided) -> list[Stream]:
@@ -53,13 +53,16 @@ def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
         Names such as "gyro_bias_x_radps"; "phi_n_rad", … for the attitude.
     """
     stem = "phi" if block.name == "attitude" else block.name.replace(" ", "_").replace("-", "_")
-    sensor, _, what = block.name.rpartition(" ")
-    kind = measurement_kind(kinds[sensor]) if sensor in kinds else None
+    sensor = next((label for label in kinds if block.name.startswith(f"{label} ")), "")
+    what = block.name.removeprefix(f"{sensor} ")
+    kind = measurement_kind(kinds[sensor]) if sensor else None
     unit = _UNITS[block.unit]
     if kind is not None and what == "bias":
         axes, unit = kind.axes, kind.unit
     elif kind is not None and what in kind.own_errors:
         axes, unit = kind.own_errors[what]
+    elif kind is not None and what == "delay":
+        axes, unit = ("",), "s"
     elif block.size == 1:
         axes = ("",)
     else:
@@ -79,7 +82,8 @@ def _states(aided: Aided) -> Stream:
         if block.name in estimate.parameters:
             vectors.append(Vector(name, columns, estimate.parameters[block.name]))
             errors = tuple(f"error_{column}" for column in columns)
-            vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
+            if aided.true_parameters_known:
+                vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
         vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), estimate.sigma[:, rows]))
     return Stream("filter", estimate.time, tuple(vectors))
 

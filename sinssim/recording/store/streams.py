@@ -15,6 +15,7 @@ from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import Channel
 
 if TYPE_CHECKING:
+    from sinssim.logs.reference import Reference
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.sensors.sets.monitor import Monitored
     from sinssim.sensors.sets.reading import Readings
@@ -105,6 +106,25 @@ def truth_stream(time: Array, truth: NavState) -> Stream:
     """
     s = truth
     return Stream("truth", time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
+
+
+def reference_stream(reference: Reference) -> Stream:
+    """Return the stream `reference`: what recorded sensors are compared with, NaN for what it does not have.
+
+    Args:
+        reference: the reference.
+
+    Returns:
+        M rows.
+    """
+    r, count = reference, len(reference.time)
+    velocity = np.full((count, 3), np.nan) if r.velocity_ned is None else r.velocity_ned
+    q_nb = np.full((count, 4), np.nan) if r.q_nb is None else r.q_nb
+    vectors = _state(r.latitude, r.longitude, r.height, velocity, q_nb)
+    if r.position_sigma is not None:
+        columns = ("sigma_north_m", "sigma_east_m", "sigma_down_m")
+        vectors += (Vector("sigma", columns, r.position_sigma),)
+    return Stream("reference", r.time, vectors)
 
 
 def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:

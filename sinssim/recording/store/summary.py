@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -16,7 +16,12 @@ from sinssim.data import DROPPED, FROZEN, SATURATED, Array, ImuData, NavSolution
 from sinssim.errors import RunError
 from sinssim.strapdown.nav_error import NavError
 
-_QUANTITIES = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
+_QUANTITIES: dict[str, Callable[[NavError], Array]] = {
+    "horizontal_error_m": lambda error: error.horizontal,
+    "height_error_m": lambda error: error.height,
+    "velocity_error_mps": lambda error: error.speed,
+    "attitude_error_arcsec": lambda error: error.angle / units.ARCSEC,
+}
 NO_NUMBERS: dict[str, float] = {f"{kind}_{q}": math.nan for q in _QUANTITIES for kind in ("final", "rms", "max")}
 """The errors of an algorithm without a solution, in the form of `error_numbers`."""
 
@@ -32,31 +37,47 @@ def error_numbers(error: NavError) -> dict[str, float]:
         `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others are
         magnitudes.
     """
-    return error_numbers_of([error])
+    return error_numbers_of(lambda: [error])
 
 
-def error_numbers_of(blocks: Iterable[NavError]) -> dict[str, float]:
+def error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str, float]:
     """Return the error statistics of one solution, given block by block.
 
     Args:
-        blocks: its errors, one block of rows after the other.
+        blocks: returns its errors, one block of rows after the other; called for each quantity, so that only one
+            of them is in memory.
 
     Returns:
         As `error_numbers`.
     """
     numbers = {}
-    parts = zip(*((e.horizontal, e.height, e.speed, e.angle / units.ARCSEC) for e in blocks), strict=True)
-    for name, part in zip(_QUANTITIES, parts, strict=True):
-        values = part[0] if len(part) == 1 else np.concatenate(part)
+    for name, quantity in _QUANTITIES.items():
+        values = np.concatenate([quantity(block) for block in blocks()])  # a copy
         numbers[f"final_{name}"] = float(values[-1])
-        numbers[f"rms_{name}"] = _rms(values)
-        numbers[f"max_{name}"] = float(np.abs(values).max())
+        largest = float(np.abs(values, out=values).max())
+        with np.errstate(over="ignore", invalid="ignore"):
+            numbers[f"rms_{name}"] = float(np.sqrt(np.mean(np.multiply(values, values, out=values))))
+        numbers[f"max_{name}"] = largest
     return numbers
 
 
-def _rms(values: Array) -> float:
-    with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.sqrt(np.mean(values * values)))
+def known_error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str, float]:
+    """Return the statistics of errors that are known at some rows only, as `error_numbers_of`.
+
+    Args:
+        blocks: as for `error_numbers_of`; NaN where the errors are not known.
+
+    Returns:
+        The statistics over the known rows; "final" is the last known one. NaN for a quantity that is never known.
+    """
+    numbers = {}
+    for name, quantity in _QUANTITIES.items():
+        values = np.concatenate([quantity(block) for block in blocks()])
+        values = values[np.isfinite(values)]
+        numbers[f"final_{name}"] = float(values[-1]) if len(values) else math.nan
+        numbers[f"rms_{name}"] = float(np.sqrt(np.mean(values * values))) if len(values) else math.nan
+        numbers[f"max_{name}"] = float(np.abs(values).max()) if len(values) else math.nan
+    return numbers
 
 
 def flagged(imu: ImuData) -> dict[str, int]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.table import Table
 
-from sinssim.recording.store.filter_summary import sentences
-from sinssim.recording.store.platform_summary import platform_sentences
-from sinssim.recording.store.redundancy_summary import redundancy_sentences
+from sinssim.recording.store.summaries.filter_summary import sentences
+from sinssim.recording.store.summaries.log_summary import compared_words, outage_sentence
+from sinssim.recording.store.summaries.platform_summary import platform_sentences
+from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect, torquer_taken
@@ -44,7 +45,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     failures, of_filter = summary["failures"], summary.get("filter", {})
     aided = {name: of_filter[name] for name in ("aided", "smoothed") if of_filter.get(name)}
     table = Table(
-        title=f"{scenario.name}: errors against the truth",
+        title=f"{scenario.name}: {_title(summary)}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -54,8 +55,11 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         table.add_column(heading, justify="right", no_wrap=True)
     for name, errors in {**summary["algorithms"], **aided}.items():
         table.add_row(name, *_cells(errors, failed=name in failures))
+    of_log = summary.get("log")
     lines = [
-        f"Height of the inertial solutions: {height_words(scenario)}.",
+        *_about_track(scenario),
+        *([] if of_log is None else [*of_log["notes"], compared_words(of_log)]),
+        *([] if of_log is not None else [f"Height of the inertial solutions: {height_words(scenario)}."]),
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
     ]
@@ -67,18 +71,69 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         lines += platform_sentences(summary["platform"], numbers)
     if "redundancy" in summary:
         lines += redundancy_sentences(summary["redundancy"], numbers)
-    lines += (*keys_without_effect(scenario.imu, summary["end_s"]), *defaults_taken(scenario.imu, summary["end_s"]))
+    if of_log is None:
+        lines += keys_without_effect(scenario.imu, summary["end_s"])
+    lines += defaults_taken(scenario.imu, summary["end_s"])
     lines += [f"{name} has no result: {failure['text']}" for name, failure in failures.items()]
     lines += [event["text"] for events in summary["singularities"].values() for event in events]
     if of_filter:
         lines += sentences(of_filter)
+    if "outages" in summary:
+        lines += outage_sentence(summary["outages"])
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in summary["timing"].items()}
     lines.append("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
     if scenario.description:
         console.print(f"{scenario.description}\n", markup=False)
     console.print(table)
+    if summary.get("outages", {}).get("each"):
+        console.print(_outage_table(summary["outages"]))
     for line in lines:
         console.print(line, markup=False)
+
+
+def _about_track(scenario: Scenario) -> Iterator[str]:
+    """Yield how a track's curve fits its samples, and what is assumed."""
+    if scenario.track is not None:
+        from sinssim.truth.track.fit import fit_sentences
+        from sinssim.truth.track.prepare import prepared
+
+        yield from fit_sentences(prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).fit)
+
+
+def _title(summary: Mapping[str, Any]) -> str:
+    """Return what the table shows."""
+    about = summary.get("log")
+    if about is None:
+        return "errors against the truth"
+    if about["reference_file"] is not None:
+        return f"errors against the reference {about['reference_file']}"
+    return f"differences from {about['compared_with']}" if about["compared_with"] else "one solution, no reference"
+
+
+def _outage_table(numbers: Mapping[str, Any]) -> Table:
+    """Return the table of the errors at the end of each outage."""
+    table = Table(
+        title=f"outages: errors at the end, against {numbers['against']}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    keys = {
+        "horizontal_error_m": "horizontal, m",
+        "horizontal_sigma_m": "its 1σ, m",
+        "height_error_m": "height, m",
+        "velocity_error_mps": "velocity, m/s",
+        "smoothed_max_horizontal_error_m": "smoothed, max, m",
+    }
+    keys = {key: head for key, head in keys.items() if key in numbers["median"]}
+    table.add_column("from … to, s", no_wrap=True)
+    for head in keys.values():
+        table.add_column(head, justify="right", no_wrap=True)
+    for one in numbers["each"]:
+        table.add_row(f"{one['from_s']:g} … {one['to_s']:g}", *(error_text(one[key]) for key in keys))
+    for word, name in (("median", "median"), ("90 %", "p90")):
+        table.add_row(word, *(error_text(numbers[name][key]) for key in keys))
+    return table
 
 
 def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:

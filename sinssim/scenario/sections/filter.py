@@ -32,6 +32,7 @@ def _known(name: str) -> str:
 
 
 Factor = Annotated[float, Field(ge=1e-3, le=1e3)]
+VibrationNoise = Annotated[float, Field(ge=0.0, le=10.0)]
 PositionSigma = Annotated[float, Field(ge=1e-6, le=2e7)]
 """m: from below any sensor's resolution to half the Earth's circumference."""
 VelocitySigma = Annotated[float, Field(ge=1e-6, le=1e4)]
@@ -77,10 +78,10 @@ class FilterSection(Section):
         description="fraction of correct readings that the gate may reject; 0 rejects none",
     )
     smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
-    alignment: Literal["at-rest", "in-motion"] = Field(
+    alignment: Literal["at-rest", "in-motion", "by-course"] = Field(
         default="at-rest",
-        description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, or by satellite "
-        "velocities on a vehicle that turns",
+        description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, by satellite velocities "
+        "on a vehicle that turns, or by the course of a land vehicle, from rest or in motion",
     )
     alignment_s: Positive | None = Field(
         default=None,
@@ -93,10 +94,18 @@ class FilterSection(Section):
     measurement_noise_factor: Factor = Field(
         default=1.0, description="noise of the aiding sensors that the filter assumes, relative to the true noise"
     )
+    vibration_noise: VibrationNoise = Field(
+        default=0.0,
+        description="part of the vibration in the inertial readings that the filter takes for white noise of each "
+        "sample, in addition to the sensors' own; 0 for sensors whose noise is known, about 0.5 for a log of a MEMS "
+        "unit on an engine",
+    )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 
     @model_validator(mode="after")
     def _alignment_lasts(self) -> Self:
+        if self.alignment == "by-course" and self.alignment_s is None:
+            raise ValueError('alignment = "by-course" needs alignment_s: until the vehicle moves, and a little longer')
         if self.alignment == "in-motion":
             if self.alignment_s is None:
                 raise ValueError('alignment = "in-motion" needs alignment_s: a minute or two that include turns')

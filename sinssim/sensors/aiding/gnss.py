@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from sinssim import earth
-from sinssim.data import Array
+from sinssim import earth, rotation
+from sinssim.data import Array, NavState
 from sinssim.section import CorrelationTime, Duration, LeverArm, Moment, Noise, Offset, Section, Spread, Velocity
 from sinssim.sensors.aiding.base.lever_arm import state_at
-from sinssim.sensors.aiding.base.random_errors import correlated, white
+from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import (
     AidingReadings,
     AidingSensor,
+    Mask,
     SensorState,
     Vehicle,
     in_order,
     within,
 )
+from sinssim.truth.trajectory import Trajectory
 
 _DOWN = np.array([1.0, 1.0, -1.0])
 """Factors from north, east, up to north, east, down."""
+
+TimeOffset = Annotated[float, Field(ge=-10.0, le=10.0)]
+TimeSpread = Annotated[float, Field(ge=0.0, le=1.0)]
+"""s: a filter linearises a delay; larger ones are found beforehand."""
+Averaging = Annotated[float, Field(ge=0.0, le=2.0)]
+"""s: of a receiver that differences positions or phases."""
 
 _NEAR_POLE = np.radians(89.9)
 """Latitude beyond which an error is added in the tangent plane, because a pole has no metres of longitude."""
@@ -83,6 +92,20 @@ class GnssSection(AidingSensor):
     )
     lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
     lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error in the assumed value of each of these")
+    time_offset_s: TimeOffset | None = Field(
+        default=None, description="given time by which the stamps of all fixes are later than their validity"
+    )
+    time_offset_sigma_s: TimeSpread = Field(
+        default=0.0, description="1σ of a random time offset, added to the given one"
+    )
+    velocity_averaging_s: Averaging = Field(
+        default=0.0,
+        description="interval up to the stamp over which the receiver averages the velocity; the filter knows it",
+    )
+    velocity_delay_sigma_s: TimeSpread = Field(
+        default=0.0,
+        description="1σ of a further, unknown delay of the velocity, beside the time offset",
+    )
     jumps: tuple[Jump, ...] = Field(default=(), description="errors that are constant during an interval")
     ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow steadily: spoofing")
 
@@ -108,9 +131,10 @@ class GnssSection(AidingSensor):
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
-        antenna = state_at(trajectory, time, s.lever_arm_m)
+        late = turn_on(seed, "gnss time offset", s.time_offset_s, s.time_offset_sigma_s)
+        antenna, there = _antenna(trajectory, time, late, s.lever_arm_m)
         off = white(seed, "gnss lever arm", (s.lever_arm_sigma_m,) * 3, 1)[0]
-        arm = {"gnss lever arm": -off}
+        shared = {"gnss lever arm": -off, "gnss time offset": np.array([late])}
         assumed = np.array(s.lever_arm_m) + off
         moved, drift = _faults(s, time)
         readings = []
@@ -131,24 +155,39 @@ class GnssSection(AidingSensor):
                 at = antenna.latitude[near], antenna.longitude[near], antenna.height[near]
                 place = earth.displaced(*at, error[near, 0], error[near, 1], trajectory.ellipsoid)
                 value[near, :2] = np.column_stack(place)
-            true = {"gnss-position bias": bias * _DOWN if bias.any() else np.zeros(3), **arm}
-            readings.append(s.readings("gnss-position", "gnss-position", time, value, sigma, true, lever_arm=assumed))
+            true = {"gnss-position bias": bias * _DOWN if bias.any() else np.zeros(3), **shared}
+            readings.append(
+                s.readings("gnss-position", "gnss-position", time, value, sigma, true, lever_arm=assumed, valid=there)
+            )
         if s.velocity:
             sigma = (s.velocity_sigma_mps,) * 3
             bias = correlated(seed, "gnss velocity drift", s._velocity_drift, time, s.correlation_time_s)
-            value = antenna.velocity_ned + drift * _DOWN + bias
+            delay = turn_on(seed, "gnss velocity delay", None, s.velocity_delay_sigma_s)
+            velocity = antenna.velocity_ned
+            if delay or s.velocity_averaging_s:
+                velocity, there = _velocity(trajectory, time, late + delay, s.lever_arm_m, s.velocity_averaging_s)
+            value = velocity + drift * _DOWN + bias
             value += white(seed, "gnss velocity noise", sigma, len(time))
-            true = {"gnss-velocity bias": bias if bias.any() else np.zeros(3), **arm}
-            readings.append(s.readings("gnss-velocity", "gnss-velocity", time, value, sigma, true, lever_arm=assumed))
+            true = {"gnss-velocity bias": bias if bias.any() else np.zeros(3), **shared}
+            true["gnss-velocity delay"] = np.array([delay])
+            readings.append(
+                s.readings(
+                    "gnss-velocity", "gnss-velocity", time, value, sigma, true, lever_arm=assumed, valid=there,
+                    lag=0.5 * s.velocity_averaging_s,
+                )
+            )  # fmt: skip
         return readings
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the states of the slow errors of position and velocity, and of the error of the lever arm."""
+        """Yield the states of the slow errors of position and velocity, of the lever arm, and of the time."""
         if self.position:
             yield SensorState("gnss-position bias", self._position_drift, self.correlation_time_s)
         if self.velocity:
             yield SensorState("gnss-velocity bias", self._velocity_drift, self.correlation_time_s)
         yield SensorState("gnss lever arm", (self.lever_arm_sigma_m,) * 3)
+        yield SensorState("gnss time offset", (math.hypot(self.time_offset_sigma_s, self.time_offset_s or 0.0),))
+        if self.velocity:
+            yield SensorState("gnss-velocity delay", (self.velocity_delay_sigma_s,))
 
     @property
     def _position_drift(self) -> tuple[float, float, float]:
@@ -159,6 +198,24 @@ class GnssSection(AidingSensor):
     def _velocity_drift(self) -> tuple[float, float, float]:
         """1σ of the slow error of each component, m/s."""
         return (self.correlated_velocity_sigma_mps,) * 3
+
+
+def _antenna(trajectory: Trajectory, time: Array, late: float, arm: LeverArm) -> tuple[NavState, Mask]:
+    """Return the state of the antenna some time before the stamps, and whether that is within the run, (M,)."""
+    valid = time - late
+    inside = (valid >= trajectory.start) & (valid <= trajectory.end)
+    return state_at(trajectory, np.clip(valid, trajectory.start, trajectory.end), arm), inside
+
+
+def _velocity(trajectory: Trajectory, time: Array, late: float, arm: LeverArm, averaging: float) -> tuple[Array, Mask]:
+    """Return the velocity of the antenna some time before the stamps, averaged over an interval that ends there."""
+    end, inside = _antenna(trajectory, time, late, arm)
+    if not averaging:
+        return end.velocity_ned, inside
+    begin, also = _antenna(trajectory, time, late + averaging, arm)
+    place = [earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, trajectory.ellipsoid) for s in (begin, end)]
+    q_ne = rotation.conjugate(earth.q_en(end.latitude, end.longitude))
+    return rotation.rotate(q_ne, place[1] - place[0]) / averaging, inside & also
 
 
 def _faults(section: GnssSection, time: Array) -> tuple[Array, Array]:

@@ -27,6 +27,8 @@ SENSORS: dict[str, str] = {
     "attitude": "attitude_reference.AttitudeSection",
     "star_tracker": "star_tracker.StarTrackerSection",
     "master": "master.MasterSection",
+    "dual_antenna": "dual_antenna.DualAntennaSection",
+    "land_vehicle": "land_vehicle.LandVehicleSection",
 }
 """File and class of each sensor, by its table in [aiding]."""
 
@@ -41,6 +43,8 @@ KINDS: dict[str, str] = {
     "earth-attitude": "attitude.EarthAttitude",
     "speed": "speed.Speed",
     "airspeed": "airspeed.Airspeed",
+    "land-velocity": "land_velocity.LandVelocity",
+    "baseline-heading": "heading.BaselineHeading",
 }
 """File and class of each kind of measurement, by `Measurements.kind`."""
 

@@ -7,19 +7,21 @@ for long. The σ that the filter assumes is therefore correct.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from sinssim import earth, rotation
-from sinssim.data import Array
+from sinssim.data import Array, ImuData, Measurements
 from sinssim.section import Noise
 from sinssim.sensors.aiding.base.random_errors import white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Mask, Span, Vehicle, within
 from sinssim.units import DEG_H
 
 if TYPE_CHECKING:
+    from sinssim.sensors.from_readings.stops import Stops
     from sinssim.truth.trajectory import Trajectory
 
 _AT_REST = 1.0 / 3.0
@@ -32,6 +34,56 @@ class _Standstill(AidingSensor):
         description="[from, to] of each assumed stop, correct or not; default: where the true value is at most a "
         "third of the 1σ below",
     )
+    detect: bool = Field(
+        default=False, description="whether the stops are found in the inertial readings instead; needs learn_s"
+    )
+    learn_s: tuple[Span, ...] = Field(
+        default=(),
+        description="[from, to] of each time, 5 s or more together, from which the shaking at rest is learned",
+    )
+
+    @model_validator(mode="after")
+    def _learns(self) -> Self:
+        if self.detect and not self.learn_s:
+            raise ValueError(
+                "detect = true needs learn_s, times at which the vehicle is known to stand, for example [[0.0, 20.0]]"
+            )
+        if self.detect and self.during_s is not None:
+            raise ValueError("detect = true finds the stops, and during_s gives them: remove one of the two")
+        if self.learn_s and not self.detect:
+            raise ValueError("learn_s is for detect = true: set it, or remove learn_s")
+        return self
+
+    @property
+    def needs_no_truth(self) -> bool:
+        """Whether the stops are found in the inertial readings."""
+        return self.detect
+
+    def found(self, imu: ImuData, velocity: Measurements | None = None) -> Stops:
+        """Return the stops that the inertial readings show.
+
+        Args:
+            imu: increments.
+            velocity: "gnss-velocity" that veto a stop, if there are any.
+
+        Returns:
+            The stops.
+
+        Raises:
+            InputError: less than five seconds of rest to learn from.
+        """
+        from sinssim.sensors.from_readings.stops import find_stops, learn_rest
+
+        return find_stops(imu, learn_rest(imu, spans=self.learn_s), velocity=velocity)
+
+    def _stood(self, vehicle: Vehicle, time: Array, lasting: float) -> Mask | None:
+        """Return the instants after so much time of a stop that was found; None where the truth decides."""
+        if not self.detect or vehicle.imu is None:
+            return None
+        inside = np.zeros(len(time), dtype=bool)
+        for begin, end in self.found(vehicle.imu).spans:
+            inside |= (time >= begin + lasting - 1e-9) & (time <= end + 1e-9)
+        return inside
 
     def _stands(self, time: Array, size: Array, sigma: float) -> Mask:
         """Return the instants at which the vehicle is assumed to be at rest."""
@@ -61,8 +113,19 @@ class ZeroVelocitySection(_Standstill):
         sigma = (self.sigma_mps,) * 3
         value = white(vehicle.seed, "zero velocity noise", sigma, len(time))
         speed = np.linalg.norm(vehicle.trajectory.state(time).velocity_ned, axis=1)
-        stands = self._stands(time, speed, self.sigma_mps)
+        stands = self._stood(vehicle, time, 0.0)
+        if stands is None:
+            stands = self._stands(time, speed, self.sigma_mps)
         return [self.readings("zero-velocity", "zero-velocity", time, value, sigma, {}, valid=stands)]
+
+    def from_imu(
+        self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
+    ) -> list[Measurements]:
+        """Return zero velocities at the stops that the readings show; see the base."""
+        from sinssim.sensors.from_readings.stops import standstill
+
+        stops = self.found(imu, velocity)
+        return standstill(stops, velocity_sigma=self.sigma_mps, rate_hz=self.rate_hz, rate=False)
 
 
 class ZeroRateSection(_Standstill):
@@ -87,8 +150,20 @@ class ZeroRateSection(_Standstill):
         time = self.epochs(vehicle.trajectory)
         sigma = (DEG_H * self.sigma_deg_h,) * 3
         value = white(vehicle.seed, "zero rate noise", sigma, len(time))
-        stands = self._stands(time, _mean_rate(vehicle.trajectory, time, 1.0 / self.rate_hz), sigma[0])
+        interval = 1.0 / self.rate_hz
+        stands = self._stood(vehicle, time, interval)
+        if stands is None:
+            stands = self._stands(time, _mean_rate(vehicle.trajectory, time, interval), sigma[0])
         return [self.readings("zero-rate", "zero-rate", time, value, sigma, {}, valid=stands)]
+
+    def from_imu(
+        self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
+    ) -> list[Measurements]:
+        """Return zero rates at the stops that the readings show, with the larger of both 1σ; see the base."""
+        from sinssim.sensors.from_readings.stops import standstill
+
+        (given,) = standstill(self.found(imu, velocity), rate_hz=self.rate_hz, velocity=False)
+        return [replace(given, sigma=np.maximum(given.sigma, DEG_H * self.sigma_deg_h))]
 
 
 def _mean_rate(trajectory: Trajectory, time: Array, interval: float) -> Array:

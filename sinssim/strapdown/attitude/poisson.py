@@ -10,7 +10,15 @@ orthogonal matrix after each step.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Vector, cross_k, dcm_from_quaternion_k, product_k, quaternion_from_dcm_k
+from sinssim.rotation.kernels import (
+    Matrix,
+    Vector,
+    cross_k,
+    dcm_from_quaternion_k,
+    less_cross_k,
+    product_k,
+    quaternion_from_dcm_k,
+)
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 
 ORDER = 4
@@ -42,8 +50,8 @@ def dcm_k(attitude: Attitude) -> Matrix:
 def _times_rotation_k(bx: float, by: float, bz: float, s: float, c: float, px: float, py: float, pz: float) -> Vector:
     """Row vector b (I + s [φ×] + c [φ×]²), using b [φ×] = −φ × b written as a row, b × φ."""
     ax, ay, az = cross_k(bx, by, bz, px, py, pz)
-    dx, dy, dz = cross_k(ax, ay, az, px, py, pz)
-    return bx + s * ax + c * dx, by + s * ay + c * dy, bz + s * az + c * dz
+    tx, ty, tz = product_k(s, bx) + c * ax, product_k(s, by) + c * ay, product_k(s, bz) + c * az
+    return less_cross_k(bx, by, bz, px, py, pz, tx, ty, tz)
 
 
 @inline

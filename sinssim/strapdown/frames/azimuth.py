@@ -23,8 +23,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k, q_en_k, radii_k
 from sinssim.errors import RunError
-from sinssim.jit import inline, strict_inline
-from sinssim.rotation.kernels import Vector, cross_k, multiply_k, quaternion_from_rotation_vector_k
+from sinssim.jit import free_inline, strict_inline
+from sinssim.rotation.kernels import Vector, cross_k, half_angle_k, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
@@ -42,7 +42,7 @@ WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 _RULES = {"wander": WANDER, "free-azimuth": FREE_AZIMUTH, "transverse": TRANSVERSE}
 
 
-@inline
+@free_inline
 def earth_k(
     p: EarthParameters, gravity: int, simplified: bool, kx: float, ky: float, kz: float, h: float
 ) -> tuple[float, float, float, float]:
@@ -58,7 +58,7 @@ def earth_k(
     return k2, p.e2 * r2 / (1.0 - p.e2 * s * s) * k2 / (r1 + h), along, down
 
 
-@inline
+@free_inline
 def transport_k(
     rule: int, omega: float, kx: float, ky: float, kz: float, px: float, pz: float,
     k2: float, kappa: float, vx: float, vy: float,
@@ -73,7 +73,7 @@ def transport_k(
     return wx, wy, wx * pz / px
 
 
-@inline
+@free_inline
 def coriolis_k(
     omega: float, kx: float, ky: float, kz: float, wx: float, wy: float, wz: float, vx: float, vy: float, vz: float
 ) -> Vector:
@@ -82,7 +82,7 @@ def coriolis_k(
     return az * vy - ay * vz, ax * vz - az * vx, ay * vx - ax * vy
 
 
-@inline
+@free_inline
 def turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Vector:
     """A vector fixed in space, in axes that rotate by the small rotation vector r (to the third order)."""
     ax, ay, az = cross_k(rx, ry, rz, x, y, z)
@@ -90,13 +90,13 @@ def turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> V
     return x - ax + 0.5 * bx, y - ay + 0.5 * by, z - az + 0.5 * bz
 
 
-@inline
+@free_inline
 def third_row_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
     """The Earth's axis in w-coordinates: the third row of C_ew."""
     return 2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1), q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
 
 
-@inline
+@free_inline
 def into_w_k(q0: float, q1: float, q2: float, q3: float, x: float, y: float, z: float) -> Vector:
     """C_weᵀ… of an Earth-fixed vector: v_w = C_ewᵀ v_e."""
     tx, ty, tz = cross_k(-q1, -q2, -q3, x, y, z)
@@ -196,8 +196,9 @@ def _navigate(
 
         # --- velocity at the end, predicted, with Coriolis as at mid-interval
         ax0, ay0, az0 = sx + dt * gx0, sy + dt * gy0, sz + dt * gz0
-        hx, hy, hz = 0.5 * dx + (sx - ex) / 12, 0.5 * dy + (sy - ey) / 12, 0.5 * dz + (sz - ez) / 12  # ∫∫a/dt
-        rx, ry, rz = cross_k(ux0, uy0, uz0, dx - hx, dy - hy, dz - hz)
+        # ∫∫a/dt from the end back: what the frame's rotation turns
+        hx, hy, hz = 0.5 * dx + (ex - sx) / 12.0, 0.5 * dy + (ey - sy) / 12.0, 0.5 * dz + (ez - sz) / 12.0
+        rx, ry, rz = cross_k(ux0, uy0, uz0, hx, hy, hz)
         vxm, vym, vzm = vx + 0.5 * ax0, vy + 0.5 * ay0, vz + 0.5 * az0
         mx, my, mz = transport_k(rule, omega, kx, ky, kz, px, pz, k2, kappa, vxm, vym)
         mx, my, mz = coriolis_k(omega, kx, ky, kz, mx, my, mz, vxm, vym, vzm)
@@ -230,13 +231,12 @@ def _navigate(
 
         # --- velocity and position at the end: −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
         wx, wy, wz = ux0 + (ux1 - ux0) / 3.0, uy0 + (uy1 - uy0) / 3.0, uz0 + (uz1 - uz0) / 3.0
-        rx, ry, rz = cross_k(wx, wy, wz, dx - hx, dy - hy, dz - hz)
         mx, my, mz = cross_k(wx, wy, wz, dx, dy, dz)
-        mx, my, mz = cross_k(wx, wy, wz, mx, my, mz)
+        rx, ry, rz = cross_k(wx, wy, wz, hx - mx / 6.0, hy - my / 6.0, hz - mz / 6.0)
         sixth = dt / 6.0
-        vx1 = vx + dx - rx + mx / 6.0 + sixth * (gx0 + 4.0 * gxm + gx1)
-        vy1 = vy + dy - ry + my / 6.0 + sixth * (gy0 + 4.0 * gym + gy1)
-        vz1 = vz + dz - rz + mz / 6.0 + sixth * (gz0 + 4.0 * gzm + gz1)
+        vx1 = vx + dx - rx + sixth * (gx0 + 4.0 * gxm + gx1)
+        vy1 = vy + dy - ry + sixth * (gy0 + 4.0 * gym + gy1)
+        vz1 = vz + dz - rz + sixth * (gz0 + 4.0 * gzm + gz1)
         h1 = h - sixth * (vz + 4.0 * vzm + vz1)
         r0, r1, r2, r3 = quaternion_from_rotation_vector_k(
             sixth * (tx0 + 4.0 * txm + tx1), sixth * (ty0 + 4.0 * tym + ty1), sixth * (tz0 + 4.0 * tzm + tz1)
@@ -266,15 +266,16 @@ def _navigate(
         along, down = along_1, down_1 - 2.0 * down_1 * k2_1 * moved_h
 
         # --- output relative to geodetic north
-        azimuth = -atan2(ky, kx)  # of the x axis, from north
-        of_x[k + 1] = azimuth
-        latitude[k + 1] = atan2(-kz, sqrt(kx * kx + ky * ky))
+        equatorial = sqrt(kx * kx + ky * ky)
+        ca, sa = (kx / equatorial, -ky / equatorial) if equatorial > 0.0 else (1.0, 0.0)
+        ch, sh = half_angle_k(ca, sa)
+        of_x[k + 1] = -atan2(ky, kx)  # azimuth of the x axis, from north
+        latitude[k + 1] = atan2(-kz, equatorial)
         longitude[k + 1] = atan2(-2.0 * (e2 * e3 - e0 * e1), -2.0 * (e1 * e3 + e0 * e2))
         height[k + 1] = h
-        ca, sa = cos(azimuth), sin(azimuth)
         velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = ca * vx - sa * vy, sa * vx + ca * vy, vz
         w0, w1, w2, w3, defect[k + 1] = quaternion_k(attitude)
-        r0, r1, r2, r3 = multiply_k(cos(0.5 * azimuth), 0.0, 0.0, sin(0.5 * azimuth), w0, w1, w2, w3)
+        r0, r1, r2, r3 = multiply_k(ch, 0.0, 0.0, sh, w0, w1, w2, w3)
         q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
         q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
 

@@ -21,8 +21,8 @@ from sinssim.earth.kernels import (
     q_en_k,
     radii_k,
 )
-from sinssim.jit import inline
-from sinssim.rotation.kernels import Vector, multiply_k, rotate_k
+from sinssim.jit import free_inline
+from sinssim.rotation.kernels import Vector, half_angle_k, multiply_k, rotate_k
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
@@ -33,14 +33,14 @@ from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_t
 from sinssim.strapdown.increments.interval import FrameTurn
 
 
-@inline
+@free_inline
 def gravitation_k(p: EarthParameters, gravity: int, c: float, s: float, x: float, y: float, z: float) -> Vector:
     """Gravitation in inertial axes; c, s are cosine and sine of the Earth's angle."""
     gx, gy, gz = gravitation_ecef_k(p, gravity, c * x + s * y, c * y - s * x, z)
     return c * gx - s * gy, s * gx + c * gy, gz
 
 
-@inline
+@free_inline
 def _gravitation_rate_k(gm: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> Vector:
     """Rate of change of a central body's gravitation along a motion, for the small term of Hermite's rule."""
     inverse = 1.0 / (x * x + y * y + z * z)
@@ -154,7 +154,9 @@ def _navigate(
         velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = vn, ve, vd
         r0, r1, r2, r3, defect[k + 1] = quaternion_k(attitude)
         # q_in = (turn about z by the Earth's angle and the longitude) ∘ (about y by −(90° + latitude))
-        e0, e1, e2, e3 = q_en_k(latitude[k + 1], lon + angle)
+        cy, sy = half_angle_k(-s, -c)
+        cz, sz = half_angle_k(ca * cl - sa * sl, sa * cl + ca * sl)
+        e0, e1, e2, e3 = cz * cy, -sz * sy, cz * sy, sz * cy
         r0, r1, r2, r3 = multiply_k(e0, -e1, -e2, -e3, r0, r1, r2, r3)
         q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
         q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3

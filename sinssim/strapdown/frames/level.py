@@ -29,7 +29,7 @@ from sinssim.earth.kernels import EarthParameters, gravity_ned_k, radii_k
 from sinssim.errors import RunError
 from sinssim.frames import frames_that, listed
 from sinssim.jit import inline, strict_inline
-from sinssim.rotation.kernels import cross_k, product_k
+from sinssim.rotation.kernels import cross_k, less_cross_k, product_k
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
@@ -38,7 +38,7 @@ from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import BARO_LOOP, FREE, HELD, error_after_k, loop_gains_k, vertical_step_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import BodyTurn, frame_turn_k
+from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 from sinssim.strapdown.polar import POLAR_LIMIT
 
 EXACT_EVERY = 128
@@ -57,20 +57,20 @@ def curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tu
 
 
 @inline
-def _coriolis_k(
-    omega: float, s: float, c: float, secant: float, k1: float, k2: float, vn: float, ve: float, vd: float
-) -> tuple[float, float, float]:
-    """−(2ω_ie + ω_en) × v, from sine, cosine and secant of the latitude and the curvatures."""
-    wn = product_k(2.0 * omega, c) + ve * k2
-    we = -vn * k1
-    wd = -s * (2.0 * omega + ve * k2 * secant)
-    return product_k(wd, ve) - we * vd, product_k(wn, vd) - wd * vn, product_k(we, vn) - wn * ve
+def _rates_k(
+    turn: float, s: float, c: float, secant: float, k1: float, k2: float, vn: float, ve: float
+) -> tuple[float, float, float, float, float, float]:
+    """Rates at a point of the interval, times the interval.
 
-
-@inline
-def _mid_k(x0: float, x1: float, d0: float, d1: float) -> float:
-    """Value half-way, cubic Hermite: d0, d1 are the derivatives at the ends times the interval."""
-    return 0.5 * (x0 + x1) + 0.125 * (d0 - d1)
+    turn, k1 and k2 are the Earth's rotation and the curvatures times the interval; s, c and secant are those of the
+    latitude. Returned are the changes of latitude and longitude, the frame's rotation ω_in north and down (east it is
+    the change of latitude reversed), and 2ω_ie + ω_en north and down.
+    """
+    dlat, along = product_k(vn, k1), product_k(ve, k2)
+    dlon = product_k(along, secant)
+    return (
+        dlat, dlon, along + turn * c, product_k(-s, turn + dlon), along + 2.0 * turn * c, -s * (2.0 * turn + dlon)
+    )  # fmt: skip
 
 
 @inline
@@ -136,68 +136,78 @@ def step_level_k(
     lat0 and lon0 are the coordinates of the start, and reference and climb those of the vertical channel at the
     interval's end.
     """
-    omega = p.omega
     vn, ve, vd, h, s, c, i0, k1, k2, gn, gd = x.vn, x.ve, x.vd, x.h, x.s, x.c, x.i, x.k1, x.k2, x.gn, x.gd
+    # the Earth's rotation, curvatures and gravity times the interval
+    turn, r1, r2 = product_k(dt, p.omega), product_k(dt, k1), product_k(dt, k2)
+    tn, td = product_k(dt, gn), product_k(dt, gd)
 
     # --- Earth at the interval's end, at an extrapolated position: this long chain of divisions and roots is then
     # independent of the body's and runs in parallel. The final position corrects it to first order.
-    dlat_taken = dt * k1 * (vn + 0.5 * x.an)
+    dlat_taken = product_k(r1, vn + 0.5 * x.an)
     h_taken = h - dt * (vd + 0.5 * x.ad)
     s1, c1 = moved_k(s, c, dlat_taken)
-    k1_1, k2_1, r2 = curvatures_k(p, simplified, s1, h_taken)
-    gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, r2, h_taken)
+    k1_1, k2_1, radius = curvatures_k(p, simplified, s1, h_taken)
+    gn1, gd1 = gravity_ned_k(p, gravity, s1, c1, radius, h_taken)
     i1 = 1.0 / c1
+    # how fast the secant grows with latitude, and curvatures and gravity down decrease with height
+    i_rate, k1_rate, k2_rate, g_rate = s1 * i1 * i1, k1_1 * k1_1, k2_1 * k2_1, 2.0 * gd1 * k2_1
+    r1_1, r2_1 = product_k(dt, k1_1), product_k(dt, k2_1)
 
     # --- into the navigation axes of the start
     c_nb = dcm_k(attitude)
     dn, de, dd = resolved_k(c_nb, b.dv_x, b.dv_y, b.dv_z)
     sn, se, sd = resolved_k(c_nb, b.fs_x, b.fs_y, b.fs_z)
     en, ee, ed = resolved_k(c_nb, b.fe_x, b.fe_y, b.fe_z)
+    # what the frame's rotation turns: the increment less ∫∫a/dt
+    mn, me, md = product_k(0.5, dn), product_k(0.5, de), product_k(0.5, dd)
+    mn, me, md = mn + (en - sn) / 12.0, me + (ee - se) / 12.0, md + (ed - sd) / 12.0
+    on, oe, od = vn + dn, ve + de, vd + dd
 
-    # --- start of the interval: frame rate times dt, acceleration times dt
-    un0, ue0, ud0 = dt * (product_k(omega, c) + ve * k2), -dt * vn * k1, -dt * s * (omega + ve * k2 * i0)
-    gn0, ge0, gd0 = _coriolis_k(omega, s, c, i0, k1, k2, vn, ve, vd)
-    an0, ae0, ad0 = sn + dt * (gn0 + gn), se + dt * ge0, sd + dt * (gd0 + gd)
+    # --- start of the interval: frame's rotation, Coriolis and acceleration, times dt
+    dlat0, dlon0, un0, ud0, wn, wd = _rates_k(turn, s, c, i0, r1, r2, vn, ve)
+    ue0 = -dlat0
+    cn0, ce0, cd0 = cross_k(wn, ue0, wd, -vn, -ve, -vd)
+    an0, ae0, ad0 = sn + tn + cn0, se + ce0, sd + td + cd0
 
     # --- velocity at the end, predicted: the frame's rotation during the interval turns the increment by −∫ζ × a,
     # and Coriolis acts as at mid-interval
-    halves = product_k(0.5, dn), product_k(0.5, de), product_k(0.5, dd)
-    hn, he, hd = halves[0] + (sn - en) / 12, halves[1] + (se - ee) / 12, halves[2] + (sd - ed) / 12  # ∫∫a/dt
-    rn, re, rd = cross_k(un0, ue0, ud0, dn - hn, de - he, dd - hd)
-    wn, we, wd = _coriolis_k(omega, s, c, i0, k1, k2, vn + 0.5 * an0, ve + 0.5 * ae0, vd + 0.5 * ad0)
-    vn1 = vn + dn - rn + dt * (wn + gn)
-    ve1 = ve + de - re + dt * we
-    vd1 = vd + dd - rd + dt * (wd + gd)
+    vnm, vem, vdm = vn + 0.5 * an0, ve + 0.5 * ae0, vd + 0.5 * ad0
+    dlatm, _, _, _, wn, wd = _rates_k(turn, s, c, i0, r1, r2, vnm, vem)
+    vn1, ve1, vd1 = less_cross_k(on + tn, oe, od + td, un0, ue0, ud0, mn, me, md)
+    vn1, ve1, vd1 = less_cross_k(vn1, ve1, vd1, wn, -dlatm, wd, vnm, vem, vdm)
     # the end's specific force in the navigation axes of the end
-    ax, ay, az = cross_k(un0, ue0, ud0, en, ee, ed)
-    bn1, be1, bd1 = _coriolis_k(omega, s1, c1, i1, k1_1, k2_1, vn1, ve1, vd1)
-    an, ae, ad = en - ax + dt * (bn1 + gn1), ee - ay + dt * be1, ed - az + dt * (bd1 + gd1)
+    en, ee, ed = less_cross_k(en + dt * gn1, ee, ed + dt * gd1, un0, ue0, ud0, en, ee, ed)
+    dlat1, _, un1, ud1, wn, wd = _rates_k(turn, s1, c1, i1, r1_1, r2_1, vn1, ve1)
+    ue1 = -dlat1
+    cn1, ce1, cd1 = cross_k(wn, ue1, wd, -vn1, -ve1, -vd1)
+    an, ae, ad = en + cn1, ee + ce1, ed + cd1
 
-    # --- middle of the interval: cubic Hermite interpolation for velocity and the values that depend on position
-    vnm, vem, vdm = _mid_k(vn, vn1, an0, an), _mid_k(ve, ve1, ae0, ae), _mid_k(vd, vd1, ad0, ad)
-    bend_h = 0.125 * dt * (vd - vd1)  # ⅛ (ḣ₁ − ḣ₀) dt
-    bend = 0.125 * dt * (product_k(vn, k1) - vn1 * k1_1)  # ⅛ (φ̇₀ − φ̇₁) dt
-    sm, cm = 0.5 * (s + s1 + 2.0 * c1 * bend), 0.5 * (c + c1 - 2.0 * s1 * bend)
-    im = 0.5 * (i0 + i1 + 2.0 * s1 * i1 * i1 * bend)
-    k1m, k2m = 0.5 * (k1 + k1_1 + 2.0 * k1_1 * k1_1 * bend_h), 0.5 * (k2 + k2_1 + 2.0 * k2_1 * k2_1 * bend_h)
-    gnm, gdm = 0.5 * (gn + gn1), 0.5 * (gd + gd1 + 4.0 * gd1 * k2_1 * bend_h)
-    bnm, bem, bdm = _coriolis_k(omega, sm, cm, im, k1m, k2m, vnm, vem, vdm)
-    unm, uem, udm = dt * (product_k(omega, cm) + vem * k2m), -dt * vnm * k1m, -dt * sm * (omega + vem * k2m * im)
-    un1, ue1, ud1 = dt * (product_k(omega, c1) + ve1 * k2_1), -dt * vn1 * k1_1, -dt * s1 * (omega + ve1 * k2_1 * i1)
+    # --- middle of the interval: cubic Hermite interpolation for velocity and the values that depend on position.
+    # Velocity, curvatures and cosine are doubled, so that the rates are fourfold, as Simpson's rule takes them.
+    vnm, vem, vdm = vn + vn1 + 0.25 * (an0 - an), ve + ve1 + 0.25 * (ae0 - ae), vd + vd1 + 0.25 * (ad0 - ad)
+    bend, bend_h = 0.125 * (dlat0 - dlat1), 0.25 * dt * (vd - vd1)  # ⅛ (φ̇₀ − φ̇₁) dt, ¼ (ḣ₁ − ḣ₀) dt
+    sm, im = product_k(0.5, s + s1) + c1 * bend, product_k(0.5, i0 + i1) + i_rate * bend
+    cm = c + c1 - 2.0 * s1 * bend
+    bend_r = dt * bend_h
+    dlatm, along = product_k(vnm, r1 + r1_1 + k1_rate * bend_r), product_k(vem, r2 + r2_1 + k2_rate * bend_r)
+    dlonm = product_k(along, im)
+    unm, udm = along + 2.0 * turn * cm, product_k(-sm, 4.0 * turn + dlonm)
+    wn, wd = along + 4.0 * turn * cm, -sm * (8.0 * turn + dlonm)
+    cnm, cem, cdm = cross_k(wn, -dlatm, wd, -vnm, -vem, -vdm)  # eightfold
 
     # --- velocity and position at the end
     # −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
     wn, we, wd = un0 + (un1 - un0) / 3.0, ue0 + (ue1 - ue0) / 3.0, ud0 + (ud1 - ud0) / 3.0
-    rn, re, rd = cross_k(wn, we, wd, dn - hn, de - he, dd - hd)
     qn, qe, qd = cross_k(wn, we, wd, dn, de, dd)
-    qn, qe, qd = cross_k(wn, we, wd, qn, qe, qd)
-    sixth = dt / 6.0
-    vn1 = vn + dn - rn + qn / 6.0 + sixth * (gn0 + 4.0 * bnm + bn1 + gn + 4.0 * gnm + gn1)
-    ve1 = ve + de - re + qe / 6.0 + sixth * (ge0 + 4.0 * bem + be1)
-    vd1 = vd + dd - rd + qd / 6.0 + sixth * (gd0 + 4.0 * bdm + bd1 + gd + 4.0 * gdm + gd1)
-    dlat = sixth * (product_k(vn, k1) + 4.0 * vnm * k1m + vn1 * k1_1)
-    east = x.east + sixth * (product_k(ve * k2, i0) + 4.0 * vem * k2m * im + ve1 * k2_1 * i1)
-    h1 = h - sixth * (vd + 4.0 * vdm + vd1)
+    on, oe, od = less_cross_k(on, oe, od, wn, we, wd, mn - qn / 6.0, me - qe / 6.0, md - qd / 6.0)
+    half = 0.5 * dt
+    vn1 = on + half * (gn + gn1) + (cn0 + cn1) / 6.0 + cnm / 12.0
+    ve1 = oe + (ce0 + ce1) / 6.0 + cem / 12.0
+    vd1 = od + half * (gd + gd1 + 2.0 / 3.0 * g_rate * bend_h) + (cd0 + cd1) / 6.0 + cdm / 12.0
+    dlat = product_k(1.0 / 6.0, dlat0 + dlatm + vn1 * r1_1)
+    along = product_k(ve1, r2_1)
+    east = x.east + (dlon0 + dlonm + along * i1) / 6.0
+    h1 = h - dt / 6.0 * (vd + 2.0 * vdm + vd1)
 
     # --- vertical channel
     h1, vd1, loop_sum, loop_error = vertical_step_k(
@@ -205,7 +215,10 @@ def step_level_k(
     )
 
     # --- attitude, with the frame's rotation ζ = ∫ω_in by Simpson's rule
-    frame = frame_turn_k(un0, ue0, ud0, unm, uem, udm, un1, ue1, ud1)
+    frame = FrameTurn(
+        (un0 + unm + un1) / 6.0, (ue0 - dlatm + ue1) / 6.0, (ud0 + udm + ud1) / 6.0,
+        un0, ue0, ud0, 0.25 * unm, -0.25 * dlatm, 0.25 * udm, un1, ue1, ud1,
+    )  # fmt: skip
     attitude = step_k(attitude, b, frame)
 
     # summed from the start: in a sum with the latitude, a slow vehicle's steps would be lost by rounding
@@ -218,8 +231,8 @@ def step_level_k(
     # --- the Earth's values, corrected from the extrapolated to the final position
     moved, moved_h = dlat - dlat_taken, h1 - h_taken
     after = LevelState(
-        vn1, ve1, vd1, h1, north, east, s1 + c1 * moved, c1 - s1 * moved, i1 + s1 * i1 * i1 * moved,
-        k1_1 - k1_1 * k1_1 * moved_h, k2_1 - k2_1 * k2_1 * moved_h, gn1, gd1 - 2.0 * gd1 * k2_1 * moved_h,
+        vn1, ve1, vd1, h1, north, east, s1 + c1 * moved, c1 - s1 * moved, i1 + i_rate * moved,
+        k1_1 - k1_rate * moved_h, k2_1 - k2_rate * moved_h, gn1, gd1 - g_rate * moved_h,
         an, ae, ad, loop_sum, loop_error,
     )  # fmt: skip
     return after, attitude

@@ -16,7 +16,7 @@ from math import sqrt
 from typing import Any
 
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k, radii_k
-from sinssim.jit import inline, strict_inline, with_constants
+from sinssim.jit import free_inline, strict_inline, with_constants
 
 SPHERICAL, NO_HEIGHT = False, False
 """What a form drops: e², and the height. The copies of the functions below have other values."""
@@ -38,7 +38,7 @@ def curvatures_k(p: EarthParameters, simplified: bool, s: float, h: float) -> tu
     return 1.0 / x1, 1.0 / x2, r2
 
 
-@inline
+@free_inline
 def earth_k(
     p: EarthParameters, gravity: int, simplified: bool, kx: float, ky: float, kz: float, h: float
 ) -> tuple[float, float, float, float]:

@@ -25,9 +25,9 @@ def bracket_k(
         product_k(ay, bz) - az * by,
         product_k(az, bx) - ax * bz,
         product_k(ax, by) - ay * bx,
-        product_k(ay, bw) - az * bv + av * bz - aw * by,
-        product_k(az, bu) - ax * bw + aw * bx - au * bz,
-        product_k(ax, bv) - ay * bu + au * by - av * bx,
+        (product_k(ay, bw) - az * bv) + (product_k(av, bz) - aw * by),
+        (product_k(az, bu) - ax * bw) + (product_k(aw, bx) - au * bz),
+        (product_k(ax, bv) - ay * bu) + (product_k(au, by) - av * bx),
     )
 
 

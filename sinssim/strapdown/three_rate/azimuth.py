@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, q_en_k
-from sinssim.jit import inline, with_constants
+from sinssim.jit import free_inline, with_constants
 from sinssim.rotation.kernels import multiply_k, quaternion_from_rotation_vector_k
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
@@ -35,8 +35,9 @@ from sinssim.strapdown.frames.kernels import continued_k, resolved_k
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
+from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.increments.interval import FrameTurn
-from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 
 class Slow(NamedTuple):
@@ -57,7 +58,7 @@ class Slow(NamedTuple):
     kappa: float
 
 
-@inline
+@free_inline
 def _slow_k(
     p: EarthParameters, gravity: int, simplified: bool, rule: int,
     kx: float, ky: float, kz: float, px: float, pz: float, h: float, vx: float, vy: float,
@@ -68,7 +69,7 @@ def _slow_k(
     return Slow(kx, ky, kz, px, pz, tx, ty, tz, along * kx, along * ky, down, k2, kappa)
 
 
-@inline
+@free_inline
 def _ahead_k(now: Slow, before: Slow, x: float) -> Slow:
     """Linear extrapolation by x slow intervals beyond `now`; x = 0 holds."""
     return Slow(
@@ -144,7 +145,8 @@ def _navigate(
     loop1, loop2, loop3 = loop_gains_k(time_constant, now.gz, now.k2)
     loop_sum = 0.0
     share = 1.0 / medium_per_slow if extrapolate else 0.0  # of a slow interval
-    k = first
+    turns, k, begin, filled = empty_turns_k(), first, first, first
+    last = first + (time.shape[0] - 1) * medium_per_slow * fast_per_medium
 
     for row in range(time.shape[0] - 1):
         slow_dt = time[row + 1] - time[row]
@@ -162,7 +164,10 @@ def _navigate(
                 u = _ahead_k(now, before, at + share / fast_per_medium)
                 x1, y1, z1 = dt * (omega * u.kx + u.tx), dt * (omega * u.ky + u.ty), dt * (omega * u.kz + u.tz)
                 xm, ym, zm = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
-                body = turn_k(dtheta, dvel, weights, True, k)
+                if k == filled:
+                    begin, filled = k, min(k + BLOCK, last)
+                    fill_turns(dtheta, dvel, weights, True, begin, filled, turns)
+                body = turn_in_block_k(turns, k - begin)
                 attitude = step_k(attitude, body, FrameTurn(xm, ym, zm, x0, y0, z0, xm, ym, zm, x1, y1, z1))
                 k += 1
             # --- medium

@@ -33,8 +33,9 @@ from sinssim.strapdown.frames.inertial import gravitation_k
 from sinssim.strapdown.frames.kernels import continued_k, resolved_k
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
+from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.increments.interval import FrameTurn
-from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 
 # A compiled engine: one loop with its state in scalars.
@@ -81,7 +82,8 @@ def _navigate(
     loop1, loop2, loop3 = loop_gains_k(time_constant, gravity_down, 1.0 / (r2 + h))
     loop_sum = 0.0
     share = 1.0 / medium_per_slow if extrapolate else 0.0  # of a slow interval
-    k = first
+    turns, k, begin, filled = empty_turns_k(), first, first, first
+    last = first + (time.shape[0] - 1) * medium_per_slow * fast_per_medium
 
     for row in range(time.shape[0] - 1):
         slow_dt = time[row + 1] - time[row]
@@ -92,7 +94,10 @@ def _navigate(
             wx, wy, wz = 0.0, 0.0, 0.0
             for _ in range(fast_per_medium):
                 wx, wy, wz = wx + dvel[k, 0], wy + dvel[k, 1], wz + dvel[k, 2]
-                body = turn_k(dtheta, dvel, weights, True, k)
+                if k == filled:
+                    begin, filled = k, min(k + BLOCK, last)
+                    fill_turns(dtheta, dvel, weights, True, begin, filled, turns)
+                body = turn_in_block_k(turns, k - begin)
                 attitude = step_k(attitude, body, FrameTurn(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
                 k += 1
             # --- medium

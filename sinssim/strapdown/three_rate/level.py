@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k
-from sinssim.jit import inline, with_constants
+from sinssim.jit import free_inline, with_constants
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.frames.kernels import continued_k
@@ -32,8 +32,9 @@ from sinssim.strapdown.frames.level import curvatures_k
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
+from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.increments.interval import FrameTurn
-from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 
 
 class Slow(NamedTuple):
@@ -50,7 +51,7 @@ class Slow(NamedTuple):
     k2: float
 
 
-@inline
+@free_inline
 def _slow_k(
     p: EarthParameters, gravity: int, simplified: bool, lat: float, h: float, vn: float, ve: float
 ) -> Slow:  # fmt: skip
@@ -61,7 +62,7 @@ def _slow_k(
     return Slow(p.omega * c, -p.omega * s, ve * k2, -vn * k1, -ve * k2 * s / c, gn, gd, k1, k2)
 
 
-@inline
+@free_inline
 def _ahead_k(now: Slow, before: Slow, x: float) -> Slow:
     """Linear extrapolation by x slow intervals beyond `now`; x = 0 holds."""
     return Slow(
@@ -112,7 +113,8 @@ def _navigate(
     loop1, loop2, loop3 = loop_gains_k(time_constant, now.gravity_d, now.k2)
     loop_sum = 0.0
     share = 1.0 / medium_per_slow if extrapolate else 0.0  # of a slow interval
-    k = first
+    turns, k, begin, filled = empty_turns_k(), first, first, first
+    last = first + (time.shape[0] - 1) * medium_per_slow * fast_per_medium
 
     for row in range(time.shape[0] - 1):
         slow_dt = time[row + 1] - time[row]
@@ -130,7 +132,10 @@ def _navigate(
                 n0, e0, d0 = dt * (u0.omega_n + u0.transport_n), dt * u0.transport_e, dt * (u0.omega_d + u0.transport_d)
                 n1, e1, d1 = dt * (u1.omega_n + u1.transport_n), dt * u1.transport_e, dt * (u1.omega_d + u1.transport_d)
                 nm, em, dm = 0.5 * (n0 + n1), 0.5 * (e0 + e1), 0.5 * (d0 + d1)
-                body = turn_k(dtheta, dvel, weights, True, k)
+                if k == filled:
+                    begin, filled = k, min(k + BLOCK, last)
+                    fill_turns(dtheta, dvel, weights, True, begin, filled, turns)
+                body = turn_in_block_k(turns, k - begin)
                 attitude = step_k(attitude, body, FrameTurn(nm, em, dm, n0, e0, d0, nm, em, dm, n1, e1, d1))
                 k += 1
             # --- medium

@@ -100,7 +100,12 @@ def test_quiet_and_overwrite(folder: Path, capsys: pytest.CaptureFixture[str]) -
     [
         (["--require", "r95 1852"], "cannot be read"),
         (["--require", "r95(end) <= 3 deg"], "'deg' is a unit of angle"),
-        (["--require", "r95(1 h) <= 1 nmi"], "3600 s lies outside the run, which lasts 600 s"),
+        (
+            ["--require", "r95(1 h) <= 1 nmi"],
+            "requirement 'r95(1 h) <= 1 nmi': 3600 s lies outside the run, which lasts 600 s",
+        ),
+        (["--require", "cep <= 1 m", "--free", ""], "--free '' names no source"),
+        (["--free", " , "], "--free ' , ' names no source"),
         (["--free", "gyro_bias"], "needs a --require"),
         (["--require", "cep <= 1 m", "--free", "gyro_bais"], "gyro_bias"),
         (["--at", "700"], "700 s lies outside the run"),

@@ -14,10 +14,8 @@ import pytest
 
 import sinssim
 from sinssim.ensembles.plan import make_plan
-from sinssim.ensembles.running import cluster
+from sinssim.ensembles.running import cluster, run
 from tests.ensembles.examples import files, scenario
-
-pytest.importorskip("distributed")
 
 
 def _ensemble(tmp_path: Path, name: str, *options: str) -> Path:
@@ -30,7 +28,19 @@ def _ensemble(tmp_path: Path, name: str, *options: str) -> Path:
     return place
 
 
-def test_a_task_writes_the_file_of_a_thread(tmp_path) -> None:
+_WITHOUT_REPORT = """
+import sys
+import sinssim
+from sinssim.ensembles.running import run
+
+if __name__ == "__main__":  # the workers load this file, too
+    run._write = lambda *_: None
+    sinssim.ensemble(sinssim.load_scenario(sys.argv[1]), 20, sys.argv[2], workers=1)
+"""
+
+
+def test_a_task_writes_the_file_of_a_thread(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(run, "_write", lambda *_: None)
     sinssim.ensemble(scenario(), 100, tmp_path / "threads", threads=1)
     folder = tmp_path / "runs"
     folder.mkdir()
@@ -63,6 +73,21 @@ def test_a_real_scheduler_that_is_not_there(tmp_path) -> None:
     assert b"cannot be reached" in error.value.stderr
 
 
+def test_a_cluster_writes_the_files_of_a_thread(tmp_path, monkeypatch) -> None:
+    """A process with a cluster of one worker, which it stops; the report is tested elsewhere."""
+    monkeypatch.setattr(run, "_write", lambda *_: None)
+    sinssim.ensemble(scenario(), 20, tmp_path / "thread", threads=1)
+    file, program = tmp_path / "standing.toml", tmp_path / "program.py"
+    file.write_text(scenario().to_toml(), encoding="utf-8")
+    program.write_text(_WITHOUT_REPORT, encoding="utf-8")
+    command = [sys.executable, str(program), str(file), str(tmp_path / "cluster")]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True)
+    told = process.communicate(timeout=120)[1].decode()
+    assert process.returncode == 0, told
+    assert files(tmp_path / "cluster") == files(tmp_path / "thread")
+    assert _ends(process.pid), "a process of the cluster is left"
+
+
 @pytest.mark.slow
 def test_files_do_not_depend_on_workers(tmp_path) -> None:
     sinssim.ensemble(scenario(), 150, tmp_path / "threads", threads=1)
@@ -87,6 +112,17 @@ def test_a_worker_that_dies_costs_its_group_only(tmp_path) -> None:
     os.kill(workers[-1], signal.SIGKILL)
     assert process.wait(timeout=300) == 0
     assert files(place) == files(tmp_path / "threads")
+
+
+def _ends(session: int) -> bool:
+    """Return whether no process of a session is left, or at most a few seconds."""
+    for _ in range(100):
+        try:
+            os.killpg(session, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
 
 
 def _descendants(pid: int) -> list[int]:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.ensembles.running import run
+from sinssim.ensembles.plan import make_plan
+from sinssim.ensembles.running import room, run
+from sinssim.ensembles.running.room import memory_needed
 from tests.ensembles.examples import files, scenario
 
 NEAR = "position_north(end) <= {} m"
@@ -57,7 +59,8 @@ def test_it_ends_undecided_after_sixteen_times_the_first_number() -> None:
 
 
 def test_it_ends_where_the_memory_ends(monkeypatch) -> None:
-    monkeypatch.setattr(run, "machine_memory", lambda: 601 * 9 * 8.0 * 5 / 0.7)
+    needed = memory_needed(make_plan(scenario()), 5)
+    monkeypatch.setattr(room, "machine_memory", lambda: needed / 0.7)
     result = sinssim.ensemble(scenario(), 2, require="r95(end) <= 1 km", until_decided=True)
     assert result.looks == (2, 4)
     assert "8 runs do not fit in the memory" in result.notes[0]
@@ -77,6 +80,31 @@ def test_an_interrupted_ensemble_looks_again_as_the_whole_one(limit: str, tmp_pa
     assert "20 of 40 runs are finished" in stop.value.__notes__[0]
     result = sinssim.ensemble(scenario(), 20, tmp_path / "e", require=limit, until_decided=True, resume=True)
     assert (result.looks, result.verdicts) == (whole.looks, whole.verdicts)
+
+
+def test_an_interrupted_ensemble_judges_its_finished_runs(tmp_path, monkeypatch) -> None:
+    """As one look at these runs; with several looks, at their smaller probability of error."""
+    written = []
+    monkeypatch.setattr(run, "_write", lambda folder, result, status: written.append((result, status)))
+
+    def interrupt(text: str, fraction: float) -> None:
+        if fraction > 0.6:
+            raise KeyboardInterrupt
+
+    texts = ["r95(end) <= 1 km", "position_north(end) <= 0.001 m"]
+    for until_decided in (False, True):
+        place = tmp_path / str(until_decided)
+        with pytest.raises(KeyboardInterrupt):
+            sinssim.ensemble(
+                scenario(), 150, place, require=texts, until_decided=until_decided, progress=interrupt, threads=1
+            )
+        result, status = written.pop()
+        assert (status, len(result)) == ("interrupted", 64)
+        # 64 runs are too few to show R95, and far more than enough to refute a millimetre
+        assert [one.verdict for one in result.verdicts] == ["undecided", "not met"]
+        assert result.verdicts[0].more_runs == (40 if until_decided else 8)
+        assert "judged by the 64 finished runs" in result.notes[0]
+        assert result.looks == ()
 
 
 def test_an_ensemble_with_the_epoch_of_a_requirement_is_continued(tmp_path) -> None:

@@ -249,15 +249,6 @@ def test_wrong_options(options: dict[str, Any], words: str) -> None:
         sinssim.ensemble(scenario(), **{"runs": 5, **options})
 
 
-def test_more_than_the_memory_holds(monkeypatch) -> None:
-    """Refused before anything runs; the interval of the epochs that is proposed is enough."""
-    monkeypatch.setattr(run, "machine_memory", lambda: 1e6)
-    with pytest.raises(sinssim.InputError, match=r"need 0\.00433 GB .* ensemble\.epoch_s = ([\d.]+)") as error:
-        sinssim.ensemble(scenario(), 100)
-    step = float(str(error.value).split("epoch_s = ")[1].split(",")[0])
-    assert len(sinssim.ensemble(scenario(ensemble={"epoch_s": step}), 100)) == 100
-
-
 def test_every_run_fails(tmp_path) -> None:
     vary = ({"type": "uniform", "key": "parked.roll_deg", "low": 0.0, "high": 1.0},)
     base = scenario(ensemble={"vary": vary})

@@ -52,6 +52,10 @@ def test_verdicts_on_made_innovations() -> None:
     assert sound.autocorrelation_sigma == pytest.approx(1.0 / np.sqrt(12000.0))
     assert sensor_consistency(innovations(1.1 * white)).verdict == "optimistic"
     assert sensor_consistency(innovations(0.9 * white)).verdict == "pessimistic"
+    # most fixes better than they claim, some far off: the noise is not larger than assumed
+    spoilt = 0.5 * white
+    spoilt[::100] *= 20.0
+    assert sensor_consistency(innovations(spoilt, float(chi2.isf(1e-4, 3)))).verdict == "outliers"
     # an error of a tenth of the noise that lasts a hundred readings: nothing to be seen of it in NIS
     slow = np.repeat(rng.standard_normal((40, 3)), 100, axis=0)
     found = sensor_consistency(innovations((white + 0.3 * slow) / np.sqrt(1.0 + 0.09)))

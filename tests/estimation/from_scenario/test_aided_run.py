@@ -15,7 +15,7 @@ from sinssim.estimation.from_scenario import truth_comparison
 from sinssim.estimation.from_scenario.aided_run import aid_run
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma, states
-from sinssim.recording.store.filter_summary import filter_numbers, sentences
+from sinssim.recording.store.summaries.filter_summary import filter_numbers, sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import draw

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.estimation.from_scenario.filter_states import LEFT_OUT, choice, hints, notes, states, weights, with_states
-from sinssim.recording.store.filter_summary import sentences
+from sinssim.recording.store.summaries.filter_summary import sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.excitation import excitation
 from sinssim.scenario.sections.filter import FILTER_STATES

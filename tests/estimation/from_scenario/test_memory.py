@@ -70,6 +70,17 @@ def test_nothing_of_the_length_of_a_run_is_kept_twice() -> None:
     assert long <= 8.0 * count * (n + (n - 9) + 1 + 11 + 9 + 3)
 
 
+def test_equal_times_are_one_array() -> None:
+    """IMU, aiding sensors and filter of one rate: one array of times, one of numbers of epochs."""
+    done = run(standing(60.0, aiding=10.0))
+    aided = done.aided
+    assert aided is not None
+    times = [aided.estimate.time, *(i.time for i in aided.estimate.innovations)]
+    times += [array for s in aided.sensed for array in (s.time, s.measurements.time, s.measurements.arrival)]
+    assert len(times) == 1 + 3 + 9
+    assert all(np.shares_memory(time, done.time) for time in times)
+
+
 @pytest.mark.parametrize(
     ("scenario", "message"),
     [

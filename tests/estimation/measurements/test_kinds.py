@@ -25,28 +25,35 @@ PLACE = (0.8, -2.0, 7000.0)
 EULER = (1.1, 0.2, -0.5)  # heading, pitch, roll
 OMEGA_E = np.array([0.0, 0.0, 7.292115e-5])
 
-COMPONENTS = {"heading": 1, "speed": 1, "airspeed": 1, "baro-height": 1}
+COMPONENTS = {"heading": 1, "speed": 1, "airspeed": 1, "baro-height": 1, "land-velocity": 2, "baseline-heading": 1}
 
+MOUNTED = np.array([0.12, -0.2])  # assumed pitch and yaw of a land vehicle's axes in the block's
 
-EXTRA = {"heading": "deviation", "airspeed": "wind"}
-"""What else a kind may have: two states."""
+EXTRA = {
+    "heading": {"deviation": (0.02, -0.03)},
+    "airspeed": {"wind": (2.0, -3.0)},
+    "land-velocity": {"mounting": (0.02, -0.03), "lever arm": (0.3, -0.2, 0.1), "slip": (0.005,)},
+}
+"""What else a kind may have, with a value of each state."""
 
 
 def model_of(kind: str) -> ErrorModel:
     count = COMPONENTS.get(kind, 3)
     own = [Block(f"{kind} bias", np.ones(count))]
     own += [Block(f"{kind} scale", 1.0)] if kind in ("baro-height", "speed", "airspeed") else []
-    own += [Block(f"{kind} {EXTRA[kind]}", np.ones(2))] if kind in EXTRA else []
+    own += [Block(f"{kind} {name}", np.ones(len(value))) for name, value in EXTRA.get(kind, {}).items()]
     return ErrorModel((*(Block(name, 1.0) for name in BLOCKS), *own), 0.0, 0.0)
 
 
-def reading(kind: str, arm: Array, bias: Array, scale: float, extra: Array) -> Array:
+def reading(kind: str, arm: Array, bias: Array, scale: float, extra: dict[str, Array]) -> Array:
     """Return what a sensor with these errors reads of the truth, all in Earth-fixed axes."""
     position = oracle.geodetic_to_ecef(*PLACE)
     c_en = oracle.ned_axes(PLACE[0], PLACE[1]).T
     c_nb = Rotation.from_euler("ZYX", EULER).as_matrix()
     c_eb = c_en @ c_nb
     turning = RATE - c_eb.T @ OMEGA_E
+    if kind == "land-velocity":
+        arm = arm + extra["lever arm"]
     velocity = c_en @ VELOCITY + c_eb @ np.cross(turning, arm)
     if kind == "gnss-position":
         lat, lon, height = geodetic(position + c_eb @ arm)
@@ -58,14 +65,27 @@ def reading(kind: str, arm: Array, bias: Array, scale: float, extra: Array) -> A
     if kind == "earth-attitude":
         turned = Rotation.from_matrix(c_eb) * Rotation.from_rotvec(bias)
         return turned.as_quat(scalar_first=True)
+    if kind == "land-velocity":
+        pitch, yaw = MOUNTED + extra["mounting"]
+        c_vb = Rotation.from_euler("ZYX", (yaw, pitch, 0.0)).as_matrix().T
+        forward, right, down = c_vb @ c_eb.T @ velocity
+        drift = -extra["slip"][0] * forward**2 * (c_vb @ turning)[2]
+        return np.concatenate([(right - drift + bias[0], down + bias[1]), MOUNTED])
+    if kind == "baseline-heading":
+        line = c_nb @ arm
+        return np.array([np.arctan2(line[1], line[0])]) + bias
+    if kind == "heading":
+        a, b = extra["deviation"]
+        return np.array([EULER[0] + a * np.sin(EULER[0]) + b * np.cos(EULER[0])]) + bias
+    if kind == "airspeed":
+        through = np.linalg.norm(c_en.T @ velocity - np.append(extra["wind"], 0.0))
+        return np.array([(1.0 + scale) * through]) + bias
     truth = {
         "gnss-velocity": c_en.T @ velocity,
         "zero-velocity": VELOCITY,
         "zero-rate": turning,
         "baro-height": np.array([PLACE[2]]),
-        "heading": np.array([EULER[0] + extra[0] * np.sin(EULER[0]) + extra[1] * np.cos(EULER[0])]),
         "speed": (c_eb.T @ velocity)[:1],
-        "airspeed": np.array([np.linalg.norm(c_en.T @ velocity - np.append(extra, 0.0))]),
     }[kind]
     return (1.0 + scale) * truth + bias
 
@@ -105,7 +125,7 @@ def residual(kind: str, model: ErrorModel, x: Array) -> tuple[Array, Array]:
     of_gnss = kind in ("gnss-position", "gnss-velocity")
     true_arm = ARM + part["gnss lever arm"] if of_gnss else ARM
     scale = part[f"{kind} scale"][0] if f"{kind} scale" in part else 0.0
-    extra = part[f"{kind} {EXTRA[kind]}"] if kind in EXTRA else np.zeros(2)
+    extra = {name: part[f"{kind} {name}"] for name in EXTRA.get(kind, {})}
     value = reading(kind, true_arm, part[f"{kind} bias"], scale, extra)[None]
     measurements = Measurements(kind, np.zeros(1), np.zeros(1), value, np.ones((1, measurement_kind(kind).errors)), ARM)
     known = {block.name: np.zeros(block.size) for block in model.blocks[3:]}
@@ -147,25 +167,27 @@ def test_the_known_part_of_a_sensors_errors_is_taken_off() -> None:
         x[model.slices[f"{kind} bias"]] = 0.01
         if f"{kind} scale" in model.slices:
             x[model.slices[f"{kind} scale"]] = 1e-3
-        extra = np.array([0.02, -0.03]) * (100.0 if kind == "airspeed" else 1.0)
-        if kind in EXTRA:
-            x[model.slices[f"{kind} {EXTRA[kind]}"]] = extra
+        extra = {name: np.array(value) for name, value in EXTRA.get(kind, {}).items()}
+        for name, value in extra.items():
+            x[model.slices[f"{kind} {name}"]] = value
         scale = 1e-3 if f"{kind} scale" in model.slices else 0.0
-        value = reading(kind, ARM, x[model.slices[f"{kind} bias"]], scale, extra)
+        given = reading(kind, ARM, x[model.slices[f"{kind} bias"]], scale, extra)
         c_nb = Rotation.from_euler("ZYX", EULER).as_quat(scalar_first=True)
         state = NavState(*(np.array([v]) for v in PLACE), VELOCITY[None], c_nb[None])
-        m = Measurements(kind, np.zeros(1), np.zeros(1), value[None], np.ones((1, measurement_kind(kind).errors)), ARM)
+        m = Measurements(kind, np.zeros(1), np.zeros(1), given[None], np.ones((1, measurement_kind(kind).errors)), ARM)
         known = {block.name: x[model.slices[block.name]] for block in model.blocks[3:]}
         y, _ = observe(m, Prediction(state, RATE[None], WGS84), model, known)
         np.testing.assert_allclose(y, 0.0, atol=2e-8)
 
 
 def test_components_of_each_kind() -> None:
-    """A quaternion has four numbers and three errors; the other vectors three of both, and the rest one."""
+    """A quaternion has four numbers and three errors; a constraint of two errors comes with the vehicle's two angles;
+    the other vectors have three of both, and the rest one."""
     vectors = {"gnss-position", "gnss-velocity", "zero-velocity", "zero-rate"}
     for name in KINDS:
         kind = measurement_kind(name)
         expected = (4, 3) if name.endswith("attitude") else (3, 3) if name in vectors else (1, 1)
+        expected = (4, 2) if name == "land-velocity" else expected
         assert (kind.components, kind.errors) == expected, name
 
 

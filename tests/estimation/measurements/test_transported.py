@@ -45,10 +45,12 @@ def reading(kind: str, truth: Truth) -> Array:
         "zero-rate": turning,
         "baro-height": np.array([truth.place[2]]),
         "heading": np.array([1.1]),
+        "baseline-heading": np.arctan2(*(C_NB.as_matrix() @ ARM)[1::-1])[None],
         "speed": (c_eb.T @ velocity)[:1],
         "airspeed": np.array([np.linalg.norm(velocity)]),
         "attitude": C_NB.as_quat(scalar_first=True),
         "earth-attitude": Rotation.from_matrix(c_eb).as_quat(scalar_first=True),
+        "land-velocity": np.array([*(c_eb.T @ velocity)[1:], 0.0, 0.0]),
     }
     return readings[kind]
 

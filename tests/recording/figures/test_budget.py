@@ -33,6 +33,33 @@ def test_shares_add_up() -> None:
 @pytest.mark.parametrize("imu", [_MANY, {}, {"gyro_bias_deg_h": [1.0, 0.0, 0.0]}], ids=["many", "none", "given"])
 def test_any_budget_is_drawn(imu: dict[str, Any]) -> None:
     found = result(**imu)
-    answered = answers(found, parse_requirements(["r95(end) <= 1 m", "cep <= 100 km"]))
-    for number, figure in enumerate((growth_figure(found, answered), ranking_figure(found), sigma_figure(found))):
+    wanted = ["r95(end) <= 1 m", "cep <= 100 km", "rate <= 1 nmi/h", "heading <= 1 arcmin"]
+    answered = answers(found, parse_requirements(wanted))
+    figures = (growth_figure(found, answered), ranking_figure(found), sigma_figure(found, answered))
+    for number, figure in enumerate(figures):
         assert to_svg(figure, f"figure{number}").startswith("<svg")
+
+
+def test_limits_lie_where_the_requirements_say() -> None:
+    """A line throughout the run, a mark at an instant, a rate times its time; a far one is only named."""
+    found = result(grade="tactical")
+    end = float(found.time[-1])
+    metres, high = 1.2 * float(found.r95.max()), float(found.r95.max()) * 2.0
+    texts = (f"r95(run) <= {metres} m", f"rate(end) <= {metres / end} m/s", f"cep(end) <= {high} m")
+    axes = growth_figure(found, answers(found, parse_requirements(texts))).axes[0]
+    lines = {str(line.get_label()): line for line in axes.lines}
+    unit = float(found.r95[-1]) / lines["R95: 95 % of all runs"].get_ydata()[-1]
+    line = lines[f"{texts[0]}: met"]
+    assert line.get_ydata()[0] * unit == pytest.approx(metres)
+    mark = lines[f"{texts[1]}: met"]
+    assert mark.get_xdata() == pytest.approx(lines["R95: 95 % of all runs"].get_xdata()[-1:])
+    assert mark.get_ydata()[0] * unit == pytest.approx(metres)
+    assert len(lines[f"{texts[2]}: met (above the plot)"].get_xdata()) == 0
+    assert axes.get_ylim()[1] * unit > metres
+
+
+def test_large_numbers_are_written_out() -> None:
+    small = result(accel_bias_sigma_ug=1000.0)
+    size = 1000.0 * 2344.0 / float(small.r95[-1])  # the budget is linear: R95 is 2344 m
+    texts = [text.get_text() for panel in ranking_figure(result(accel_bias_sigma_ug=size)).axes for text in panel.texts]
+    assert texts == ["1172", "2344"]

@@ -132,6 +132,11 @@ def check_page(result, page: str) -> None:
         for element in drawing.iter():
             for name in ("points", "d", "x", "y"):
                 assert "nan" not in element.get(name, "")
+    (folded,) = re.findall(r"<details><summary>Scheme of the navigation.*?</details>", page, re.DOTALL)
+    assert [drawing.get("aria-label") for drawing in drawings(folded)] == [
+        "scheme of the navigation",
+        "axes of the local level and of the body at the start",
+    ]
     check_self_contained(page)
     assert result.scenario.to_toml().strip() in page.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
 

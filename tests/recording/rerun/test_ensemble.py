@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pytest
 from rerun.chunk import RrdReader
 
 import sinssim
+from sinssim.ensembles.judge import judge
 from sinssim.ensembles.summary import ensemble_numbers
 from sinssim.recording.rerun.ensemble import record
 from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.requirements.requirement import parse_requirements
 from tests.ensembles.examples import AIDED, scenario
 
 
@@ -35,3 +38,29 @@ def test_recording_and_view(tmp_path) -> None:
     layout = all_views(run)
     assert [tab.name for tab in layout.root_container.contents] == ["ensemble"]
     assert json.loads(run.to_json())["labels"]["kind"] == "ensemble"
+
+
+def test_limits_of_requirements_are_below_their_plots(tmp_path) -> None:
+    result = sinssim.ensemble(scenario(), 8, threads=1)
+    near = 1.1 * float(np.nanmax(result.r95.value))
+    texts = [
+        f"r95(run) <= {near} m",
+        f"cep(20 s) <= {near} m",
+        "heading(end) <= 90 deg",
+        "velocity_down(run) <= 9 km/h",
+    ]
+    result.verdicts = tuple(judge(result, one) for one in parse_requirements(texts))
+    record(result, ensemble_numbers(result), tmp_path / "recording.rrd")
+    chunks = list(RrdReader(tmp_path / "recording.rrd").stream())
+    found = {}
+    for chunk in chunks:
+        if "/limit_" in chunk.entity_path and not chunk.is_static:
+            batch = chunk.to_record_batch()
+            values = [value[0] for value in batch.column("Scalars:scalars").to_pylist()]
+            found[chunk.entity_path] = (batch.column("sim_time").to_numpy().astype("int64") / 1e9, values)
+    assert set(found) == {"/ensemble/growth/limit_1", "/ensemble/growth/limit_2"}  # the others are far away
+    line, mark = found["/ensemble/growth/limit_1"], found["/ensemble/growth/limit_2"]
+    assert line[0].tolist() == [0.0, 30.0]
+    assert mark[0].tolist() == [20.0]
+    assert line[1] == [mark[1][0]] * 2
+    assert line[1][0] == pytest.approx(near) or line[1][0] * 1000.0 == pytest.approx(near)

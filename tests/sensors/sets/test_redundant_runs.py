@@ -14,7 +14,7 @@ import pytest
 from sinssim.errors import InputError, RunError
 from sinssim.recording.rerun.viewer import read_run_info
 from sinssim.recording.rerun.views import all_views
-from sinssim.recording.store.redundancy_summary import redundancy_sentences
+from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.summary import plan_lines
 from sinssim.simulation import run

@@ -26,9 +26,11 @@ FLIGHTS = {
     "gathering speed": (0.5, np.array([200.0, 300.0, 20.0]), np.array([700.0, -900.0, -400.0]), RISE),
     "swinging": (0.5, np.array([200.0, 300.0, -20.0]), np.array([2048.0, 2560.0, -1536.0]), SWING),
     "swinging far north": (1.2, np.array([200.0, 1200.0, -20.0]), np.array([2048.0, 2560.0, -1536.0]), SWING),
+    "steady": (0.5, np.array([900.0, 700.0, 0.0]), np.zeros(3), RISE),
 }
 """Latitude and velocity at the start, and change and course of the velocity over the span: the acceleration begins and
-ends with nothing, or the jerk is the same throughout."""
+ends with nothing, or the jerk is the same throughout, or the velocity is. Then little hides how the velocity gained in
+a step turns twice with the axes: by 4e-5 m/s downwards and 5e-6 m/s along the wander frame's x."""
 
 ROUTE = (-0.2, 0.0, 0.1, 1.5)
 """Of the transverse frame: far from the flights, so that it turns about the vertical as they change their speed."""
@@ -95,6 +97,13 @@ BOUNDS = {
         "free-azimuth": (0.17, 5.7e-8, 2.4e-3),
         "transverse": (1.8, 3.8e-7, 5.7e-3),
         "inertial": (9.4e-3, 1.5e-9, 1.8e-5),
+    },
+    "steady": {
+        "level": (4.8e-3, 1.9e-9, 9.6e-7),
+        "wander": (4.1e-3, 9.8e-10, 4.1e-7),
+        "free-azimuth": (1.4e-3, 5.2e-10, 4.5e-7),
+        "transverse": (0.012, 2.6e-9, 1.2e-6),
+        "inertial": (7.2e-5, 1e-11, 7.2e-7),
     },
 }
 

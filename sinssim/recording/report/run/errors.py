@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -15,9 +16,7 @@ from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
-
-if TYPE_CHECKING:
-    from sinssim.simulation.result import Run
+from sinssim.strapdown.nav_error import NavError
 
 _KINDS = ("final", "rms", "max")
 _DIGITS = 4
@@ -36,6 +35,21 @@ _TABLES = (
 """Columns: title, name in `summary.json` after "final_", "rms_", "max_", and unit in terms of the summary's unit."""
 
 
+@dataclass(frozen=True)
+class Compared:
+    """Errors of solutions that belong to no run in memory, in the form in which those of a run are drawn.
+
+    Attributes:
+        time: first and last time, (2,) s.
+        errors: by algorithm.
+        axes: axes of the errors.
+    """
+
+    time: Array
+    errors: Mapping[str, NavError]
+    axes: str
+
+
 def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
     """Return the line about an algorithm without a result.
 
@@ -49,11 +63,17 @@ def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
     return f'<p class="broken"><strong>{words(name)} has no result.</strong> {words(capital(why["text"]))}</p>'
 
 
-def error_tables(numbers: Mapping[str, Mapping[str, float | None]]) -> Iterator[str]:
+def error_tables(
+    numbers: Mapping[str, Mapping[str, float | None]],
+    where: str = "summary.json; all samples: streams/error_*.parquet",
+    against: str = "truth",
+) -> Iterator[str]:
     """Yield the tables of the errors.
 
     Args:
         numbers: errors by algorithm, as in `summary.json`.
+        where: the files with all digits.
+        against: what the solutions are compared with.
 
     Yields:
         HTML.
@@ -75,9 +95,9 @@ def error_tables(numbers: Mapping[str, Mapping[str, float | None]]) -> Iterator[
             lines.append((page.swatch(colors[name]) + words(name), *cells))
         yield table(heads, lines, 1, above)
     yield (
-        '</div><p class="note">Solution minus truth in the local level of the true position. The final height error '
+        f'</div><p class="note">Solution minus {against} in the local level there. The final height error '
         "has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single rotation "
-        "between computed and true attitude. Full precision: summary.json; all samples: streams/error_*.parquet.</p>"
+        f"between computed and true attitude. Full precision: {where}.</p>"
     )
 
 
@@ -85,12 +105,30 @@ def _in_unit(value: float | None, size: float) -> str:
     return "–" if value is None else signed(value / size, _DIGITS)
 
 
-def error_plots(run: Run, period: float) -> Iterator[str]:
+class WithErrors(Protocol):
+    """A run, or what has the errors of its solutions.
+
+    Attributes:
+        time: from the beginning to the end of the run, s.
+        axes: axes of the errors, one of `sinssim.frames.AXES`.
+        errors: by algorithm; a kind of errors that is NaN throughout is not drawn.
+    """
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def axes(self) -> str: ...
+    @property
+    def errors(self) -> Mapping[str, NavError]: ...
+
+
+def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[str]:
     """Yield the plots of the errors over time.
 
     Args:
-        run: whose errors they are.
+        run: whose errors they are; quantities that are not known are NaN.
         period: Schuler's, s.
+        apart: whether the distance of the solutions from the first one is drawn, too.
 
     Yields:
         HTML.
@@ -104,21 +142,24 @@ def error_plots(run: Run, period: float) -> Iterator[str]:
         title: str, values: Sequence[Array], unit: tuple[str, float], more: Sequence[Line] = (), **options: Any
     ) -> str:
         lines = []
+        if not any(np.isfinite(rows).any() for rows in values):
+            return ""
         for name, error, rows, color, dash in zip(names, errors, values, colors, dashes, strict=True):
-            lines.append(Line(name, error.time, rows, color, 2.0, dash, unit[1]))
+            if not np.isnan(rows).all():
+                lines.append(Line(name, error.time, rows, color, 2.0, dash, unit[1]))
         return plot.plot(title, unit[0], [*more, *lines], span, marks=marks, **options)
 
     def components(
         scale: Scale, kind: str, axes: Sequence[int], sign: float = 1.0
     ) -> tuple[list[list[Array]], tuple[str, float]]:
         columns = [[sign * getattr(e, kind)[:, i] for e in errors] for i in axes]
-        return columns, suiting(scale, *(c for column in columns for c in column))
+        return columns, suiting(scale, *_known([c for column in columns for c in column]))
 
     yield _explanation(period, bool(marks))
     if run.axes == "transported":
         yield _NEAR_A_POLE
     horizontal = [e.horizontal for e in errors]
-    unit = suiting(LENGTHS, *horizontal)
+    unit = suiting(LENGTHS, *_known(horizontal))
     mile = [] if unit[0] == "mm" else [_mile_an_hour(span, unit[1])]
     yield draw_one("Horizontal position error", horizontal, unit, mile, width=1140, height=240, from_zero=True)
     yield '<div class="pair">'
@@ -136,13 +177,18 @@ def error_plots(run: Run, period: float) -> Iterator[str]:
             yield draw_one(name, values, one)
     height = [e.height for e in errors]
     yield draw_one("Azimuth, φD", azimuth[0], z_unit)
-    yield draw_one("Height error (positive: too high)", height, suiting(LENGTHS, *height))
+    yield draw_one("Height error (positive: too high)", height, suiting(LENGTHS, *_known(height)))
     speed, angle = [e.speed for e in errors], [e.angle for e in errors]
-    yield draw_one("Velocity error, magnitude", speed, suiting(SPEEDS, *speed), from_zero=True)
-    yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *angle), from_zero=True)
+    yield draw_one("Velocity error, magnitude", speed, suiting(SPEEDS, *_known(speed)), from_zero=True)
+    yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *_known(angle)), from_zero=True)
     yield "</div>"
-    if len(names) > 1:
-        yield _apart(run, colors, dashes, span, marks)
+    if apart and len(names) > 1:
+        yield _apart(run.errors, colors, dashes, span, marks)
+
+
+def _known(columns: Sequence[Array]) -> list[Array]:
+    """Return the columns that have values: a scored solution may lack velocity or attitude."""
+    return [column for column in columns if not np.isnan(column).all()]
 
 
 _NEAR_A_POLE = (
@@ -178,14 +224,18 @@ def _explanation(period: float, marked: bool) -> str:
 
 
 def _apart(
-    run: Run, colors: Sequence[str], dashes: Sequence[str], span: tuple[float, float], marks: Sequence[Mark]
+    errors: Mapping[str, NavError],
+    colors: Sequence[str],
+    dashes: Sequence[str],
+    span: tuple[float, float],
+    marks: Sequence[Mark],
 ) -> str:
     """Draw the distance of each solution from the first one, which shows the errors of the algorithms alone."""
     # algorithms that take several samples per update have fewer rows: use the instants common to all
-    time = min((error.time for error in run.errors.values()), key=len)
+    time = min((error.time for error in errors.values()), key=len)
     time = time[np.unique(np.linspace(0, len(time) - 1, min(len(time), 8192)).round().astype(np.intp))]
     found = {
-        name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in run.errors.items()
+        name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in errors.items()
     }
     (first, base), *others = found.items()
     distances = [np.linalg.norm(position - base, axis=1) for _, position in others]

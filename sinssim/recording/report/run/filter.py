@@ -16,7 +16,7 @@ from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import suiting, thinned
-from sinssim.recording.store.filter_summary import for_people, sentences
+from sinssim.recording.store.summaries.filter_summary import for_people, sentences
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
@@ -118,12 +118,39 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
         '<p class="note">Each test: the statistic over its degrees of freedom, 1 if all is well, and its 95 % band. '
         "NIS: normalised innovations squared. Whiteness: their autocorrelation over 20 lags. Sums over 16, 64 and 256 "
         "readings reveal a slow drift that the noise of single readings hides. Optimistic: the noise is larger than "
-        "the filter assumes; pessimistic: smaller; coloured: the innovations are not white.</p>"
+        "the filter assumes; pessimistic: smaller; outliers: single readings are far off, the others are closer than "
+        "assumed; coloured: the innovations are not white.</p>"
     )
 
 
 def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
     """Yield the errors against their covariance, and the final uncertainty of every state."""
+    recorded = bool(numbers.get("recorded"))
+    if not recorded:
+        yield from _against_truth(numbers)
+    yield "<h3>Uncertainty of the states</h3>"
+    last = "estimate" if recorded else "error"
+    lines = []
+    for column, s in numbers["states"].items():
+        name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s[f"{last}_end"])
+        ratio = s["reduction"]
+        less = "–"
+        if ratio:
+            less = f"{number_text(ratio)} ×" if ratio >= 0.9995 else f"{number_text(1.0 / ratio)} × larger"
+        less = f"<strong>{less}</strong>" if s.get("observable") else less
+        lines.append((words(f"{name} [{unit}]"), *(signed(v) if v == v else "–" for v in values), less))
+    heads = ("state", "σ, start", "σ, end", f"{last}, end", "σ smaller")
+    half = (len(lines) + 1) // 2
+    yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
+    yield (
+        '<p class="note">σ smaller: factor by which σ fell; bold if the state is observable. A state is observable if, '
+        "without process noise, the readings would show a deviation by the initial σ at ten times their noise, and the "
+        "filter at least halved σ.</p>"
+    )
+
+
+def _against_truth(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the errors against their covariance."""
     yield "<h3>Errors against their covariance</h3>"
     nees = table(
         ("states", "number", "NEES per state"),
@@ -135,24 +162,6 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
         "the band that holds 95 % of sound runs; it accounts for the slow change of the errors within a run."
         " Noise: random increments of attitude, velocity and instability between epochs. Both tests need the truth; "
         "the second detects wrongly assumed noise even where the noise of the readings hides it.</p></div></div>"
-        "<h3>Uncertainty of the states</h3>"
-    )
-    lines = []
-    for column, s in numbers["states"].items():
-        name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s["error_end"])
-        ratio = s["reduction"]
-        less = "–"
-        if ratio:
-            less = f"{number_text(ratio)} ×" if ratio >= 0.9995 else f"{number_text(1.0 / ratio)} × larger"
-        less = f"<strong>{less}</strong>" if s.get("observable") else less
-        lines.append((words(f"{name} [{unit}]"), *(signed(v) for v in values), less))
-    heads = ("state", "σ, start", "σ, end", "error, end", "σ smaller")
-    half = (len(lines) + 1) // 2
-    yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
-    yield (
-        '<p class="note">σ smaller: factor by which σ fell; bold if the state is observable. A state is observable if, '
-        "without process noise, the readings would show a deviation by the initial σ at ten times their noise, and the "
-        "filter at least halved σ.</p>"
     )
 
 

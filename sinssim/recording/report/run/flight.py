@@ -14,13 +14,14 @@ from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.report.run.track import degrees, draw_map
+from sinssim.recording.report.run.track_source import track_source
 from sinssim.recording.scales import duration_words
 from sinssim.scenario.summary import given, values_of
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.simulation.result import Run
-    from sinssim.truth.trajectory import Trajectory
+    from sinssim.truth.trajectory import Channel, Trajectory
 
 
 def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterator[str]:
@@ -37,7 +38,9 @@ def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterato
     yield _map_and_facts(run, trajectory, truth)
     legs, events = _legs(run.scenario, trajectory)
     marks = [Mark(begin, str(i + 1), faint=True) for i, (_, _, begin, _) in enumerate(legs)]
-    yield from _plots(run.time, trajectory, truth, marks, run.scenario.output.angles)
+    airspeed = trajectory.channels.get("airspeed_mps")
+    yield from motion_plots(run.time, truth, marks, run.scenario.output.angles, airspeed)
+    yield from track_source(run.scenario, trajectory)
     if legs:
         yield '<h3>Legs as flown</h3><div class="events">'
         lines = [
@@ -73,13 +76,13 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
     facts = [
         ("duration", duration_words(float(time[-1] - time[0]))),
         ("distance over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
-        ("start", _place(truth, 0)),
-        ("end", _place(truth, -1)),
-        ("height above the ellipsoid", _between(truth.height, 1, "m")),
-        ("ground speed", _between(speed, 1, "m/s")),
-        ("vertical speed, up", _between(-velocity[:, 2], 1, "m/s")),
-        ("roll", _between(roll, 1, "°")),
-        ("pitch", _between(pitch, 1, "°")),
+        ("start", place_text(truth, 0)),
+        ("end", place_text(truth, -1)),
+        ("height above the ellipsoid", between_text(truth.height, 1, "m")),
+        ("ground speed", between_text(speed, 1, "m/s")),
+        ("vertical speed, up", between_text(-velocity[:, 2], 1, "m/s")),
+        ("roll", between_text(roll, 1, "°")),
+        ("pitch", between_text(pitch, 1, "°")),
         ("gravity, ellipsoid", f"{trajectory.gravity}, {trajectory.ellipsoid.name}"),
     ]
     facts += [(kind, words(text)) for kind, text in _source(run.scenario)]
@@ -93,10 +96,21 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
     )
 
 
-def _plots(
-    time: Array, trajectory: Trajectory, truth: NavState, marks: Sequence[Mark], angles: str | None
+def motion_plots(
+    time: Array, truth: NavState, marks: Sequence[Mark], angles: str | None, airspeed: Channel | None = None
 ) -> Iterator[str]:
-    """Return height, speed and attitude over time."""
+    """Yield height, speed and attitude over time.
+
+    Args:
+        time: (N,) s.
+        truth: states at those times.
+        marks: vertical lines.
+        angles: range of the heading, or "continuous"; None for 0…360°.
+        airspeed: logged airspeed, if there is one.
+
+    Yields:
+        HTML.
+    """
     velocity = truth.velocity_ned
     roll, pitch, heading = rotation.euler_from_quaternion(truth.q_nb)
     roll, pitch = roll / units.DEG, pitch / units.DEG
@@ -104,7 +118,6 @@ def _plots(
     orange, green, blue = map(style.css, style.colors(("x", "y", "z")))
     span = (float(time[0]), float(time[-1]))
     speeds = [Line("ground speed", time, speed, green)]
-    airspeed = trajectory.channels.get("airspeed_mps")
     if airspeed is not None and airspeed.values.ndim == 1 and len(airspeed.time) > 1:
         speeds.append(Line("true airspeed", airspeed.time, airspeed.values, orange, 1.5, "6 6"))
     attitude = [Line("roll", time, roll, orange, turn=360.0), Line("pitch", time, pitch, blue)]
@@ -129,6 +142,8 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
         yield "flown by JSBSim, aircraft", flight.aircraft
         yield "wind", given(flight.wind) or "none"
         yield "turbulence", values_of(flight.turbulence) if flight.turbulence else "none"
+    if scenario.track is not None:
+        yield "planned route" if scenario.track.waypoints else "recorded track", scenario.track.what
     for name in ("parked", "great_circle", "motion"):
         section = getattr(scenario, name)
         if section is not None:
@@ -157,13 +172,13 @@ def _legs(
     return legs, events
 
 
-def _place(truth: NavState, row: int) -> str:
+def place_text(truth: NavState, row: int) -> str:
     lat, lon, height = (float(v[row]) for v in (truth.latitude, truth.longitude, truth.height))
     height = round(height, 1) + 0.0  # no negative zero
     return f"{degrees(lat / units.DEG, 'NS', 5)} {degrees(lon / units.DEG, 'EW', 5)}, {height:.1f} m"
 
 
-def _between(values: Array, places: int, unit: str) -> str:
+def between_text(values: Array, places: int, unit: str) -> str:
     rounded = (round(float(v), places) + 0.0 for v in (values.min(), values.max()))  # + 0.0: no negative zero
     low, high = (f"{v:.{places}f}".replace("-", "−") for v in rounded)
     blank = "" if unit == "°" else " "

@@ -13,7 +13,7 @@ from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting, ticks
-from sinssim.recording.store.redundancy_summary import NAMES, UNITS, window_names
+from sinssim.recording.store.summaries.redundancy_summary import NAMES, UNITS, window_names
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.scenario.summary import redundant_words
 from sinssim.sensors.imu.errors import stated

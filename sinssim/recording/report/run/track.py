@@ -120,6 +120,7 @@ def draw_map(
     *,
     width: int = 560,
     height: int = 420,
+    name: str = "truth",
 ) -> str:
     """Draw the true track and the tracks of the solutions.
 
@@ -130,6 +131,7 @@ def draw_map(
         colors: of the true track and of each algorithm's.
         ellipsoid: reference ellipsoid.
         width, height: of the map without its labels, px.
+        name: of the first track, if it is not the true one.
 
     Returns:
         An SVG element.
@@ -155,7 +157,7 @@ def draw_map(
     widths = [6.0 if tracks else 2.0, *[1.8] * len(tracks)]
     dashes = ["", *plot.dashes(len(tracks))]
     nowhere = np.empty(0)
-    entries = zip(("truth", *tracks), colors, widths, dashes, strict=True)
+    entries = zip((name, *tracks), colors, widths, dashes, strict=True)
     legend, top = plot.legend([plot.Line(n, nowhere, nowhere, c, w, d) for n, c, w, d in entries], width, 15)
     top += _TOP
     bottom = top + height

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.recording import style
@@ -53,6 +54,8 @@ def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
             for kind, when, error, sigma in bands:
                 one = (sign if i == 2 else 1.0) * error[:, at.start + i] / size
                 _band(recording, f"filter/{component}/{kind}", when, one, 3.0 * sigma[:, at.start + i] / size, kind)
+    if not aided.true_parameters_known:
+        labels["parameters"] = "estimates [σ at the start]"
     _parameters(recording, aided, k)
     _shrinking(recording, aided, k)
     _innovations(recording, [i for i in estimate.innovations if len(i.time)])
@@ -72,7 +75,7 @@ def _band(recording: Recording, entity: str, time: Array, error: Array, bound: A
         widths=[1.2, 1.2, 1.8],
     )
     shown = np.concatenate((bound[_late(time)], -bound[_late(time)], error[_late(time)]))
-    recording.ranges[entity] = (float(shown.min()), float(shown.max()))
+    recording.ranges[entity] = (float(np.nanmin(shown)), float(np.nanmax(shown)))
 
 
 def _late(time: Array) -> slice:
@@ -81,7 +84,10 @@ def _late(time: Array) -> slice:
 
 
 def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
-    """Draw the errors of the parameter estimates in units of their σ: gyros and accelerometers by axis."""
+    """Draw the errors of the parameter estimates in units of their σ: gyros and accelerometers by axis.
+
+    Of recorded sensors, whose errors are not known, draw the estimates in units of σ at the start.
+    """
     estimate = aided.estimate
     time = estimate.time[rows]
     for sensor in ("gyro", "accelerometer"):
@@ -92,8 +98,11 @@ def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:
             known = np.flatnonzero(estimate.sigma[0, at] > 0.0)
             if not len(known):
                 continue
-            sigma = estimate.sigma[np.ix_(rows, at.start + known)]
-            ratio = aided.block_error(block.name, rows)[:, known] / sigma
+            if aided.true_parameters_known:
+                sigma = estimate.sigma[np.ix_(rows, at.start + known)]
+                ratio = aided.block_error(block.name, rows)[:, known] / sigma
+            else:
+                ratio = estimate.parameters[block.name][rows][:, known] / estimate.sigma[0, at.start + known]
             names = [block.states[i] for i in known]
             axes = [style.COLORS[_AXES.get(name.rsplit(" ", 1)[1], name.rsplit(" ", 1)[1][0])] for name in names]
             where = f"filter/{sensor}/{block.name.removeprefix(sensor + ' ')}"
@@ -134,15 +143,15 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
             ("taken", sensor.accepted, color, "circle", 1.2),
             ("refused", ~sensor.accepted, style.COLORS["refused"], "cross", 4.0),
         ):
-            rows = np.flatnonzero(which)
+            rows = np.flatnonzero(which).astype(np.int32)
             if len(rows):
-                time, ratio = sensor.time[rows], Computed(partial(_ratio, sensor, rows))
+                time, ratio = Computed(partial(_times, sensor, rows)), Computed(partial(_ratio, sensor, rows))
                 where = f"filter/innovations/{key}/{sensor.sensor}"
-                recording.points(where, time, ratio, names, paint, marker=marker, size=size)
+                recording.points(where, len(rows), time, ratio, names, paint, marker=marker, size=size)
                 lanes = np.broadcast_to(float(lane), (len(rows), 1))
                 where = f"filter/decisions/{key}/{sensor.sensor}"
                 said = [sensor.sensor if key == "taken" else "rejected"]
-                recording.points(where, time, lanes, said, paint, marker=marker, size=1.6 * size)
+                recording.points(where, len(rows), time, lanes, said, paint, marker=marker, size=1.6 * size)
         _squares(recording, sensor, color)
     if sensors:
         from scipy.stats import chi2
@@ -152,7 +161,12 @@ def _innovations(recording: Recording, sensors: Sequence[Innovations]) -> None:
         _bounds(recording, "filter/squares/bounds", ends, high, low, "95 % band")
 
 
-def _ratio(sensor: Innovations, rows: Rows, block: slice) -> Array:
+def _times(sensor: Innovations, rows: NDArray[np.int32], block: slice) -> Array:
+    """Return the times of a block of some of a sensor's innovations."""
+    return sensor.time[rows[block]]
+
+
+def _ratio(sensor: Innovations, rows: NDArray[np.int32], block: slice) -> Array:
     """Return a block of some of a sensor's innovations in units of their σ, within the limits of the plot."""
     some = rows[block]
     return np.asarray(np.clip(sensor.value[some] / sensor.sigma_at(some), -EDGE, EDGE))
@@ -160,7 +174,8 @@ def _ratio(sensor: Innovations, rows: Rows, block: slice) -> Array:
 
 def _squares(recording: Recording, sensor: Innovations, color: style.Rgb) -> None:
     """Draw means of the normalised innovations squared over `_FREEDOM` degrees of freedom; 1 is expected."""
-    known = np.isfinite(sensor.nis)
+    finite = np.isfinite(sensor.nis)
+    known = slice(None) if finite.all() else finite  # no copy, if none is missing
     nis, time, size = sensor.nis[known], sensor.time[known], sensor.value.shape[1]
     each = max(1, _FREEDOM // size)
     count = len(nis) // each

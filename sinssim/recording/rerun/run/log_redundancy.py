@@ -10,7 +10,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting, thinned
-from sinssim.recording.store.redundancy_summary import NAMES, window_names
+from sinssim.recording.store.summaries.redundancy_summary import NAMES, window_names
 from sinssim.truth.trajectory import FlightEvent
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 
 from sinssim import rotation, units
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording import style
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.scene import Scene, aircraft_mesh
@@ -61,7 +61,7 @@ def draw_flight(
     roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
     heading = rotation.shown_heading(angles, rotation.euler_from_quaternion(truth.q_nb)[2])[k] / units.DEG
     blue, green, orange = style.colors(["z", "y", "x"])
-    leaning = np.column_stack((gaps(roll, 360.0), pitch))
+    leaning = np.column_stack((gaps(np.round(roll, 9), 360.0), np.round(pitch, 9)))  # of a level vehicle, no rounding
     recording.series("flight/roll_pitch", t, leaning, ["roll", "pitch"], colors=[orange, blue])
     recording.series("flight/heading", t, gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
     recording.series("flight/height", t, height[:, None], ["height"], colors=[green])
@@ -146,6 +146,27 @@ def draw_sensors(recording: Recording, kinds: Iterable[SensorComparison]) -> dic
     labels: dict[str, str] = {}
     for kind in kinds:
         labels |= _draw_kind(recording, kind)
+    return labels
+
+
+def draw_recorded_sensors(recording: Recording, imu: ImuData) -> dict[str, str]:
+    """Record what an inertial unit sensed, below `sensors/`: mean rates and specific forces.
+
+    Args:
+        recording: the recording.
+        imu: recorded increments.
+
+    Returns:
+        Labels for the views' titles.
+    """
+    labels, edges = {"sensors": "recorded"}, thinned(len(imu.time))
+    for key, title, increments, size in (
+        ("gyro", "Gyros", imu.dtheta, units.DEG),
+        ("accel", "Accelerometers", imu.dvel, 1.0),
+    ):
+        labels[f"{key}_title"] = title
+        rows = _means(imu.time, increments, edges) / size
+        recording.series(f"sensors/{key}/measured", imu.time[edges[1:]], rows, ["x", "y", "z"], widths=1.2)
     return labels
 
 

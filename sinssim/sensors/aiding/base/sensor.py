@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field
 
-from sinssim.data import Array, Measurements
+from sinssim.data import Array, ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.section import LeverArm, Moment, Noise, Rate, Section
 from sinssim.sensors.aiding.registry import SENSORS
@@ -54,11 +54,15 @@ class Vehicle:
             depend on the other sensors.
         navigate: function that navigates another inertial system of a given grade at a lever arm [m] from the block,
             from the exact initial state; the solution is in the block's axes. None if not available.
+        q_bs: mounting of the block, v_b = C_bs v_s, (4,).
+        imu: the increments that the filter navigates on; None if not available.
     """
 
     trajectory: Trajectory
     seed: int = 0
     navigate: Callable[[str, LeverArm], NavSolution] | None = None
+    q_bs: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
+    imu: ImuData | None = None
 
 
 class SensorState(NamedTuple):
@@ -115,6 +119,26 @@ class AidingSensor(Section):
             InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         raise NotImplementedError
+
+    @property
+    def needs_no_truth(self) -> bool:
+        """Whether the readings follow from the inertial readings themselves, see `from_imu`; not by default."""
+        return False
+
+    def from_imu(
+        self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
+    ) -> list[Measurements]:
+        """Return the readings that follow from the inertial readings themselves, in a run or in a log; none by default.
+
+        Args:
+            imu: increments of the sensor block.
+            velocity: "gnss-velocity" of the same run, if there are any.
+            q_bs: mounting of the block in the vehicle, v_b = C_bs v_s, (4,); aligned by default.
+
+        Returns:
+            One entry for each kind of measurement.
+        """
+        return []
 
     def states(self) -> Iterable[SensorState]:
         """Return the errors of the sensor that the filter estimates; none by default."""

@@ -1,0 +1,80 @@
+"""`sinssim export`: writes a run in a format of another program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json, Quiet
+from sinssim.cli.terminal import print_json
+from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
+
+
+# Long: every option is a parameter, and the docstring is the help.
+def command(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            metavar="FORMAT",
+            help=f"{', '.join(WRITERS)}; see `sinssim list exports`.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="The file, or the folder of a format of several files.",
+            show_default="beside the run",
+        ),
+    ] = None,
+    solution: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--solution",
+            metavar="NAME",
+            help="What is written: truth, an algorithm, aided, smoothed, or a satellite receiver such as gnss; and "
+            "measured, ideal or compensated for the inertial readings. May be given twice.",
+            show_default="truth, measured",
+        ),
+    ] = None,
+    start: Annotated[
+        str, typer.Option("--start", metavar="DATE", help="Date of the run's time 0, UTC.")
+    ] = DEFAULT_START,
+    rate: Annotated[
+        float | None,
+        typer.Option("--rate", metavar="HZ", help="Most samples a second of the solution.", show_default="all"),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Write a run in a format of another program: readings, fixes, truth and solutions.
+
+    It says which stream goes where, in which units and axes, and on which clock. A run has simulated time from 0;
+    --start gives its date.
+
+    So another navigator can be tested on a run's readings; `sinssim score` takes its solution in.
+
+    Examples:
+
+        sinssim export runs/first_flight --to kml
+        sinssim export runs/mems_uav --to kf-gins -o kf_gins_input
+        sinssim export runs/mems_uav --to sbet --solution aided --solution ideal
+    """
+    from sinssim.logs.writers.export import export
+
+    done = export(run, to, out, solution=solution or [], start=start, rate_hz=rate, overwrite=overwrite)
+    if as_json:
+        print_json({"place": str(done.place), "files": [str(f) for f in done.files], "contents": list(done.sentences)})
+    elif not quiet:
+        print(f"{done.place}")
+        for sentence in done.sentences:
+            print(f"  {sentence}")

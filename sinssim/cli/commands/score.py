@@ -1,0 +1,98 @@
+"""`sinssim score`: takes solutions of other programs in as further algorithms of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json, Quiet
+from sinssim.cli.terminal import console, print_json
+from sinssim.logs.writers.registry import DEFAULT_START
+
+
+# Long: every option is a parameter, and the docstring is the help.
+def command(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    solutions: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOLUTION", help="Files of solutions; formats: `sinssim list formats`.", show_default=False
+        ),
+    ],
+    names: Annotated[
+        list[str] | None,
+        typer.Option("--name", metavar="NAME", help="Name of each solution, in order.", show_default="the file's name"),
+    ] = None,
+    seconds: Annotated[
+        list[float] | None,
+        typer.Option("--time-s", metavar="S", help="Time that each took to compute, s.", show_default=False),
+    ] = None,
+    format_name: Annotated[
+        str | None,
+        typer.Option("--format", metavar="FORMAT", help="Format of the files.", show_default="found from the file"),
+    ] = None,
+    antenna: Annotated[
+        str | None,
+        typer.Option(
+            "--antenna",
+            metavar="NAME",
+            help="Satellite receiver, such as gnss, whose antenna the positions are for.",
+            show_default="the sensor block",
+        ),
+    ] = None,
+    start: Annotated[
+        str, typer.Option("--start", metavar="DATE", help="Date of the run's time 0 in the export, UTC.")
+    ] = DEFAULT_START,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Score solutions that other navigators computed from a run's exported readings.
+
+    Each becomes one more algorithm of the run: errors in position, velocity and attitude against the truth, the table
+    and the plots beside the run's own algorithms, and a ranking. A solution without velocity or attitude is scored by
+    what it has. The results are in RUN/scores; the run itself stays as it is.
+
+    Examples:
+
+        sinssim export runs/mems_uav --to csv -o readings
+        sinssim score runs/mems_uav mine.csv --name mine --time-s 3.2
+        sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
+    """
+    from sinssim.errors import InputError
+    from sinssim.logs.gps_time import parse_date
+    from sinssim.logs.recorded_run import RecordedRun
+    from sinssim.logs.scoring.score import Judge, common_span
+    from sinssim.recording.report.run.errors import Compared
+    from sinssim.recording.report.score import score_report
+    from sinssim.recording.store.score import check_names, known_numbers, to_json, write_scores
+
+    for option, given in (("--name", names), ("--time-s", seconds)):
+        if given and len(given) != len(solutions):
+            raise InputError(f"{option} is given {len(given)} times for {len(solutions)} solutions; give one for each.")
+    if any(not 0.0 < value < 1e9 for value in seconds or ()):
+        raise InputError("--time-s: the time must be positive, in seconds.")
+    judge = Judge(RecordedRun(run), parse_date(start, "--start"))
+    called = names or [path.stem for path in solutions]
+    check_names(judge, called)
+    times: list[float | None] = [*seconds] if seconds else [None] * len(solutions)
+    scores = [
+        judge.score(path, name=name, format_name=format_name, antenna=antenna, seconds=time)
+        for path, name, time in zip(solutions, called, times, strict=True)
+    ]
+    span = common_span(scores)
+    errors = {**judge.run_errors(span), **{score.name: score.error for score in scores}}
+    numbers = {name: known_numbers(error, span) for name, error in errors.items()}
+    import numpy as np
+
+    report = score_report(judge, scores, Compared(np.array(span), errors, judge.axes), numbers)
+    place = write_scores(judge, scores, span, report)
+    if as_json:
+        print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
+    elif not quiet:
+        from sinssim.recording.tables.score import show
+
+        show(judge.run.name, numbers, scores, span, console(least_width=110))
+        print(f"Report: {place}")

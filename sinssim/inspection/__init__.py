@@ -1,0 +1,1 @@
+"""Judges recorded data before anybody relies on them: times, units, axes, clocks, noise; `sinssim inspect`."""

@@ -1,0 +1,173 @@
+"""The scenario that an inspection suggests: files, columns, axes, clocks, mounting, noise, as a TOML text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.inspection.inspection import Inspection
+from sinssim.inspection.standing import AtRest
+from sinssim.logs.streams import Clock
+from sinssim.sensors.imu.grades import GRADE_TABLE
+from sinssim.units import DEG, DEG_SQRT_H, G0
+
+_EPOCH = datetime(1980, 1, 6)
+
+
+def suggested_scenario(
+    inspection: Inspection,
+    inertial: tuple[Path, dict[str, Any], Clock],
+    fixes: tuple[Path, dict[str, Any], Clock] | None,
+    folder: Path,
+) -> str:
+    """Return a scenario to start from.
+
+    Args:
+        inspection: what was found.
+        inertial: path of the unit's file, the keys that describe its columns (none for a known format), its clock.
+        fixes: the same of the receiver; None without.
+        folder: of the scenario, to which the files' paths are relative.
+
+    Returns:
+        Text of a scenario's file, with the reason beside each number.
+    """
+    path, keys, clock = inertial
+    lines = [
+        f'name = "{_name(path)}"',
+        f'description = "Recorded by {path.name}"',
+        "",
+        "[log.imu]",
+        f"file = {_text(_relative(path, folder))}",
+    ]
+    lines += _file_keys(keys)
+    axes = inspection.mounting.axes if inspection.mounting else None
+    stated = inspection.inertial.axes if inspection.inertial else None
+    if axes is not None and stated is None:
+        lines.append(f"axes = {list(axes)!r}  # from the direction of motion and gravity".replace("'", '"'))
+    lines += _clock_keys(inspection, clock, fixes[2] if fixes else None)
+    lines += list(_tables("log.imu", keys))
+    if fixes is not None:
+        lines += ["", "[log.gnss]", f"file = {_text(_relative(fixes[0], folder))}", *_file_keys(fixes[1])]
+        if inspection.velocity_delay is not None and abs(inspection.velocity_delay) > 1e-3:
+            lines.append(f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions")
+        if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
+            lines.append("# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level")
+        lines += list(_tables("log.gnss", fixes[1]))
+    lines += ["", *_imu(inspection)]
+    if fixes is not None:
+        lines += ["", *_filter(inspection)]
+    return "\n".join(lines) + "\n"
+
+
+def _name(path: Path) -> str:
+    return "".join(c if c.isalnum() and c.isascii() else "_" for c in path.stem.lower()).strip("_") or "log"
+
+
+def _relative(path: Path, folder: Path) -> str:
+    try:
+        return path.resolve().relative_to(folder.resolve()).as_posix()
+    except ValueError:
+        return path.resolve().as_posix()
+
+
+def _text(value: str) -> str:
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return _text(value) if value != "\t" else '"\\t"'
+    if isinstance(value, list):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    return repr(value)
+
+
+def _file_keys(keys: dict[str, Any]) -> list[str]:
+    return [f"{key} = {_value(value)}" for key, value in keys.items() if not isinstance(value, dict)]
+
+
+def _tables(name: str, keys: dict[str, Any]) -> Iterator[str]:
+    for key, value in keys.items():
+        if isinstance(value, dict):
+            yield ""
+            yield f"[{name}.{key}]"
+            yield from (f"{inner} = {_value(item)}" for inner, item in value.items())
+
+
+def _clock_keys(inspection: Inspection, clock: Clock, receiver: Clock | None) -> Iterator[str]:
+    """Yield the keys that put the unit's times on the receiver's clock."""
+    offset = inspection.offset
+    if offset is None or inspection.inertial is None:
+        if clock.origin_gps_s is None:
+            yield '# first_row = "2026-01-01 00:00:00.000"  # GPS time of the first row: not found in the data'
+        return
+    if clock.origin_gps_s is None and receiver is not None and receiver.origin_gps_s is not None:
+        first = receiver.origin_gps_s + float(inspection.inertial.time[0]) - offset
+        instant = _EPOCH + timedelta(seconds=round(first, 3))
+        yield f'first_row = "{instant:%Y-%m-%d %H:%M:%S}.{instant.microsecond // 1000:03d}"  # match with the fixes'
+        return
+    stated = 0 if clock.origin_gps_s is None or receiver is None else (receiver.origin_gps_s or 0) - clock.origin_gps_s
+    late = offset - stated
+    if abs(late) > 1e-3:
+        yield f"time_offset_s = {-late:.3f}  # the unit's stamps are {'late' if late > 0.0 else 'early'}"
+
+
+def _imu(inspection: Inspection) -> Iterator[str]:
+    """Yield the table [imu]: what the filter is told of the unit."""
+    yield "[imu]  # what the filter is told of the unit"
+    if inspection.mounting is not None:
+        angles = ", ".join(f"{a:.2f}" for a in np.degrees(inspection.mounting.angles))
+        yield f"mounting_deg = [{angles}]  # if the vehicle moves where it points"
+    quiet = inspection.quiet
+    if quiet is None:
+        yield 'grade = "mems-industrial"  # not known from the data: give the nearest of `sinssim list grades`'
+        yield "# gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz, gyro_bias_sigma_deg_h, accel_bias_sigma_ug: its data sheet"
+        return
+    yield f'grade = "{_grade(quiet)}"  # nearest in noise; the lines below replace its own'
+    gyro, accel = (float(np.max(d)) for d in (quiet.gyro_density, quiet.accel_density))
+    yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # of the worst axis in quiet spans"
+    yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # of the worst axis in quiet spans"
+    bias = float(np.max(np.abs(quiet.rate))) / DEG * 3600.0
+    yield f"gyro_bias_sigma_deg_h = {max(bias, 0.01):.3g}  # as large as the readings at rest"
+    size = abs(float(np.linalg.norm(quiet.specific_force)) - _gravity(inspection)) / (1e-6 * G0)
+    yield f"accel_bias_sigma_ug = {max(size, 100.0):.4g}  # as large as the departure from gravity at rest"
+
+
+def _filter(inspection: Inspection) -> Iterator[str]:
+    """Yield the table [filter], and what a land vehicle may add."""
+    shaken = any(f.subject == "vibration" and f.grade == "doubt" for f in inspection.findings)
+    yield "[filter]"
+    if shaken:
+        yield "vibration_noise = 0.5  # the readings shake more in motion than at rest: the filter follows it"
+    yield "smooth = true"
+    if inspection.mounting is None or inspection.quiet is None or inspection.inertial is None:
+        return
+    begin, end = (t - float(inspection.inertial.time[0]) for t in inspection.quiet.spans[0])
+    learn = f"learn_s = [[{max(begin, 0.0):.1f}, {end:.1f}]]"
+    yield "# For a land vehicle whose first quiet span is a stop (docs/estimation.md):"
+    yield "# [aiding.land_vehicle]"
+    yield "# mounting_sigma_deg = 2.0"
+    yield "# lever_arm_sigma_m = 1.0"
+    yield "# slip_sigma_deg_per_g = 3.0"
+    for table in ("zero_velocity", "zero_rate"):
+        yield f"# [aiding.{table}]"
+        yield "# detect = true"
+        yield f"# {learn}"
+        yield "# rate_hz = 10.0"
+
+
+def _grade(quiet: AtRest) -> str:
+    """Return the grade whose gyros have the random walk nearest to that of the quietest axis."""
+    noise = max(float(np.min(quiet.gyro_density)), 1e-12)
+    able = {name: grade.gyro.random_walk for name, grade in GRADE_TABLE.items() if grade.gyro.random_walk > 0.0}
+    return min(able, key=lambda name: abs(np.log(able[name] / noise)))
+
+
+def _gravity(inspection: Inspection) -> float:
+    found = next((f.numbers for f in inspection.findings if "of_gravity" in f.numbers), None)
+    return found["specific_force_mps2"] / found["of_gravity"] if found else G0

@@ -1,0 +1,121 @@
+"""The mounting of a unit in its vehicle, from the direction of motion in the unit's axes and from gravity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array
+from sinssim.inspection.velocity_match import Match, Pushed, Seen
+
+_FAST = 5.0  # m/s, at which the direction of a velocity of 0.05 m/s noise is good to 0.6°
+_STRAIGHT = np.radians(3.0)  # rad/s; in turns the body of a vehicle does not point along the velocity
+_DIRECTIONS = {(0, 1): "forward", (0, -1): "backward", (1, 1): "right", (1, -1): "left", (2, 1): "down", (2, -1): "up"}
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """How the unit sits in a vehicle that moves where it points.
+
+    Attributes:
+        axes: the vehicle's direction nearest to x, y and z of the unit, for example ("forward", "right", "down").
+        angles: small rotation that remains, roll, pitch, yaw of the unit's named axes in the vehicle, (3,) rad.
+        sigma: 1σ of the pitch and the yaw from the scatter between windows, (2,) rad.
+        windows: number of windows used.
+    """
+
+    axes: tuple[str, str, str]
+    angles: Array
+    sigma: Array
+    windows: int
+
+
+def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mounting | None:
+    """Find the mounting.
+
+    The forward axis is the mean direction of the velocity in the unit's axes, on straight parts at speed. The right
+    axis is perpendicular to it and to the mean direction of the vertical, so that the roll refers to the mean roll of
+    the vehicle.
+
+    Args:
+        curve: the inertial curve.
+        fixes: the curve of the fixes.
+        agreement: the match at the right offset.
+        offset: the unit's clock minus that of the fixes, s.
+
+    Returns:
+        The mounting; None if the vehicle hardly moved.
+    """
+    if not len(agreement.centre):
+        return None
+    at = np.clip(fixes.time + offset, curve.time[0], curve.time[-1])
+    row = np.clip(np.searchsorted(curve.time, at), 1, len(curve.time) - 1)
+    window = np.argmin(np.abs(fixes.time[:, None] - agreement.centre[None, :]), axis=1)
+    inside = np.abs(fixes.time - agreement.centre[window]) <= 0.5 * agreement.window
+    middle = np.searchsorted(curve.time, np.clip(agreement.centre + offset, curve.time[0], curve.time[-1]))
+    since = curve.by_accel_bias[row] - curve.by_accel_bias[np.minimum(middle, len(curve.time) - 1)[window]]
+    drift = rotation.quaternion_from_rotation_vector(-since @ agreement.bias[:3])
+    q_ib = rotation.multiply(agreement.q_ib0[window], rotation.multiply(drift, curve.q_b0b[row]))
+    step = np.maximum(curve.time[row] - curve.time[row - 1], 1e-9)
+    lag = max(round(1.0 / float(np.median(step))), 1)  # rate over a second
+    before = np.maximum(row - lag, 0)
+    turned = rotation.rotation_vector_from_quaternion(
+        rotation.multiply(rotation.conjugate(curve.q_b0b[before]), curve.q_b0b[row])
+    )
+    rate = np.linalg.norm(turned, axis=1) / np.maximum(curve.time[row] - curve.time[before], 1e-9)
+    used = inside & (fixes.speed > _FAST) & (rate < _STRAIGHT)
+    used &= agreement.each[window] < 3.0 * float(np.median(agreement.each))
+    if int(used.sum()) < 20:
+        return None
+    along = rotation.rotate(rotation.conjugate(q_ib[used]), fixes.relative[used]) / fixes.speed[used][:, None]
+    weight = agreement.turning[window[used]] / np.maximum(agreement.each[window[used]], 1e-6) ** 2
+    forward, of_window = _mean_direction(along, weight, window[used])
+    down = -np.mean(rotation.rotate(rotation.conjugate(q_ib[used]), fixes.up[used]), axis=0)
+    right = np.cross(down, forward)
+    right /= np.linalg.norm(right)
+    c_bv = np.column_stack([forward, right, np.cross(forward, right)])
+    return _named(c_bv, of_window)
+
+
+def _mean_direction(along: Array, weight: Array, window: Array) -> tuple[Array, Array]:
+    """Return the weighted mean direction, and the mean direction of each window with enough weight, (W, 3)."""
+    each, heavy = [], []
+    for w in np.unique(window):
+        rows = window == w
+        mean = along[rows].mean(axis=0)
+        each.append(mean / np.linalg.norm(mean))
+        heavy.append(float(weight[rows].mean()))
+    directions, weights = np.array(each), np.array(heavy)
+    centre = np.median(directions, axis=0)
+    for _ in range(20):  # robust mean: weights of Huber's kind
+        far = np.linalg.norm(directions - centre, axis=1)
+        limit = max(1.5 * float(np.median(far)), 1e-6)
+        w = np.sqrt(weights) * np.minimum(1.0, limit / np.maximum(far, 1e-12))
+        centre = (w[:, None] * directions).sum(axis=0) / w.sum()
+    return np.asarray(centre / np.linalg.norm(centre)), directions
+
+
+def _named(c_bv: Array, of_window: Array) -> Mounting:
+    """Return the nearest named axes and the remaining angles."""
+    best, nearest = -np.inf, np.eye(3)
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            m = np.zeros((3, 3))
+            m[range(3), list(order)] = signs
+            if np.linalg.det(m) > 0.0 and float(np.sum(m * c_bv)) > best:
+                best, nearest = float(np.sum(m * c_bv)), m
+    names = [_DIRECTIONS[(int(np.argmax(np.abs(row))), int(np.sign(row[np.argmax(np.abs(row))])))] for row in nearest]
+    c_vs = c_bv.T @ nearest  # from the unit's axes, renamed to forward-right-down, into the vehicle's
+    roll, pitch, yaw = (float(x) for x in rotation.euler_from_quaternion(rotation.quaternion_from_dcm(c_vs)))
+    inside = of_window @ nearest  # directions of motion in the renamed axes
+    centre = np.median(inside, axis=0)
+    spread = 1.4826 * np.median(np.abs(inside - centre), axis=0) / np.sqrt(max(len(inside) - 1, 1))
+    return Mounting(
+        (names[0], names[1], names[2]),
+        np.array([roll, pitch, yaw]),
+        np.array([spread[2], spread[1]]),
+        len(of_window),
+    )

@@ -1,0 +1,272 @@
+"""Inertial readings against the velocities of satellites, without knowledge of attitude, place or mounting of the unit.
+
+The gyros give the unit's attitude relative to that at the beginning of the log, b₀. The specific force, turned by it
+and integrated, is a curve α(t). Satellites give the same curve in an inertial frame, β(t), the velocity minus the
+integral of gravitation. Within a window of time the two differ by a rotation, the unknown attitude, and by a constant;
+in all windows together by constant biases b_g of the gyros and b_a of the accelerometers:
+
+    β(t_k) = C_w [α + G b_g − Θ b_a](t_k + τ) + c_w + ε_k,    Θ = ∫ C_b₀b dt,    G = ∫ (C_b₀b f) × Θ dt
+
+C_w is the rotation that fits best (Wahba's problem, solved by the singular value decomposition, Markley, J. Astronaut.
+Sci. 36, 1988). The biases follow by least squares in which every window has a small rotation of its own. The rms of ε
+is small only if times, units, handedness and scales of the unit are right. So τ and every doubt of this kind are
+decided by the least residual.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import earth, rotation
+from sinssim.alignment.disturbed import inertial_curve
+from sinssim.data import Array, ImuData
+from sinssim.earth.models import ELLIPSOIDS
+from sinssim.logs.streams import FixStream
+
+WINDOW = 10.0
+"""Default length of the windows, s: a manoeuvre of a car lasts as long, and a bias that changes by 0.1 °/s turns by a
+degree meanwhile."""
+_LEAST = 8  # fixes in a window
+_EARTH = ELLIPSOIDS["wgs84"]
+_BIAS_SIGMA = np.repeat((np.radians(1.0), 0.5), 3)  # rad/s and m/s² of the worst units
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """The inertial curve of a log.
+
+    Attributes:
+        time: (N+1,) s.
+        q_b0b: attitude of the unit relative to the first instant, (N+1, 4).
+        alpha: integral of the specific force in b₀, (N+1, 3) m/s.
+        by_gyro_bias: G, (N+1, 3, 3) m.
+        by_accel_bias: Θ, (N+1, 3, 3) s.
+    """
+
+    time: Array
+    q_b0b: Array
+    alpha: Array
+    by_gyro_bias: Array
+    by_accel_bias: Array
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The curve of the fixes, in an inertial frame that coincides with the Earth-fixed one at the first fix.
+
+    Attributes:
+        time: (M,) s.
+        beta: velocity minus the integral of gravitation, (M, 3) m/s.
+        relative: velocity relative to the Earth, in the inertial axes, (M, 3) m/s.
+        up: direction of the vertical, in the inertial axes, (M, 3).
+        speed: (M,) m/s.
+        sigma: typical 1σ of a component of the velocity, m/s.
+    """
+
+    time: Array
+    beta: Array
+    relative: Array
+    up: Array
+    speed: Array
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Match:
+    """How the two curves agree.
+
+    Attributes:
+        residual: rms of ε over the windows, m/s per component; infinite without windows.
+        each: rms of each window, (W,) m/s.
+        centre: time of the fix in the middle of each window, (W,) s.
+        q_ib0: rotation of each window, for the gyros' attitude in the middle of it, (W, 4).
+        turning: how well each window determines the rotation: the second singular value, (W,) m²/s².
+        bias: of gyros and accelerometers, (6,) rad/s and m/s².
+        window: length of the windows, s.
+    """
+
+    residual: float
+    each: Array
+    centre: Array
+    q_ib0: Array
+    turning: Array
+    bias: Array
+    window: float
+
+
+def pushed(time: Array, rate: Array, force: Array, most_hz: float = np.inf) -> Pushed:
+    """Integrate instantaneous readings.
+
+    Args:
+        time: increasing, (N,) s.
+        rate: (N, 3) rad/s.
+        force: (N, 3) m/s².
+        most_hz: samples are joined so that there are at most that many in a second.
+
+    Returns:
+        The curve.
+    """
+    steps = np.diff(time)[:, None]
+    dtheta = 0.5 * (rate[1:] + rate[:-1]) * steps
+    dvel = 0.5 * (force[1:] + force[:-1]) * steps
+    join = max(int(1.0 / (most_hz * float(np.median(steps)))), 1) if np.isfinite(most_hz) else 1
+    if join > 1:
+        starts = np.arange(0, len(dtheta), join)
+        dtheta, dvel = np.add.reduceat(dtheta, starts), np.add.reduceat(dvel, starts)
+        time = np.append(time[starts], time[-1])
+    q, alpha = inertial_curve(ImuData(time, dtheta, dvel))
+    c, length = rotation.dcm_from_quaternion(q), np.diff(time)[:, None, None]
+    theta = _summed(0.5 * (c[1:] + c[:-1]) * length)
+    middle = 0.5 * (theta[1:] + theta[:-1])
+    return Pushed(time, q, alpha, _summed(np.cross(np.diff(alpha, axis=0)[:, :, None], middle, axis=1)), theta)
+
+
+def _summed(steps: Array) -> Array:
+    """Return running sums from zero, (N+1, ...)."""
+    return np.concatenate([np.zeros((1, *steps.shape[1:])), np.cumsum(steps, axis=0)])
+
+
+def seen(fixes: FixStream) -> Seen | None:
+    """Return the curve of fixes with velocities; the velocities are differences of positions where there are none.
+
+    Args:
+        fixes: the fixes.
+
+    Returns:
+        The curve; None if fewer than a window's fixes are usable.
+    """
+    good = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)
+    if fixes.velocity_ned is not None:
+        good &= np.isfinite(fixes.velocity_ned).all(axis=1)
+    good &= np.append(True, np.diff(fixes.time) > 0.0)
+    if int(good.sum()) < _LEAST:
+        return None
+    time, latitude, longitude = fixes.time[good], fixes.latitude[good], fixes.longitude[good]
+    place = earth.geodetic_to_ecef(latitude, longitude, fixes.height[good], _EARTH)
+    q_en = earth.q_en(latitude, longitude)
+    if fixes.velocity_ned is None:
+        v_e, sigma = np.gradient(place, time, axis=0), 0.1
+        velocity = rotation.rotate(rotation.conjugate(q_en), v_e)
+    else:
+        velocity = fixes.velocity_ned[good]
+        v_e = rotation.rotate(q_en, velocity)
+        given = fixes.velocity_sigma
+        sigma = 0.05 if given is None or not np.isfinite(given[good]).any() else float(np.nanmedian(given[good]))
+    since = time - time[0]
+    relative = earth.ecef_to_eci(v_e, since, _EARTH)
+    carried = v_e + _EARTH.omega * np.stack([-place[:, 1], place[:, 0], np.zeros(len(place))], axis=1)
+    pull = earth.ecef_to_eci(earth.gravitation_ecef(place, "normal", _EARTH), since, _EARTH)
+    fallen = np.zeros_like(pull)
+    fallen[1:] = np.cumsum(0.5 * (pull[1:] + pull[:-1]) * np.diff(time)[:, None], axis=0)
+    speed = np.linalg.norm(velocity, axis=1)
+    up = earth.ecef_to_eci(rotation.rotate(q_en, np.array([0.0, 0.0, -1.0])), since, _EARTH)
+    return Seen(time, earth.ecef_to_eci(carried, since, _EARTH) - fallen, relative, up, speed, max(sigma, 1e-3))
+
+
+def match(
+    curve: Pushed,
+    fixes: Seen,
+    offset: float,
+    *,
+    window: float = WINDOW,
+    most: int | None = None,
+    bias: Array | None = None,
+    rounds: int = 3,
+) -> Match:
+    """Fit the two curves to each other.
+
+    Args:
+        curve: the inertial curve.
+        fixes: the curve of the fixes.
+        offset: the unit's clock minus the clock of the fixes, s.
+        window: length of the windows, s.
+        most: number of windows, those with the largest changes of velocity; all by default.
+        bias: first guess of the biases, (6,) rad/s and m/s²; zero by default.
+        rounds: number of improvements of the biases.
+
+    Returns:
+        The agreement.
+    """
+    rows = _windows(curve, fixes, offset, window, most)
+    if not rows:
+        none = np.zeros(0)
+        return Match(np.inf, none, none, np.zeros((0, 4)), none, np.zeros(6), window)
+    at = fixes.time + offset
+    table = np.concatenate(
+        [curve.alpha, *(m.reshape(-1, 9) for m in (curve.by_gyro_bias, curve.by_accel_bias))], axis=1
+    )
+    values = np.stack([np.interp(at, curve.time, column) for column in table.T], axis=1)
+    own = [_Window(fixes.beta[r], values[r]) for r in rows]
+    found = np.zeros(6) if bias is None else bias
+    for _ in range(rounds):
+        normal, right = np.diag((fixes.sigma / _BIAS_SIGMA) ** 2), -found * (fixes.sigma / _BIAS_SIGMA) ** 2
+        for one in own:
+            squares, product = one.of_biases(found)
+            normal, right = normal + squares, right + product
+        found = found + np.linalg.solve(normal, right)
+    fits = [one.fit(found) for one in own]
+    each = np.array([np.sqrt(np.mean(error * error)) for error, _, _, _ in fits])
+    return Match(
+        float(np.sqrt(np.mean(np.square(each)))),
+        each,
+        np.array([float(fixes.time[r[len(r) // 2]]) for r in rows]),
+        rotation.quaternion_from_dcm(np.array([c for _, c, _, _ in fits])),
+        np.array([strength for _, _, strength, _ in fits]),
+        found,
+        window,
+    )
+
+
+def _windows(curve: Pushed, fixes: Seen, offset: float, window: float, most: int | None) -> list[NDArray[np.intp]]:
+    """Return the rows of the fixes in each window."""
+    time = fixes.time
+    first = max(float(time[0]), float(curve.time[0]) - offset)
+    last = min(float(time[-1]), float(curve.time[-1]) - offset)
+    begins = np.arange(first, last - window, window)
+    rows = [np.arange(*np.searchsorted(time, (b, b + window))) for b in begins]
+    rows = [r for r in rows if len(r) >= _LEAST]
+    if most is not None and len(rows) > most:
+        size = [float(np.ptp(fixes.relative[r], axis=0).max()) for r in rows]
+        rows = [rows[k] for k in np.sort(np.argsort(size)[::-1][:most])]
+    return rows
+
+
+class _Window:
+    """The two curves within a window, without their means."""
+
+    def __init__(self, beta: Array, values: Array) -> None:
+        alpha, by_gyro, by_accel = values[:, :3], values[:, 3:12].reshape(-1, 3, 3), values[:, 12:].reshape(-1, 3, 3)
+        middle = by_accel[len(values) // 2]  # G relative to the attitude in the middle of the window
+        by_gyro = by_gyro - _crossing(alpha) @ middle
+        by_bias = np.concatenate([by_gyro, -by_accel], axis=2)
+        self.beta, self.alpha = beta - beta.mean(axis=0), alpha - alpha.mean(axis=0)
+        self.by_bias = by_bias - by_bias.mean(axis=0)
+
+    def fit(self, bias: Array) -> tuple[Array, Array, float, Array]:
+        """Return ε (K, 3), C, the second singular value, and the corrected α (K, 3)."""
+        alpha = self.alpha + self.by_bias @ bias
+        left, values, right = np.linalg.svd(self.beta.T @ alpha)
+        c = left @ np.diag((1.0, 1.0, np.sign(np.linalg.det(left @ right)))) @ right
+        return self.beta - alpha @ c.T, c, float(values[1]), alpha
+
+    def of_biases(self, bias: Array) -> tuple[Array, Array]:
+        """Return the normal equations of a change of the biases, (6, 6) and (6,), without the window's rotation."""
+        error, c, _, alpha = self.fit(bias)
+        columns = self.by_bias.reshape(-1, 6)
+        turned = _crossing(alpha).reshape(-1, 3)  # δ × α, but for the sign
+        residual = (error @ c).reshape(-1)
+        both = np.column_stack([columns, residual])
+        both -= turned @ np.linalg.lstsq(turned, both, rcond=None)[0]
+        return both[:, :6].T @ both[:, :6], both[:, :6].T @ both[:, 6]
+
+
+def _crossing(vectors: Array) -> Array:
+    """Return the matrices of v ×, (K, 3, 3)."""
+    out = np.zeros((len(vectors), 3, 3))
+    x, y, z = vectors.T
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
+    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
+    return out

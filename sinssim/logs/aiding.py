@@ -1,0 +1,125 @@
+"""Makes measurements for the filter of recorded fixes and of the readings of other sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array, Measurements
+from sinssim.errors import InputError
+from sinssim.logs.streams import FixStream, OtherStream
+from sinssim.scenario.sections.log import LogGnss, LogOther, LogReference
+from sinssim.sensors.aiding.base.sensor import AidingReadings
+
+Spans = Sequence[tuple[float, float]]
+Mask = NDArray[np.bool_]
+
+
+def quality_factor(fixes: FixStream, section: LogGnss | LogReference) -> Array:
+    """Return the factor of σ of each fix, NaN for one whose quality is refused, (M,)."""
+    if section.quality_factors is None:
+        return np.ones(len(fixes))
+    if fixes.quality is None:
+        raise InputError(
+            f"{section.file} has no codes of quality, but quality_factors are given: describe the column of the codes "
+            "(quality), or remove quality_factors."
+        )
+    found = np.full(len(fixes), np.nan)
+    for code, factor in section.quality_factors.items():
+        found[fixes.quality == int(code)] = factor
+    return found
+
+
+def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator[str]:
+    """Yield a sentence on the codes of quality of recorded fixes."""
+    if fixes.quality is None or not len(fixes):
+        return
+    codes, counts = np.unique(fixes.quality, return_counts=True)
+    factors = section.quality_factors
+    parts = []
+    for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
+        word = fixes.quality_words.get(code)
+        what = f"{count} of quality {code}" + (f" ({word})" if word else "")
+        if factors is not None:
+            factor = factors.get(str(code))
+            what += ", refused" if factor is None else f", σ times {factor:g}" if factor != 1.0 else ""
+        parts.append(what)
+    yield f"The satellites give {'; '.join(parts)}."
+
+
+def gnss_readings(fixes: FixStream, section: LogGnss, outages: Spans) -> list[AidingReadings]:
+    """Return recorded fixes as measurements.
+
+    Args:
+        fixes: fixes in the run's time, within the run.
+        section: the table [log.gnss].
+        outages: injected outages, s: a fix after the beginning and not after the end is withheld.
+
+    Returns:
+        Positions and velocities, as far as the section takes them and the file has them.
+
+    Raises:
+        InputError: 1σ of positions or velocities is not known, or no quality is accepted.
+    """
+    factor = quality_factor(fixes, section)
+    found = []
+    if "position" in section.use:
+        sigma = _sigma(
+            fixes.position_sigma, section.position_sigma_m, len(fixes), section.file, "position_sigma_m = [2, 2, 4]"
+        )
+        sigma = np.maximum(sigma * section.sigma_factor, max(section.least_sigma_m, 1e-9)) * factor[:, None]
+        value = np.column_stack((fixes.latitude, fixes.longitude, fixes.height))
+        found.append(_readings("gnss-position", fixes.time, value, sigma, section, outages))
+    if "velocity" in section.use and fixes.velocity_ned is not None:
+        sigma = _sigma(
+            fixes.velocity_sigma, section.velocity_sigma_mps, len(fixes), section.file,
+            "velocity_sigma_mps = [0.1, 0.1, 0.2]",
+        )  # fmt: skip
+        least = max(section.least_velocity_sigma_mps, 1e-9)
+        sigma = np.maximum(sigma * section.velocity_sigma_factor, least) * factor[:, None]
+        time = fixes.time - section.velocity_delay_s
+        found.append(_readings("gnss-velocity", time, fixes.velocity_ned, sigma, section, outages))
+    if not found:
+        raise InputError(f"{section.file} has no velocities, and use = {list(section.use)} takes nothing else.")
+    return found
+
+
+def _sigma(own: Array | None, given: tuple[float, float, float] | None, count: int, file: str, key: str) -> Array:
+    if given is not None:
+        return np.tile(given, (count, 1))
+    if own is None:
+        raise InputError(f"{file} gives no 1σ for this: state it, for example {key}.")
+    return own
+
+
+def _readings(kind: str, time: Array, value: Array, sigma: Array, section: LogGnss, outages: Spans) -> AidingReadings:
+    sound = np.isfinite(value).all(axis=1) & np.isfinite(sigma).all(axis=1)
+    time, value, sigma = time[sound], value[sound], sigma[sound]
+    kept = ~withheld(time, outages)
+    arrival = time + section.latency_s + (section.velocity_delay_s if kind == "gnss-velocity" else 0.0)
+    arm = np.array(section.lever_arm_m)
+    given = Measurements(
+        kind, time[kept], np.maximum(arrival, time)[kept], value[kept], np.ascontiguousarray(sigma[kept]), arm, kind
+    )
+    return AidingReadings(given, time, {})
+
+
+def withheld(time: Array, outages: Spans) -> Mask:
+    """Return which instants lie in an outage: after its beginning, and not after its end, (M,)."""
+    inside = np.zeros(len(time), dtype=bool)
+    for begin, end in outages:
+        inside |= (time > begin) & (time <= end)
+    return inside
+
+
+def other_readings(stream: OtherStream, section: LogOther) -> AidingReadings:
+    """Return the readings of another sensor as measurements, in the run's time."""
+    assert stream.sigma is not None  # a section describes it
+    sound = np.isfinite(stream.value).all(axis=1) & np.isfinite(stream.sigma).all(axis=1)
+    time = stream.time[sound]
+    given = Measurements(
+        section.kind, time, time, stream.value[sound], stream.sigma[sound], np.array(section.lever_arm_m), section.name
+    )
+    return AidingReadings(given, time, {})

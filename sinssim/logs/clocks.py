@@ -1,0 +1,133 @@
+"""Puts the times of several files on one clock, which is that of the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+from sinssim.errors import InputError
+from sinssim.logs.gps_time import LEAP_SECONDS, WEEK
+from sinssim.logs.streams import Clock
+
+_ORIGIN = datetime(1980, 1, 6)
+
+
+@dataclass(frozen=True)
+class Instant:
+    """An instant of GPS time, with whole seconds apart so that no digit is lost.
+
+    Attributes:
+        seconds: whole seconds since 1980-01-06 00:00:00 GPST.
+        fraction: 0 ≤ fraction < 1, s.
+    """
+
+    seconds: int
+    fraction: float
+
+
+def gps_instant(text: str, scale: Literal["gps", "utc"] = "gps") -> Instant:
+    """Return the instant of a date and time of day.
+
+    Args:
+        text: "2025-07-08 19:34:21.723".
+        scale: "gps", or "utc", whose leap seconds are then added.
+
+    Returns:
+        The instant.
+
+    Raises:
+        InputError: there is no such date or time of day.
+    """
+    date, _, fraction = text.replace("T", " ").partition(".")
+    try:
+        whole = datetime.fromisoformat(date)
+    except ValueError as error:
+        raise InputError(f'"{text}" is no date and time of day: {error}.') from error
+    seconds = round((whole - _ORIGIN).total_seconds())
+    if scale == "utc":
+        seconds += leap_seconds(date[:10])
+    return Instant(seconds, float(f"0.{fraction}") if fraction else 0.0)
+
+
+def leap_seconds(day: str) -> int:
+    """Return by how much GPS time is ahead of UTC on a day.
+
+    Args:
+        day: "2025-07-08".
+
+    Returns:
+        Whole seconds.
+    """
+    return sum(day >= leap for leap in LEAP_SECONDS)
+
+
+@dataclass(frozen=True)
+class FileClock:
+    """The clock of one file.
+
+    Attributes:
+        clock: of the file.
+        zero: GPS time of the file's time 0, if known: whole seconds and a fraction of either sign.
+    """
+
+    clock: Clock
+    zero: Instant | None
+
+
+def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClock:
+    """Return the clock of a file.
+
+    Args:
+        clock: what the file itself says.
+        first: its first time, s.
+        first_row: instant of its first row, if the description gives it.
+
+    Returns:
+        The clock; the description counts more than the file.
+    """
+    if first_row is not None:
+        return FileClock(clock, Instant(first_row.seconds, first_row.fraction - first))
+    zero = None if clock.origin_gps_s is None else Instant(clock.origin_gps_s, 0.0)
+    return FileClock(clock, zero)
+
+
+def offset(own: FileClock, other: FileClock, name: str, first: float) -> float:
+    """Return what is added to the times of another file so that they are on the clock of one's own.
+
+    Args:
+        own: clock of the inertial unit.
+        other: clock of the other file.
+        name: what the other file is, for the message: "log.gnss".
+        first: first time of the other file, s.
+
+    Returns:
+        The offset, s.
+
+    Raises:
+        InputError: one clock has a date and the other has none.
+    """
+    if own.zero is not None and other.zero is not None:
+        return other.zero.seconds - own.zero.seconds + (other.zero.fraction - own.zero.fraction)
+    if own.zero is None and other.zero is None:
+        return 0.0  # both count from the same unknown instant
+    without, key = ("log.imu", own) if own.zero is None else (name, other)
+    if key.clock.kind == "gps":  # seconds of the week: the week is that of the other clock
+        known = other.zero if own.zero is None else own.zero
+        assert known is not None
+        if own.zero is None:
+            return float(known.seconds % WEEK) + known.fraction
+        weeks = round((known.seconds + known.fraction - first) / WEEK)
+        return float(weeks * WEEK - known.seconds) - known.fraction
+    raise InputError(
+        f"{without} has no date ({key.clock.note or 'its times count from an unknown instant'}), but the other file "
+        f'has one: give the instant of its first row, {without}.first_row = "2025-07-08 19:34:21.723".'
+    )
+
+
+def date_of(zero: Instant) -> str:
+    """Return an instant as text, for example "2025-07-08 19:34:21.723 GPST"."""
+    from datetime import timedelta
+
+    at = _ORIGIN + timedelta(seconds=zero.seconds, milliseconds=round(1e3 * zero.fraction))
+    return f"{at:%Y-%m-%d %H:%M:%S}.{at.microsecond // 1000:03d} GPST"

@@ -1,0 +1,245 @@
+"""Reads the files of a [log] table: columns that the table describes, or one of the formats of the registry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.logs.formats.registry import FORMATS
+from sinssim.logs.read import candidates, read_file
+from sinssim.logs.streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
+from sinssim.logs.text.columns import SUFFIXES, Table
+from sinssim.logs.text.description import TIME_UNITS, TRIADS, LogDescription, unit_in_name
+from sinssim.logs.text.fix_description import SIGNS, UNITS_OF, FixColumns, Quantity, SolutionColumns, Triple
+from sinssim.logs.text.samples import read_samples
+from sinssim.scenario.sections.log import TEXT_FORMAT, LogFile, LogImu, LogOther
+
+_Stream = TypeVar("_Stream")
+_OWN_TIMES = Clock("machine", None, "times in a column, without a date")
+
+
+def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...]]:
+    """Read the recorded inertial unit.
+
+    Args:
+        section: the table [log.imu].
+
+    Returns:
+        Its readings in the axes of the unit, the clock of the file, and the reader's notes.
+
+    Raises:
+        InputError: the file cannot be read, holds no inertial unit, or has another kind than described.
+    """
+    path = Path(section.file)
+    found = _formatted(section, described=_describes(section, LogDescription, ("axes",)))
+    if found is not None:
+        stream = _one(found.inertial, section, found, "inertial unit")
+        axes = section.axes if "axes" in section.model_fields_set or stream.axes is None else stream.axes
+        matrix = LogDescription.model_validate({"axes": axes}).matrix
+        return _turned(stream, matrix), found.clock, found.notes
+    samples = read_samples(path, section, TRIADS)
+    # the axes are already turned; a copy of the first interval stands before the first stamp
+    stream = InertialStream(samples.time[1:], samples.triads["gyro"], samples.triads["accel"], samples.kind)
+    return stream, _OWN_TIMES, ()
+
+
+def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
+    from dataclasses import replace
+
+    return replace(stream, gyro=stream.gyro @ matrix.T, accel=stream.accel @ matrix.T)
+
+
+def fix_stream(section: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
+    """Read recorded fixes.
+
+    Args:
+        section: the table [log.gnss].
+
+    Returns:
+        The fixes, the clock of the file, and the reader's notes.
+
+    Raises:
+        InputError: the file cannot be read or holds no fixes.
+    """
+    assert isinstance(section, FixColumns)
+    found = _formatted(section, described=_describes(section, FixColumns))
+    if found is not None:
+        return _one(found.fixes, section, found, "fixes"), found.clock, found.notes
+    table, c = _table(section), section
+    _needed(table.path, c, ("latitude", "longitude", "height"))
+    quality = None if c.quality is None else table.column(c.quality, gaps=True)
+    stream = FixStream(
+        _times(table, c),
+        _one_of(table, c.latitude, "angle"),
+        _one_of(table, c.longitude, "angle"),
+        _one_of(table, c.height, "length"),
+        position_sigma=None if c.position_sigma is None else np.abs(_three_of(table, c.position_sigma, "length")),
+        velocity_ned=None if c.velocity is None else _three_of(table, c.velocity, "speed"),
+        velocity_sigma=None if c.velocity_sigma is None else np.abs(_three_of(table, c.velocity_sigma, "speed")),
+        quality=None if quality is None else np.where(np.isfinite(quality), quality, -1).astype(np.int64),
+    )
+    return stream, _OWN_TIMES, ()
+
+
+def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
+    """Read a reference: a solution, or fixes.
+
+    Args:
+        section: the table [log.reference].
+
+    Returns:
+        The solution or the fixes, the clock of the file, and the reader's notes.
+
+    Raises:
+        InputError: the file cannot be read or holds neither.
+    """
+    assert isinstance(section, SolutionColumns)
+    found = _formatted(section, described=_describes(section, SolutionColumns))
+    if found is not None:
+        both: dict[str, SolutionStream | FixStream] = {**found.fixes, **found.solutions}
+        if section.stream is None and found.solutions:
+            return _one(found.solutions, section, found, "solution"), found.clock, found.notes
+        return _one(both, section, found, "solution"), found.clock, found.notes
+    stream, clock, notes = fix_stream(section)
+    table, c = _table(section), section
+    q_nb = None
+    if c.quaternion is not None:
+        q_nb = np.column_stack([table.column(column, gaps=True) for column in c.quaternion])
+        q_nb = q_nb / np.linalg.norm(q_nb, axis=1, keepdims=True)
+    elif c.heading is not None:
+        from sinssim import rotation
+
+        level = np.zeros(len(stream))
+        roll, pitch, heading = (
+            level if angle is None else _one_of(table, angle, "angle") for angle in (c.roll, c.pitch, c.heading)
+        )
+        q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
+    if q_nb is None:
+        return stream, clock, notes
+    sigma = None if c.attitude_sigma is None else np.abs(_three_of(table, c.attitude_sigma, "angle"))
+    solution = SolutionStream(
+        stream.time, stream.latitude, stream.longitude, stream.height, stream.datum, stream.velocity_ned, q_nb,
+        stream.position_sigma, stream.velocity_sigma, sigma,
+    )  # fmt: skip
+    return solution, clock, notes
+
+
+_DIMENSION = {"baro-height": "length", "heading": "angle", "speed": "speed", "airspeed": "speed"}
+
+
+def other_stream(section: LogOther) -> tuple[OtherStream, Clock]:
+    """Read the readings of another sensor from columns.
+
+    Args:
+        section: an entry of [[log.others]].
+
+    Returns:
+        The readings, and the clock of the file.
+
+    Raises:
+        InputError: the file cannot be read, or a unit is unknown.
+    """
+    units = UNITS_OF[_DIMENSION[section.kind]]
+    for quantity in (section.reading, section.sigma):
+        if quantity.unit not in units:
+            raise unknown_name(f"unit of {section.kind}", quantity.unit, units)
+    columns = [c for c in (section.time, section.reading.column, section.sigma.column) if c is not None]
+    layout = FixColumns(time=section.time, delimiter=section.delimiter, skip_lines=section.skip_lines)
+    table = Table(Path(section.file), layout, columns)
+    time = table.column(section.time) * TIME_UNITS[section.time_unit or unit_in_name(section.time) or "s"]
+    value = _values(table, section.reading, units[section.reading.unit], len(time))
+    sigma = _values(table, section.sigma, units[section.sigma.unit], len(time))
+    return OtherStream(section.name, section.kind, time, value[:, None], sigma[:, None]), _OWN_TIMES
+
+
+def _describes(section: LogFile, of: type[LogDescription] | type[FixColumns], also: tuple[str, ...] = ()) -> list[str]:
+    """Return the keys of columns that a table gives."""
+    return [name for name in of.model_fields if name in section.model_fields_set and name not in also]
+
+
+def _formatted(section: LogFile, described: list[str]) -> Streams | None:
+    """Read a file of the registry's formats; None for columns that the section describes."""
+    path = Path(section.file)
+    if section.format == TEXT_FORMAT or (section.format is None and described):
+        return None
+    if section.format is None and not candidates(path):
+        if path.suffix.lower() in SUFFIXES:
+            return None
+        raise InputError(
+            f"{path}: no format recognises this file. Known are {', '.join(FORMATS)}, and text in columns "
+            f"({', '.join(SUFFIXES)})."
+        )
+    found = read_file(path, section.format)
+    if described:
+        raise InputError(
+            f"{path} is read in the format {found.format}, which defines its columns: remove {', '.join(described)}."
+        )
+    return found
+
+
+def _one(streams: dict[str, _Stream], section: LogFile, found: Streams, what: str) -> _Stream:
+    """Return the stream that a section names, or the only one."""
+    if section.stream is not None:
+        if section.stream not in streams:
+            raise unknown_name(f"stream of {found.path}", section.stream, streams)
+        return streams[section.stream]
+    if len(streams) != 1:
+        raise InputError(
+            f"{found.path} ({found.format}) has "
+            + (f"several streams, {', '.join(streams)}: choose one with stream." if streams else f"no {what}.")
+        )
+    return next(iter(streams.values()))
+
+
+def _table(columns: FixColumns) -> Table:
+    assert isinstance(columns, LogFile)
+    return Table(Path(columns.file), columns, columns.used)
+
+
+def _needed(path: Path, columns: FixColumns, names: tuple[str, ...]) -> None:
+    missing = [name for name in names if getattr(columns, name) is None]
+    if missing:
+        raise InputError(
+            f"{path}: the columns of {', '.join(missing)} are not described, for example "
+            f'{missing[0]} = {{ column = "lat", unit = "deg" }}.'
+        )
+
+
+def _times(table: Table, columns: FixColumns) -> Array:
+    """Return the times of a file, which must increase, (M,) s."""
+    unit = columns.time_unit or unit_in_name(columns.time) or "s"
+    time = table.column(columns.time) * TIME_UNITS[unit]
+    steps = np.diff(time)
+    if len(steps) and not np.min(steps) > 0.0:
+        k = int(np.argmax(~(steps > 0.0))) + 1
+        raise InputError(f"{table.place(k)}: the time {time[k]:.9g} s does not come after {time[k - 1]:.9g} s.")
+    return time
+
+
+def _one_of(table: Table, quantity: Quantity | None, dimension: str) -> Array:
+    assert quantity is not None  # checked before
+    size = UNITS_OF[dimension][quantity.unit]
+    return _values(table, quantity, size, -1)
+
+
+def _values(table: Table, quantity: Quantity, size: float, count: int) -> Array:
+    if quantity.column is not None:
+        return table.column(quantity.column, gaps=True) * size
+    assert quantity.value is not None
+    rows = count if count >= 0 else table.rows
+    return np.full(rows, quantity.value * size)
+
+
+def _three_of(table: Table, triple: Triple, dimension: str) -> Array:
+    """Return three components, north, east, down, (M, 3)."""
+    size = UNITS_OF[dimension][triple.unit]
+    if triple.columns is None:
+        assert triple.values is not None
+        given = np.tile(np.array(triple.values), (table.rows, 1))
+    else:
+        given = np.column_stack([table.column(column, gaps=True) for column in triple.columns])
+    return np.column_stack([size * sign * given[:, k] for k, sign in SIGNS[triple.axes]])

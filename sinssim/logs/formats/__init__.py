@@ -1,0 +1,1 @@
+"""One file for each format of recorded sensors and solutions, and the registry of formats."""

@@ -1,0 +1,1 @@
+"""Formats of inertial navigators: KF-GINS, PSINS, SBET."""

@@ -1,0 +1,62 @@
+"""Solution of KF-GINS (Wuhan University), also the form of the truth that comes with its data.
+
+Text, blanks between the columns: GPS week, seconds of the week, latitude, longitude [°], height above the ellipsoid
+[m], velocity north, east, down [m/s], roll, pitch, heading [°] of forward-right-down axes. KF-GINS itself writes 0
+for the week. Layout: writeNavResult in src/kf_gins.cpp of KF-GINS.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.errors import InputError
+from sinssim.logs.formats.number_table import check_finite, head_numbers, read_numbers
+from sinssim.logs.gps_time import WEEK, unrolled
+from sinssim.logs.streams import Clock, SolutionStream, Streams
+from sinssim.units import DEG
+
+WIDTHS = (11,)
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Return whether the first rows are a week, seconds, a place, a velocity and angles."""
+    rows = head_numbers(head)
+    if rows is None or rows.shape[1] not in WIDTHS or not np.isfinite(rows).all():
+        return False
+    week, seconds, latitude, longitude = rows[:, :4].T
+    return bool(
+        (week == np.floor(week)).all()
+        and ((week >= 0.0) & (week < 10000.0)).all()
+        and ((seconds >= 0.0) & (seconds <= WEEK + 86400)).all()
+        and (np.diff(unrolled(seconds, WEEK)) > 0.0).all()
+        and (np.abs(latitude) <= 90.0).all()
+        and (np.abs(longitude) <= 360.0).all()
+        and (np.abs(rows[:, 8:11]) <= 360.0).all()
+    )
+
+
+def read(path: Path) -> Streams:
+    """Read the solution."""
+    rows = read_numbers(path, WIDTHS)
+    check_finite(path, rows, "time, position, velocity or angle")
+    week = rows[:, 0]
+    if (week != np.floor(week)).any() or (week < 0.0).any() or (week > 1e4).any():
+        row = int(np.argmax((week != np.floor(week)) | (week < 0.0) | (week > 1e4)))
+        raise InputError(f"{path}, row {row + 1}: {week[row]:g} is no GPS week; the first column holds the week, or 0.")
+    known = bool((week > 0.0).all())
+    time = rows[:, 1] + (week - week[0]) * WEEK if known else unrolled(rows[:, 1], WEEK)
+    stream = SolutionStream(
+        time=time,
+        latitude=rows[:, 2] * DEG,
+        longitude=rows[:, 3] * DEG,
+        height=rows[:, 4],
+        datum="ellipsoid",
+        velocity_ned=rows[:, 5:8],
+        q_nb=rotation.quaternion_from_euler(*(rows[:, 8:11] * DEG).T),
+    )
+    note = f"seconds of the GPS week {int(week[0])}" if known else "seconds of the GPS week; the file gives week 0"
+    clock = Clock("gps", int(week[0]) * WEEK if known else None, note)
+    return Streams(path, "kf-gins-solution", clock, solutions={"solution": stream})

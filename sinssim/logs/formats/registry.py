@@ -1,0 +1,34 @@
+"""The registry of the formats of recorded files.
+
+Adding a format takes a file beside this one and a line in `FORMATS`. The file defines
+
+    def recognises(path: Path, head: bytes) -> bool: whether a file with these first 4096 bytes may be of the format
+    def read(path: Path) -> Streams: its streams; InputError with file and row if it cannot be read
+
+A format may be a folder; then the head is empty.
+"""
+
+from __future__ import annotations
+
+FORMATS: dict[str, tuple[str, str]] = {
+    "kf-gins-imu": ("navigators.kf_gins_imu", "IMU file of KF-GINS: seconds of week, Δθ, Δv, forward-right-down"),
+    "kf-gins-gnss": ("navigators.kf_gins_gnss", "GNSS file of KF-GINS: seconds of week, position, σ; or with velocity"),
+    "kf-gins-solution": ("navigators.kf_gins_solution", "solution or truth of KF-GINS: position, velocity, attitude"),
+    "psins-imu": ("navigators.psins_imu", "PSINS .imu: counts of angle and velocity, scale factors, right-front-up"),
+    "psins-avp": ("navigators.psins_avp", "PSINS .avp: attitude, velocity, position, time"),
+    "sbet": ("navigators.sbet", "Applanix SBET: 17 doubles a record"),
+    "nmea": ("receivers.nmea", "NMEA 0183 (library pynmeagps)"),
+    "ubx": ("receivers.ubx", "u-blox UBX: NAV-PVT, NAV-HPPOSLLH, NAV-COV, NAV-RELPOSNED (library pyubx2)"),
+    "novatel": ("receivers.novatel", "NovAtel OEM7: RAWIMUSX, BESTPOS, BESTVEL, INSPVAX (library novatel-edie)"),
+    "ulog": ("robots.ulog", "PX4 ULog (library pyulog)"),
+    "ros": ("robots.ros", "ROS 1 and 2 bags, MCAP: Imu, NavSatFix, TwistStamped, Odometry (library rosbags)"),
+    "euroc": ("robots.euroc", "EuRoC: CSV files of IMU and ground truth"),
+    "tum": ("robots.tum", "TUM trajectory: time, position, quaternion"),
+    "kitti-oxts": ("robots.kitti_oxts", "KITTI OXTS: folder of text files, 30 numbers each"),
+    "columns": ("columns", "CSV whose columns are named with their units: time_s, latitude_deg, height_m, …"),
+    "gpx": ("gpx", "GPX 1.0 and 1.1: track points with UTC times"),
+    "kml": ("kml", "KML: gx:Track with times"),
+    "track-csv": ("track_csv", "CSV or Parquet with named columns: time_s, latitude_deg, longitude_deg, height_m, …"),
+    "rtklib-pos": ("rtklib_pos", "solution of RTKLIB (.pos): dates or GPS weeks, positions in degrees"),
+}  # fmt: skip
+"""Module under `sinssim.logs.formats` and a sentence on the format, by the format's name."""

@@ -1,0 +1,131 @@
+"""Reads a solution file of RTKLIB (.pos): fixes with dates or GPS weeks, geodetic positions in degrees.
+
+The layout is that of `outsolhead` and `outpos` in RTKLIB's solution.c: a comment of column heads, then date and time of
+day, or week and seconds, latitude, longitude, height, quality, satellites, standard deviations, age and ratio, and
+velocities if they were computed.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.logs.clocks import leap_seconds
+from sinssim.logs.gps_time import WEEK
+from sinssim.logs.streams import Clock, FixStream, HeightDatum, Streams
+from sinssim.units import DEG
+
+QUALITY = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"}
+_UNDEFINED, _ORIGIN = 0.0, datetime(1980, 1, 6)
+_LEAST, _WITH_VELOCITY = 15, 24  # fields of a row
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Return whether a file may be of this format."""
+    first = head.decode("latin-1").splitlines()
+    return path.suffix.lower() == ".pos" and any(
+        line.startswith("%") and "latitude(deg)" in line.replace("'", "") for line in first
+    )
+
+
+def read(path: Path) -> Streams:
+    """Read a solution file.
+
+    Args:
+        path: the file.
+
+    Returns:
+        One stream of fixes, "gnss".
+
+    Raises:
+        InputError: the file cannot be read; the message names the row.
+    """
+    try:
+        lines = path.read_text(encoding="latin-1").splitlines()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+    heads = [line for line in lines if line.startswith("%") and "latitude(deg)" in line]
+    if not heads:
+        raise InputError(
+            f"{path} has no line of heads with latitude(deg): it is not in RTKLIB's format of geodetic positions in "
+            "degrees (solution format llh). Choose that format in RTKLIB."
+        )
+    utc = "UTC" in heads[-1].split("latitude")[0]
+    numbers, times = _rows(path, lines, utc)
+    origin = int(min(seconds for seconds, _ in times))
+    time = np.array([seconds - origin + fraction for seconds, fraction in times])
+    sd = numbers[:, 5:11]
+    quality = numbers[:, 3].astype(np.int64)
+    moving = numbers.shape[1] >= _WITH_VELOCITY - 2
+    fixes = FixStream(
+        time,
+        numbers[:, 0] * DEG,
+        numbers[:, 1] * DEG,
+        numbers[:, 2],
+        _datum(lines),
+        np.where(sd[:, :3] > _UNDEFINED, sd[:, :3], np.nan),
+        numbers[:, 13:16] * (1.0, 1.0, -1.0) if moving else None,
+        np.where(numbers[:, 16:19] > _UNDEFINED, numbers[:, 16:19], np.nan) if moving else None,
+        quality,
+        {code: word for code, word in QUALITY.items() if code in quality},
+        covariance=_covariance(sd),
+    )
+    clock = Clock("utc" if utc else "gps", origin, "dates in UTC" if utc else "dates or weeks in GPS time")
+    return Streams(path, "rtklib-pos", clock, fixes={"gnss": fixes})
+
+
+def _rows(path: Path, lines: list[str], utc: bool) -> tuple[Array, list[tuple[int, float]]]:
+    """Return the numbers of every row after its time, and the times as whole seconds and fractions."""
+    rows, times = [], []
+    for number, line in enumerate(lines, start=1):
+        fields = line.replace(",", " ").split()
+        if not fields or line.startswith("%"):
+            continue
+        try:
+            times.append(_time(fields[0], fields[1], utc))
+            rows.append([float(field) for field in fields[2:]])
+        except (ValueError, IndexError) as error:
+            raise InputError(f"{path}, line {number}: this is no row of a solution: {line[:80]!r}.") from error
+        if len(rows[-1]) < _LEAST - 2 or len(rows[-1]) != len(rows[0]):
+            raise InputError(
+                f"{path}, line {number}: it has {len(fields)} fields; "
+                + (f"the rows before have {len(rows[0]) + 2}." if len(rows) > 1 else f"at least {_LEAST} are needed.")
+            )
+    if not rows:
+        raise InputError(f"{path} holds no solution: it has no row of numbers.")
+    return np.array(rows), times
+
+
+def _time(first: str, second: str, utc: bool) -> tuple[int, float]:
+    """Return GPS time of a row, whole seconds and the fraction."""
+    whole, _, digits = second.partition(".")
+    fraction = float(f"0.{digits}") if digits else 0.0
+    if "/" not in first:
+        return int(first) * WEEK + int(whole), fraction
+    at = datetime.strptime(f"{first} {whole}", "%Y/%m/%d %H:%M:%S")
+    return round((at - _ORIGIN).total_seconds()) + (leap_seconds(f"{at:%Y-%m-%d}") if utc else 0), fraction
+
+
+def _datum(lines: list[str]) -> HeightDatum:
+    """Return what the heights refer to, if the comments tell."""
+    text = " ".join(line for line in lines if line.startswith("%"))
+    return "ellipsoid" if "ellipsoidal" in text else "mean sea level" if "geodetic" in text else "unknown"
+
+
+def _covariance(sd: Array) -> Array | None:
+    """Return the covariance of north, east, down, (M, 3, 3); None if the file has no correlations.
+
+    The file has √|c| with the sign of c for north-east, east-up and up-north.
+    """
+    cross = np.sign(sd[:, 3:]) * sd[:, 3:] ** 2
+    if not cross.any():
+        return None
+    found = np.zeros((len(sd), 3, 3))
+    found[:, range(3), range(3)] = sd[:, :3] ** 2
+    for (i, j), values in zip(((0, 1), (1, 2), (2, 0)), (cross[:, 0], -cross[:, 1], -cross[:, 2]), strict=True):
+        found[:, i, j] = found[:, j, i] = values
+    return found

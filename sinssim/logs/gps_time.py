@@ -1,0 +1,156 @@
+"""GPS time, UTC and Unix time: leap seconds, weeks, dates.
+
+GPS time counts seconds since 1980-01-06 00:00:00 UTC without leap seconds. UTC has had the leap seconds of the table
+since then (IERS Bulletin C; the last one was inserted at the end of 2016). Unix time counts the seconds of UTC without
+leap seconds since 1970-01-01.
+"""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError, shortened
+
+WEEK = 604800
+"""Seconds of a week."""
+DAY = 86400
+"""Seconds of a day."""
+EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
+"""Beginning of GPS time."""
+EPOCH_UNIX = 315964800
+"""Unix time of the beginning of GPS time, s."""
+
+LEAP_SECONDS: tuple[str, ...] = (
+    "1981-07-01", "1982-07-01", "1983-07-01", "1985-07-01", "1988-01-01", "1990-01-01", "1991-01-01", "1992-07-01",
+    "1993-07-01", "1994-07-01", "1996-01-01", "1997-07-01", "1999-01-01", "2006-01-01", "2009-01-01", "2012-07-01",
+    "2015-07-01", "2017-01-01",
+)  # fmt: skip
+"""Days at whose beginning, UTC, GPS time minus UTC grew by one second (IERS Bulletin C, numbers 1 to 72)."""
+
+_STEPS_UNIX = np.array([datetime.fromisoformat(f"{day}T00:00:00+00:00").timestamp() for day in LEAP_SECONDS])
+_STEPS_GPS = _STEPS_UNIX - EPOCH_UNIX + np.arange(1, len(LEAP_SECONDS) + 1)
+
+
+def leap_seconds(unix: float | Array) -> Array:
+    """Return GPS time minus UTC.
+
+    Args:
+        unix: Unix times, () or (N,) s.
+
+    Returns:
+        Whole seconds, of the same shape; 0 before 1981, 18 since 2017.
+    """
+    return np.asarray(np.searchsorted(_STEPS_UNIX, unix, side="right"), dtype=np.float64)
+
+
+def gps_from_unix(unix: float | Array) -> Array:
+    """Return GPS time.
+
+    Args:
+        unix: Unix times, () or (N,) s.
+
+    Returns:
+        Seconds since 1980-01-06 00:00:00 GPST, of the same shape.
+    """
+    return np.asarray(unix, dtype=np.float64) - EPOCH_UNIX + leap_seconds(unix)
+
+
+def unix_from_gps(gps: float | Array) -> Array:
+    """Return Unix time; within a leap second, the second after it.
+
+    Args:
+        gps: seconds since 1980-01-06 00:00:00 GPST, () or (N,).
+
+    Returns:
+        Unix times, of the same shape, s.
+    """
+    gps = np.asarray(gps, dtype=np.float64)
+    return gps + EPOCH_UNIX - np.searchsorted(_STEPS_GPS, gps, side="right")
+
+
+def gps_from_date(date: datetime) -> int:
+    """Return GPS time of a date in UTC.
+
+    Args:
+        date: with a time zone, of whole seconds.
+
+    Returns:
+        Whole seconds since 1980-01-06 00:00:00 GPST.
+    """
+    unix = round((date - datetime(1970, 1, 1, tzinfo=UTC)).total_seconds())
+    return unix - EPOCH_UNIX + int(leap_seconds(unix))
+
+
+def date_from_gps(gps: float) -> datetime:
+    """Return the date in UTC.
+
+    Args:
+        gps: seconds since 1980-01-06 00:00:00 GPST.
+
+    Returns:
+        The date, to a microsecond.
+    """
+    return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=float(unix_from_gps(gps)))
+
+
+def parse_date(text: str, key: str) -> int:
+    """Return GPS time of a date given as text.
+
+    Args:
+        text: for example "2026-01-01T00:00:00Z"; without a time zone it is UTC.
+        key: name of the option or key, for the message.
+
+    Returns:
+        Whole seconds since 1980-01-06 00:00:00 GPST.
+
+    Raises:
+        InputError: it is no date, has a fraction of a second, or lies before GPS time begins.
+    """
+    given = text.strip()
+    try:
+        date = datetime.fromisoformat(re.sub(r"[zZ]$", "+00:00", given))
+    except ValueError as error:
+        raise InputError(
+            f"{key}: {shortened(repr(text))} is no date; give one such as 2026-01-01T00:00:00Z (UTC)."
+        ) from error
+    if date.tzinfo is None:
+        date = date.replace(tzinfo=UTC)
+    if date.microsecond:
+        raise InputError(f"{key}: {text} has a fraction of a second; give whole seconds.")
+    if not EPOCH <= date < datetime(2200, 1, 1, tzinfo=UTC):
+        raise InputError(f"{key}: {text} is not within 1980-01-06 and 2200, the years of GPS time.")
+    return gps_from_date(date)
+
+
+def week_and_seconds(gps: int) -> tuple[int, int]:
+    """Return the GPS week, counted without overflow since 1980, and the seconds of the week.
+
+    Args:
+        gps: whole seconds since 1980-01-06 00:00:00 GPST.
+
+    Returns:
+        Week, and seconds of the week.
+    """
+    return divmod(gps, WEEK)
+
+
+def unrolled(seconds: Array, period: float) -> Array:
+    """Return times that count on where a counter begins again, at the end of a week or of a day.
+
+    Args:
+        seconds: times, (N,) s.
+        period: of the counter, s.
+
+    Returns:
+        Times with multiples of the period added after each fall by more than half a period.
+    """
+    if len(seconds) < 2:
+        return seconds
+    falls = np.diff(seconds) < -0.5 * period
+    if not falls.any():
+        return seconds
+    return seconds + period * np.concatenate(([0.0], np.cumsum(falls)))

@@ -1,0 +1,208 @@
+"""The streams of a run directory in the common form of recorded files, read from its Parquet files when wanted."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.logs.streams import FixStream, InertialStream, SolutionStream
+
+AXES = ("forward", "right", "down")
+_IMU = ("ideal", "measured", "compensated")
+_STATE = (
+    "latitude_rad", "longitude_rad", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps", "q_nb_w",
+    "q_nb_x", "q_nb_y", "q_nb_z",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A finished run, read from its directory.
+
+    Attributes:
+        path: the run directory.
+    """
+
+    path: Path
+
+    def __post_init__(self) -> None:
+        if not (self.path / "streams" / "truth.parquet").is_file():
+            what = "does not exist" if not self.path.exists() else "holds no run: streams/truth.parquet is missing"
+            raise InputError(f"{self.path} {what}. Give the directory of a run, for example runs/first_flight.")
+        if "latitude_rad" not in self._names("truth"):
+            raise InputError(f"{self.path} is a run of the one-component system, which has no position on the Earth.")
+
+    @property
+    def name(self) -> str:
+        """Name of the directory."""
+        return self.path.resolve().name
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Contents of summary.json."""
+        try:
+            found = json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.path / 'summary.json'} cannot be read: {error}.") from error
+        if not isinstance(found, dict):
+            raise InputError(f"{self.path / 'summary.json'} is not the summary of a run.")
+        return found
+
+    @cached_property
+    def scenario(self) -> dict[str, Any]:
+        """Contents of scenario.toml."""
+        from sinssim.scenario.toml_file import read_toml
+
+        return read_toml(self.path / "scenario.toml")[1]
+
+    @property
+    def ellipsoid(self) -> str:
+        """Name of the ellipsoid of its coordinates."""
+        return str(self.scenario.get("truth", {}).get("ellipsoid", "wgs84"))
+
+    def streams(self, begin: str) -> list[str]:
+        """Return the names of the streams that begin with a word, without it.
+
+        Args:
+            begin: for example "nav_".
+        """
+        found = sorted(path.stem for path in (self.path / "streams").glob(f"{begin}*.parquet"))
+        return [name.removeprefix(begin) for name in found]
+
+    @property
+    def solutions(self) -> list[str]:
+        """Names of the solutions: "truth", then the algorithms in the order of the summary."""
+        found = self.streams("nav_")
+        order = [*self.summary.get("algorithms", {}), "aided", "smoothed"]
+        return ["truth", *sorted(found, key=lambda name: (order.index(name) if name in order else len(order), name))]
+
+    @cached_property
+    def inertial(self) -> list[str]:
+        """Kinds of inertial readings with three gyros: "ideal", "measured", "compensated"."""
+        return [k for k in self.streams("imu_") if k in _IMU and "dtheta_x_rad" in self._names(f"imu_{k}")]
+
+    @property
+    def fixes(self) -> list[str]:
+        """Names of the satellite receivers."""
+        return [name.removesuffix("_position") for name in self.streams("aiding_") if name.endswith("_position")]
+
+    def solution(self, name: str) -> SolutionStream:
+        """Return a solution, or the truth.
+
+        Args:
+            name: one of `solutions`.
+
+        Raises:
+            InputError: the run has none of this name.
+        """
+        if name not in self.solutions:
+            raise unknown_name(f"solution of {self.path}", name, self.solutions)
+        rows = self._table(name if name == "truth" else f"nav_{name}", ("time_s", *_STATE))
+        return SolutionStream(
+            rows[0], rows[1], rows[2], rows[3], "ellipsoid", np.stack(rows[4:7], 1), np.stack(rows[7:11], 1)
+        )
+
+    def increments(self, kind: str) -> InertialStream:
+        """Return inertial readings, increments over the intervals that end at the stamps.
+
+        Args:
+            kind: one of `inertial`.
+
+        Raises:
+            InputError: the run has none of this kind, or they have no increments of angle.
+        """
+        if kind not in self.inertial:
+            raise unknown_name(f"inertial readings of {self.path}", kind, self.inertial)
+        columns = ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps")
+        rows = self._table(f"imu_{kind}", ("time_s", *columns))
+        start = float(self._table("truth", ("time_s",))[0][0])
+        edges = np.concatenate(([start], rows[0]))
+        interval = np.diff(edges)
+        return InertialStream(
+            rows[0],
+            np.stack(rows[1:4], 1),
+            np.stack(rows[4:7], 1),
+            "increments",
+            np.stack((interval, interval), 1),
+            AXES,
+        )
+
+    def fix(self, name: str) -> FixStream:
+        """Return the fixes of a satellite receiver, of its antenna, with the velocity where it is measured with them.
+
+        Args:
+            name: one of `fixes`.
+
+        Raises:
+            InputError: the run has none of this name.
+        """
+        if name not in self.fixes:
+            raise unknown_name(f"satellite receiver of {self.path}", name, self.fixes)
+        sigma = ("sigma_n_m", "sigma_e_m", "sigma_d_m")
+        rows = self._table(f"aiding_{name}_position", ("time_s", "latitude_rad", "longitude_rad", "height_m", *sigma))
+        velocity = velocity_sigma = None
+        if f"{name}_velocity" in self.streams("aiding_"):
+            names = [f"{what}_{axis}_mps" for what in ("velocity", "sigma") for axis in "ned"]
+            own = self._table(f"aiding_{name}_velocity", ("time_s", *names))
+            if np.array_equal(own[0], rows[0]):
+                velocity, velocity_sigma = np.stack(own[1:4], 1), np.stack(own[4:7], 1)
+        return FixStream(
+            rows[0], rows[1], rows[2], rows[3], "ellipsoid", np.stack(rows[4:7], 1), velocity, velocity_sigma
+        )
+
+    def lever_arm(self, name: str) -> tuple[float, float, float]:
+        """Return the place of a receiver's antenna from the sensor block: forward, right, down, m.
+
+        Args:
+            name: one of `fixes`.
+        """
+        arm = self.scenario.get("aiding", {}).get(name, {}).get("lever_arm_m", (0.0, 0.0, 0.0))
+        return float(arm[0]), float(arm[1]), float(arm[2])
+
+    def errors(self, name: str) -> Array:
+        """Return the columns of a stream of errors.
+
+        Args:
+            name: an algorithm.
+
+        Returns:
+            (10, N): time, position, velocity, attitude.
+        """
+        columns = ("position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
+        return np.stack(self._table(f"error_{name}", ("time_s", *columns, "phi_n_rad", "phi_e_rad", "phi_d_rad")))
+
+    def _names(self, name: str) -> list[str]:
+        """Return the names of a stream's columns."""
+        from pyarrow import ArrowException, parquet
+
+        path = self.path / "streams" / f"{name}.parquet"
+        try:
+            return list(parquet.read_schema(path).names)
+        except (OSError, ArrowException) as error:
+            raise InputError(f"{path} cannot be read: {_first_line(error)}.") from error
+
+    def _table(self, name: str, columns: tuple[str, ...]) -> list[Array]:
+        """Return columns of a stream."""
+        from pyarrow import ArrowException, parquet
+
+        path = self.path / "streams" / f"{name}.parquet"
+        known = self._names(name)
+        missing = [column for column in columns if column not in known]
+        if missing:
+            raise InputError(f"{path} has no column {missing[0]}; a run of this kind does not have it.")
+        try:
+            table = parquet.read_table(path, columns=list(columns))
+        except (OSError, ArrowException) as error:
+            raise InputError(f"{path} cannot be read: {_first_line(error)}.") from error
+        return [table.column(column).to_numpy() for column in columns]
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).split("\n", 1)[0][:200].rstrip(".")

@@ -1,0 +1,1 @@
+"""Errors of solutions that other programs computed from the exported readings of a run."""

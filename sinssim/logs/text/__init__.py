@@ -1,0 +1,1 @@
+"""Recorded logs in columns: text, Parquet and npz, as a description names them."""

@@ -1,0 +1,323 @@
+"""Reads the columns of a log file (text, Parquet or npz) as arrays of doubles; files beyond the memory are refused."""
+
+from __future__ import annotations
+
+import csv
+import io
+import zipfile
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.logs.text.description import WHITESPACE, Column
+from sinssim.system.memory import machine_memory
+
+TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
+"""Suffixes of text files."""
+SUFFIXES = (*TEXT, ".parquet", ".npz")
+"""Suffixes of the files that can be a log."""
+
+_COPIES = 4  # copies of every number at once: as read, by columns, in the block's axes and in SI, as increments
+_BYTES_OF_TEXT = 8  # bytes of memory per byte of text: a number has at least two bytes, an entry in a list of lines 60
+_SHOWN = 20  # names of columns listed in a message
+_LONGEST = 60  # characters of a name or value in a message
+
+
+class Layout(Protocol):
+    """How the columns of a file are written.
+
+    Attributes:
+        delimiter: one character, or `WHITESPACE`.
+        skip_lines: lines before the line of names, or before the numbers.
+        numbered: whether columns are numbered, in a text file without a line of names.
+    """
+
+    @property
+    def delimiter(self) -> str: ...
+    @property
+    def skip_lines(self) -> int: ...
+    @property
+    def numbered(self) -> bool: ...
+
+
+class Table:
+    """The columns of one log.
+
+    Args:
+        path: a text file (`TEXT`), or a .parquet or .npz file.
+        layout: description of the columns.
+        wanted: the columns to read.
+
+    Raises:
+        InputError: the file cannot be read or does not fit into memory, or two of its columns have the same name.
+    """
+
+    def __init__(self, path: Path, layout: Layout, wanted: Sequence[Column]) -> None:
+        suffix = path.suffix.lower()
+        if suffix not in SUFFIXES:
+            raise InputError(
+                f"{path}: a log is a text file ({', '.join(TEXT)}) or a .parquet or .npz file, not "
+                f"{suffix or 'a file without a suffix'}."
+            )
+        if layout.numbered and suffix not in TEXT:
+            raise InputError(
+                f"{path}: the columns of a {suffix} file have names; only text files without names have numbered "
+                "columns."
+            )
+        self.path, self._layout, self._text = path, layout, suffix in TEXT
+        read = _text if self._text else _parquet if suffix == ".parquet" else _npz
+        try:
+            with path.open("rb"):  # its message for a missing file is clearer than pyarrow's
+                pass
+            self.names, self._columns = read(path, layout, frozenset(wanted))
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+        except InputError:
+            raise
+        except MemoryError as error:
+            raise InputError(f"{path} does not fit into memory: {error}. Read a part of it.") from error
+        except Exception as error:  # numpy, pyarrow and zipfile raise various errors for an invalid file
+            reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
+            kind = f"a {suffix} file"
+            raise InputError(f"{path} cannot be read as {kind}: {reason[:300] or type(error).__name__}.") from error
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the columns that were read."""
+        return len(next(iter(self._columns.values())))
+
+    def place(self, sample: int) -> str:
+        """Return the place of a sample for a message: "log.csv, sample 7 (line 9)"."""
+        if self._text:
+            rows = iter(_rows(self.path, self._layout))
+            if not self._layout.numbered:
+                next(rows, None)
+            for k, (line, _) in enumerate(rows):
+                if k == sample:
+                    return f"{self.path}, sample {sample} (line {line})"
+        return f"{self.path}, sample {sample}"
+
+    def column(self, name: Column, width: int = 1, *, gaps: bool = False) -> Array:
+        """Return a column as doubles.
+
+        Args:
+            name: its name or number.
+            width: numbers per sample: 1, or 3 for an array of three columns.
+            gaps: whether numbers may be missing; they are then NaN.
+
+        Returns:
+            (N,) or (N, 3).
+
+        Raises:
+            InputError: the column is missing or not unique, or contains anything but finite numbers.
+        """
+        if name not in self._columns:
+            raise self._missing(name)
+        raw = self._columns[name]
+        shown = _short(repr(name))
+        if raw.ndim == 2 and raw.shape[1] == width == 1:
+            raw = raw[:, 0]
+        if raw.shape[1:] != (() if width == 1 else (width,)) or raw.ndim == 0:
+            wanted = "one number per sample, (N,)," if width == 1 else f"{width} numbers per sample, (N, {width}),"
+            raise InputError(f"{self.path}: the column {shown} has shape {raw.shape}; {wanted} are needed.")
+        if raw.dtype.kind in "cMmbV":
+            what = {"c": "complex numbers", "b": "true and false", "V": "records"}.get(raw.dtype.kind, "dates or times")
+            raise InputError(f"{self.path}: the column {shown} holds {what} ({raw.dtype}); numbers are needed.")
+        try:
+            values = np.asarray(raw, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError) as error:
+            k, value = next(((k, v) for k, v in enumerate(raw.flat) if not _is_number(v)), (0, raw.flat[0]))
+            hint = (
+                " If it belongs to a heading, skip the heading (skip_lines) and number the columns." if k == 0 else ""
+            )
+            raise InputError(
+                f"{self.place(k // width)}: the column {shown} holds {_short(repr(value))}, not a number.{hint}"
+            ) from error
+        if not values.size:
+            raise InputError(f"{self.path} holds no samples: the column {shown} is empty.")
+        if gaps:
+            return values
+        finite = np.isfinite(values) if width == 1 else np.isfinite(values).all(axis=1)
+        if not finite.all():
+            raise InputError(f"{self.place(int(np.argmin(finite)))}: the column {shown} is empty or not finite.")
+        return values
+
+    def _missing(self, name: Column) -> InputError:
+        if isinstance(name, int):
+            return InputError(f"{self.path}: there is no column {name}; it has {len(self.names)} columns.")
+        names = [_short(str(known)) for known in self.names]
+        if Counter(self.names)[name] > 1:
+            return InputError(
+                f"{self.path} has {Counter(self.names)[name]} columns {_short(repr(name))}; one is needed."
+            )
+        if len(names) > _SHOWN:
+            near = unknown_name("column", _short(name), names)
+            return InputError(f"{self.path}: {str(near).split(' Known: ')[0]} It has {len(names)} columns.")
+        return InputError(f"{self.path}: {unknown_name('column', _short(name), names)}")
+
+
+Columns = tuple[list[Column], dict[Column, NDArray[Any]]]
+
+
+def _npz(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
+    if not zipfile.is_zipfile(path):
+        raise ValueError("it is not an archive of arrays as written by numpy.savez")
+    with zipfile.ZipFile(path) as archive:
+        names: list[Column] = [name.removesuffix(".npy") for name in archive.namelist()]
+        members = [info for info in archive.infolist() if info.filename.removesuffix(".npy") in wanted]
+        _fits(path, sum(info.file_size for info in members))
+        found: dict[Column, NDArray[Any]] = {}
+        for info in members:
+            with archive.open(info) as file:
+                shape, _, kind = _header(file)
+                # the size in a header is used only if the archive is large enough
+                if np.prod(shape, dtype=float) * kind.itemsize > info.file_size:
+                    raise ValueError(f"the array {info.filename} of shape {shape} is incomplete")
+            with archive.open(info) as file:
+                found[info.filename.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
+    return names, {name: values for name, values in found.items() if names.count(name) == 1}
+
+
+def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    version = np.lib.format.read_magic(file)
+    if version == (1, 0):
+        return np.lib.format.read_array_header_1_0(file)
+    return np.lib.format.read_array_header_2_0(file)
+
+
+def _parquet(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
+    from pyarrow import parquet
+
+    with parquet.ParquetFile(path) as file:
+        raw = file.schema_arrow.names
+        names: list[Column] = [_plain(name) for name in raw]
+        chosen = [name for name, plain in zip(raw, names, strict=True) if plain in wanted and names.count(plain) == 1]
+        _fits(path, 8 * file.metadata.num_rows * len(chosen))
+        table = file.read(columns=chosen)
+    return names, {_plain(name): table.column(name).to_numpy() for name in chosen}
+
+
+def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
+    """Read a text file with pyarrow; if blanks are the delimiter, runs of blanks are first reduced to single ones."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    _check_text(path, layout)
+    size = _BYTES_OF_TEXT * path.stat().st_size
+    if size > machine_memory():
+        raise _too_large(path, size)
+    source: Path | io.BytesIO = path
+    delimiter = layout.delimiter
+    if delimiter == WHITESPACE:
+        source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in path.read_bytes().splitlines()))
+        delimiter = " "
+    try:
+        table = arrow_csv.read_csv(
+            source,
+            read_options=arrow_csv.ReadOptions(skip_rows=layout.skip_lines, autogenerate_column_names=layout.numbered),
+            parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
+        )
+    except pa.ArrowException as error:
+        raise InputError(_not_a_table(path, layout, error)) from error
+    names: list[Column] = list(range(1, table.num_columns + 1))
+    if not layout.numbered:
+        names = [_plain(name) for name in table.column_names]
+    return names, {
+        name: column.to_numpy()
+        for name, column in zip(names, table.columns, strict=True)
+        if name in wanted and names.count(name) == 1
+    }
+
+
+def _check_text(path: Path, layout: Layout) -> None:
+    """Refuse a file that is not text, or whose line of names is not in UTF-8."""
+    with path.open("rb") as file:
+        first = file.read(4096)
+        if first.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in first:
+            raise InputError(
+                f"{path}, line 1: this is not text in UTF-8; it looks like "
+                + ("UTF-16" if first[:2] in (b"\xff\xfe", b"\xfe\xff") else "binary data or UTF-16")
+                + ". Save it as UTF-8."
+            )
+        file.seek(0)
+        for _ in range(layout.skip_lines):
+            if not file.readline():
+                lines = sum(1 for _ in path.open("rb"))
+                raise InputError(f"{path} has {lines} lines; skip_lines = {layout.skip_lines} skips all of them.")
+        names = b"" if layout.numbered else file.readline(1 << 20)
+    try:
+        names.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}, line {layout.skip_lines + 1}: the line of names is not in UTF-8, its byte {error.start + 1} is "
+            f"0x{names[error.start]:02x}. Save the file as UTF-8, or skip that line (skip_lines = "
+            f"{layout.skip_lines + 1}) and number the columns."
+        ) from error
+
+
+def _not_a_table(path: Path, layout: Layout, error: Exception) -> str:
+    """Return an error that names the first line with a different number of fields, or pyarrow's message."""
+    hint = f" (delimiter = {layout.delimiter!r}, skip_lines = {layout.skip_lines})"
+    try:
+        rows = iter(_rows(path, layout))
+        first = next(rows, None)
+        if first is None:
+            return f"{path} holds no samples: it has no lines{hint}."
+        for line, fields in rows:
+            if len(fields) != len(first[1]):
+                return (
+                    f"{path}, line {line}: it has {len(fields)} field{'s' * (len(fields) != 1)} but line {first[0]} "
+                    f"has {len(first[1])}{hint}."
+                )
+    except csv.Error:
+        pass
+    reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
+    return f"{path} cannot be read as text in columns: {reason[:300]}{hint}."
+
+
+def _rows(path: Path, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Yield the line number and the fields of every line that is not blank."""
+    # Latin-1 accepts any byte, and the fields are only counted here
+    with path.open(encoding="latin-1", newline="") as file:
+        lines = (line for number, line in enumerate(file) if number >= layout.skip_lines)
+        if layout.delimiter == WHITESPACE:
+            split = ((number, line.split()) for number, line in enumerate(lines, start=1))
+            yield from ((layout.skip_lines + number, fields) for number, fields in split if fields)
+            return
+        reader = csv.reader(lines, delimiter=layout.delimiter)
+        yield from ((layout.skip_lines + reader.line_num, fields) for fields in reader if fields)
+
+
+def _fits(path: Path, size: int) -> None:
+    """Refuse a file whose columns, including copies, do not fit into the machine's memory."""
+    if _COPIES * size > machine_memory():
+        raise _too_large(path, _COPIES * size)
+
+
+def _too_large(path: Path, size: int) -> InputError:
+    return InputError(
+        f"{path} would need {size / 1e9:.3g} GB of memory; this machine has {machine_memory() / 1e9:.3g} GB. Split it "
+        "into parts, or average samples first."
+    )
+
+
+def _plain(name: str) -> str:
+    return name.strip().strip('"')
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return True

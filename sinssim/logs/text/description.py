@@ -1,0 +1,191 @@
+"""The TOML description of a recorded log: its columns, units and axes."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from sinssim.data import Array
+from sinssim.errors import unknown_name
+from sinssim.section import Section
+from sinssim.units import ARCSEC, DEG, DEG_H, FOOT, G0
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Units of time, in s."""
+UNITS: dict[tuple[str, str], dict[str, float]] = {
+    ("gyro", "increments"): {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcsec": ARCSEC},
+    ("gyro", "rates"): {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": DEG, "deg/h": DEG_H},
+    ("accel", "increments"): {"m/s": 1.0, "mm/s": 1e-3, "ft/s": FOOT, "g*s": G0},
+    ("accel", "rates"): {"m/s^2": 1.0, "ft/s^2": FOOT, "g": G0, "mg": 1e-3 * G0},
+}
+"""Units by triad and kind of log, in SI."""
+
+WHITESPACE = "whitespace"
+"""The delimiter for columns separated by any number of spaces and tabs."""
+
+TriadName = Literal["gyro", "accel"]
+TRIADS: tuple[TriadName, ...] = ("gyro", "accel")
+WORDS: dict[TriadName, str] = {"gyro": "gyros", "accel": "accelerometers"}
+Direction = Literal["forward", "backward", "right", "left", "down", "up"]
+_DIRECTIONS: dict[str, tuple[int, float]] = {
+    "forward": (0, 1.0),
+    "backward": (0, -1.0),
+    "right": (1, 1.0),
+    "left": (1, -1.0),
+    "down": (2, 1.0),
+    "up": (2, -1.0),
+}
+# A unit at the end of a column's name, after a separator or as capitals after a lower-case letter: t_ms, time [s],
+# TimeUS.
+_UNIT_IN_NAME = re.compile(r"(?:[\W_]|(?<=[a-z])(?=[A-Z]))((?i:m|u|µ|μ|n)?(?i:s|sec))\W*$")
+
+
+Column = str | Annotated[int, Field(ge=1)]
+"""Name of a column, or its number, from 1, in a text file without a line of names."""
+
+
+class TriadColumns(Section):
+    """The columns of three gyros or three accelerometers."""
+
+    columns: tuple[Column, Column, Column] | str = Field(
+        description="three column names or numbers (from 1), or one array of three columns (npz)"
+    )
+    unit: str = Field(description="unit of the numbers")
+
+
+_OWN: dict[TriadName, TriadColumns] = {
+    "gyro": TriadColumns(columns=("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), unit="rad"),
+    "accel": TriadColumns(columns=("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), unit="m/s"),
+}
+
+
+class TextLayout(Section):
+    """How the columns of a text file are written."""
+
+    delimiter: Annotated[str, Field(min_length=1, max_length=1)] | Literal["whitespace"] = Field(
+        default=",",
+        description="one character between the fields of a text file, or whitespace for any number of blanks",
+    )
+    # no heading has a million lines, and the reader accepts at most 2³¹
+    skip_lines: int = Field(
+        default=0, ge=0, le=1_000_000, description="lines of a text file before its line of names, or its numbers"
+    )
+
+    @model_validator(mode="after")
+    def _delimiter_separates(self) -> Self:
+        if self.delimiter.isalnum() and self.delimiter != WHITESPACE:
+            raise ValueError(
+                f"delimiter = {self.delimiter!r} cannot separate numbers; use a comma, a semicolon or a tab"
+            )
+        return self
+
+
+def unit_in_name(column: Column | None) -> str | None:
+    """Return the unit of time at the end of a column's name, None if there is none."""
+    found = _UNIT_IN_NAME.search(column) if isinstance(column, str) else None
+    return None if found is None else found[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
+
+
+class LogDescription(TextLayout):
+    """The description of a log's columns."""
+
+    kind: Literal["increments", "rates"] = Field(
+        default="increments", description="integrals over an interval, or rates"
+    )
+    time: Column | None = Field(default="time_s", description="column with the time at the end of each interval")
+    time_unit: str | None = Field(
+        default=None,
+        description=f"one of {', '.join(TIME_UNITS)}; default: the one at the end of the column's name (t_ms), else s",
+    )
+    # 100 kHz is also the limit of a scenario; one sample in three hours is slower than any logger
+    rate_hz: Annotated[float, Field(ge=1e-4, le=1e5)] | None = Field(
+        default=None, description="samples per second, instead of a time column"
+    )
+    axes: tuple[Direction, Direction, Direction] = Field(
+        default=("forward", "right", "down"), description="directions of the three axes of the sensor block"
+    )
+    gyro: TriadColumns | None = Field(default=None, description="columns and unit of the gyros")
+    accel: TriadColumns | None = Field(default=None, description="columns and unit of the accelerometers")
+
+    @model_validator(mode="after")
+    def _units_are_known(self) -> Self:
+        if self.time_unit is not None and self.time_unit not in TIME_UNITS:
+            raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
+        if self.kind == "rates" and self.gyro is None and self.accel is None:
+            raise ValueError('kind = "rates" needs a table [gyro] or [accel], or both, with columns and unit')
+        for name in TRIADS:
+            triad = self.triad(name)
+            if triad is not None and triad.unit not in UNITS[name, self.kind]:
+                raise unknown_name(f"unit of {name} {self.kind}", triad.unit, UNITS[name, self.kind])
+        named = self.unit_in_name
+        if None not in (self.time_unit, named) and self.time_unit != named and self.rate_hz is None:
+            raise ValueError(
+                f'time_unit = "{self.time_unit}" contradicts the name of the column, {self.time!r}, which gives {named}'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if abs(np.linalg.det(self.matrix) - 1.0) > 1e-9:
+            raise ValueError(
+                f"axes = {list(self.axes)} is not a right-handed set of three perpendicular directions "
+                'such as ["forward", "right", "down"] or ["right", "forward", "up"]'
+            )
+        if self.rate_hz is not None and "time" in self.model_fields_set and self.time is not None:
+            raise ValueError("time (a column) and rate_hz are both given: keep one of them")
+        stated = self.described if self.gyro is not None or self.accel is not None else ()
+        kinds = {isinstance(column, int) for column in self.used(stated)}
+        if len(kinds) > 1:
+            raise ValueError(
+                "some columns are named and others numbered; a text file either has a line of names or has none (time "
+                f"is {self.time!r}; with rate_hz this column is not needed)"
+            )
+        return self
+
+    @property
+    def unit_in_name(self) -> str | None:
+        """The unit at the end of the time column's name; None if there is none."""
+        return unit_in_name(self.time)
+
+    @property
+    def stated_time_unit(self) -> str | None:
+        """The unit of time from the description or the column's name; None if neither gives it."""
+        return self.time_unit or self.unit_in_name
+
+    def triad(self, name: TriadName) -> TriadColumns | None:
+        """Return the columns of one triad; those of the package's own streams if neither triad is described."""
+        if self.gyro is None and self.accel is None:
+            return _OWN[name]
+        return self.gyro if name == "gyro" else self.accel
+
+    @property
+    def described(self) -> tuple[TriadName, ...]:
+        """The triads whose columns are known."""
+        return tuple(name for name in TRIADS if self.triad(name) is not None)
+
+    def used(self, triads: tuple[TriadName, ...]) -> tuple[Column, ...]:
+        """Return the columns that are read for given triads."""
+        found: list[Column] = [] if self.time is None or self.rate_hz is not None else [self.time]
+        for name in triads:
+            if (triad := self.triad(name)) is not None:
+                found += triad.columns if isinstance(triad.columns, tuple) else (triad.columns,)
+        return tuple(found)
+
+    @property
+    def numbered(self) -> bool:
+        """Whether columns are numbered, in a text file without a line of names."""
+        if self.gyro is None and self.accel is None:  # only the time is described
+            return self.rate_hz is None and isinstance(self.time, int)
+        return isinstance(self.used(self.described)[-1], int)
+
+    @property
+    def matrix(self) -> Array:
+        """Matrix from the log's components to forward-right-down, (3, 3)."""
+        matrix = np.zeros((3, 3))
+        for column, direction in enumerate(self.axes):
+            row, sign = _DIRECTIONS[direction]
+            matrix[row, column] = sign
+        return matrix

@@ -1,0 +1,122 @@
+"""The TOML description of recorded fixes, of a reference solution and of other readings: columns, constants, units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.errors import unknown_name
+from sinssim.logs.text.description import TIME_UNITS, Column, TextLayout
+from sinssim.section import Section
+from sinssim.units import ANGLES, LENGTHS, SPEEDS
+
+UNITS_OF: dict[str, Mapping[str, float]] = {
+    "angle": ANGLES,
+    "length": {**LENGTHS, "mm": 1e-3, "cm": 1e-2},
+    "speed": {**SPEEDS, "mm/s": 1e-3, "cm/s": 1e-2},
+}
+"""Units by dimension, in SI."""
+
+Axes = Literal["north-east-down", "north-east-up", "east-north-up"]
+SIGNS: dict[Axes, tuple[tuple[int, float], ...]] = {
+    "north-east-down": ((0, 1.0), (1, 1.0), (2, 1.0)),
+    "north-east-up": ((0, 1.0), (1, 1.0), (2, -1.0)),
+    "east-north-up": ((1, 1.0), (0, 1.0), (2, -1.0)),
+}
+"""Column and sign of north, east and down for each order of three columns."""
+
+
+class Quantity(Section):
+    """One quantity: a column, or a constant instead of a column."""
+
+    column: Column | None = Field(default=None, description="name of its column, or its number from 1")
+    value: float | None = Field(default=None, description="a constant instead of a column")
+    unit: str = Field(description="unit of the numbers")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.column is None) == (self.value is None):
+            raise ValueError("give either column or value (a constant)")
+        return self
+
+
+class Triple(Section):
+    """Three components: columns, or constants instead of columns."""
+
+    columns: tuple[Column, Column, Column] | None = Field(default=None, description="names of three columns")
+    values: tuple[float, float, float] | None = Field(default=None, description="three constants instead of columns")
+    unit: str = Field(description="unit of the numbers")
+    axes: Axes = Field(default="north-east-down", description=f"directions of the three: {', '.join(SIGNS)}")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.columns is None) == (self.values is None):
+            raise ValueError("give either columns or values (constants)")
+        return self
+
+
+class FixColumns(TextLayout):
+    """The columns of a file with positions of a receiver or of a reference."""
+
+    time: Column = Field(default="time_s", description="column with the instants of validity")
+    time_unit: str | None = Field(
+        default=None, description=f"one of {', '.join(TIME_UNITS)}; default: the one in the column's name, else s"
+    )
+    latitude: Quantity | None = Field(default=None, description="geodetic latitude, north positive")
+    longitude: Quantity | None = Field(default=None, description="longitude, east positive")
+    height: Quantity | None = Field(default=None, description="height")
+    velocity: Triple | None = Field(default=None, description="velocity relative to the Earth")
+    position_sigma: Triple | None = Field(default=None, description="1σ of the position")
+    velocity_sigma: Triple | None = Field(default=None, description="1σ of the velocity")
+    quality: Column | None = Field(default=None, description="column with the receiver's code of quality")
+
+    @model_validator(mode="after")
+    def _units_are_known(self) -> Self:
+        if self.time_unit is not None and self.time_unit not in TIME_UNITS:
+            raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
+        for name, dimension, quantity in self.quantities():
+            if quantity.unit not in UNITS_OF[dimension]:
+                raise unknown_name(f"unit of {name}", quantity.unit, UNITS_OF[dimension])
+        return self
+
+    def quantities(self) -> Iterator[tuple[str, str, Quantity | Triple]]:
+        """Yield name, dimension and description of each quantity that is described."""
+        for name, dimension in (
+            ("latitude", "angle"), ("longitude", "angle"), ("height", "length"), ("velocity", "speed"),
+            ("position_sigma", "length"), ("velocity_sigma", "speed"), ("roll", "angle"), ("pitch", "angle"),
+            ("heading", "angle"), ("attitude_sigma", "angle"),
+        ):  # fmt: skip
+            quantity = getattr(self, name, None)
+            if quantity is not None:
+                yield name, dimension, quantity
+
+    @property
+    def used(self) -> tuple[Column, ...]:
+        """The columns that are read."""
+        found: list[Column] = [self.time]
+        for _, _, quantity in self.quantities():
+            if isinstance(quantity, Triple):
+                found += quantity.columns or ()
+            elif quantity.column is not None:
+                found.append(quantity.column)
+        found += () if self.quality is None else (self.quality,)
+        return (*found, *(getattr(self, "quaternion", None) or ()))
+
+    @property
+    def numbered(self) -> bool:
+        """Whether columns are numbered, in a text file without a line of names."""
+        return isinstance(self.time, int)
+
+
+class SolutionColumns(FixColumns):
+    """The columns of a file with positions and attitudes."""
+
+    roll: Quantity | None = Field(default=None, description="roll of the vehicle")
+    pitch: Quantity | None = Field(default=None, description="pitch of the vehicle")
+    heading: Quantity | None = Field(default=None, description="heading of the vehicle")
+    attitude_sigma: Triple | None = Field(default=None, description="1σ of roll, pitch and heading")
+    quaternion: tuple[Column, Column, Column, Column] | None = Field(
+        default=None, description="columns of q_nb of the vehicle, scalar first"
+    )

@@ -1,0 +1,221 @@
+"""Reads a recorded IMU log (text, Parquet or npz) into increments; a TOML file names its columns, units and axes.
+
+By default the columns are those of the package's own streams, such as `imu_measured.parquet`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
+from sinssim.logs.text.columns import SUFFIXES, TEXT, Table
+from sinssim.logs.text.description import TIME_UNITS, TRIADS, UNITS, WORDS, Column, LogDescription, TriadName
+
+__all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples", "slow"]
+
+# interval between samples, beyond which a log may be one in ms at up to 10 kHz, or one in s at up to 10 Hz
+_SLOWEST = 0.1
+_FASTEST = 2e4  # samples per second of the fastest raw outputs
+# Limits beyond any sensor; a shock reaches 1e5 g, and the wheel of a turbocharger 3e4 rad/s.
+_MOST: dict[TriadName, tuple[float, str]] = {"gyro": (1e5, "rad/s"), "accel": (1e7, "m/s²")}
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The samples of a log, forward-right-down, SI.
+
+    Attributes:
+        kind: whether the numbers are integrals over the intervals or rates.
+        time: edges of the intervals, (N+1,) s; the first interval is as long as the second.
+        triads: "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s².
+        quantities: other columns by name, (N,), as in the log.
+        time_unit_stated: whether the log or its description gives the unit of its times.
+    """
+
+    kind: Literal["increments", "rates"]
+    time: Array
+    triads: dict[TriadName, Array]
+    quantities: dict[str, Array] = field(default_factory=dict)
+    time_unit_stated: bool = True
+
+
+def read_log(path: Path | str, description: Path | str | None = None) -> ImuData:
+    """Read a recorded log as increments.
+
+    Args:
+        path: a text file (`TEXT`), or a .parquet or .npz file.
+        description: a TOML file that names columns, units and axes; by default the package's own columns.
+
+    Returns:
+        Increments, forward-right-down, SI; the first interval is as long as the second.
+
+    Raises:
+        InputError: the file cannot be read or does not fit into memory, the description lacks gyros or accelerometers,
+            a column is missing or not numeric, a value is not finite, or the times do not increase or have another unit
+            than stated.
+    """
+    samples = read_samples(path, description, TRIADS)
+    gyro, accel = samples.triads["gyro"], samples.triads["accel"]
+    if samples.kind == "rates":
+        interval = np.diff(samples.time)[:, None]
+        return ImuData(samples.time, gyro * interval, accel * interval)
+    return ImuData(samples.time, gyro, accel)
+
+
+def read_samples(
+    path: Path | str,
+    description: Path | str | LogDescription | None = None,
+    triads: Sequence[TriadName] | None = None,
+    quantities: Sequence[str] = (),
+) -> Samples:
+    """Read a recorded log without integration: rates stay rates.
+
+    Args:
+        path: a text file (`TEXT`), or a .parquet or .npz file.
+        description: a TOML file that names columns, units and axes, or its contents; by default the package's own
+            columns.
+        triads: triads to read, by default those described; the columns of the others may be missing.
+        quantities: names of other columns, or their numbers as text if columns are numbered.
+
+    Returns:
+        The samples.
+
+    Raises:
+        InputError: as for `read_log`.
+    """
+    path, layout, source = Path(path), LogDescription(), "the package's own columns"
+    if isinstance(description, LogDescription):
+        layout, source = description, "the description"
+    elif description is not None:
+        from sinssim.scenario.toml_file import read_toml, validate
+
+        source = str(description)
+        text, data = read_toml(Path(description))
+        layout = validate(LogDescription, data, text, source)
+    needed = layout.described if triads is None else tuple(triads)
+    for name in needed:
+        if layout.triad(name) is None:
+            raise InputError(f"{source} does not describe the {WORDS[name]}, which are needed: add a table [{name}].")
+    if len({isinstance(column, int) for column in layout.used(needed)}) > 1:
+        raise InputError(
+            f"{source} numbers the column of times but describes no other column: add tables [gyro] and [accel]."
+        )
+    by_number = layout.numbered
+    others: dict[str, Column] = {name: int(name) if by_number and name.isdecimal() else name for name in quantities}
+    table = Table(path, layout, (*layout.used(needed), *others.values()))
+    if description is None and needed and not set(layout.used(needed)) & set(table.names):
+        raise InputError(
+            f"{path} has none of the columns of imu_measured.parquet ({', '.join(map(str, layout.used(needed)))}). Its "
+            f"own are {', '.join(str(name)[:60] for name in table.names[:20]) or 'none'}: describe in a TOML file what "
+            "they hold (--columns)."
+        )
+    if description is None and not needed and layout.time not in table.names:
+        raise InputError(
+            f"{path} has no column {layout.time!r}. Name the column of its times in a TOML file, for example "
+            f'time = "t" (--columns). Its columns are {", ".join(str(name)[:60] for name in table.names[:20])}.'
+        )
+    try:
+        return _samples(table, layout, needed, others, source)
+    except MemoryError as error:
+        raise InputError(f"{path} does not fit into memory: {error}. Read a part of it.") from error
+
+
+def slow(time: Array) -> str | None:
+    """Return a warning if samples are slower than those of an inertial sensor, None if they are not.
+
+    Args:
+        time: edges of the intervals, (N+1,) s.
+
+    Returns:
+        The sentence.
+    """
+    interval = float(np.median(np.diff(time)))
+    if interval <= 1.0:
+        return None
+    return (
+        f"The samples are {interval:.4g} s apart, which is usual only for averages. If the sensors are sampled faster, "
+        "the unit of the log's times is wrong (time_unit)."
+    )
+
+
+def _samples(
+    table: Table, layout: LogDescription, triads: Sequence[TriadName], others: Mapping[str, Column], source: str
+) -> Samples:
+    values = {name: _triad(table, layout, name) for name in triads}
+    quantities = {name: table.column(column) for name, column in others.items()}
+    lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
+    if layout.rate_hz is not None:
+        edges = np.arange(max(lengths.values()) + 1) / layout.rate_hz
+    elif layout.time is None:
+        raise InputError(f"{source}: the times of the samples are missing: give a time column or rate_hz.")
+    else:
+        edges = _edges(table, layout, inertial=bool(triads))
+    if set(lengths.values()) != {len(edges) - 1}:
+        counted = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputError(f"{table.path}: the columns differ in length: {counted}, time {len(edges) - 1} samples.")
+    for name, triad in values.items():
+        most, unit = _MOST[name]
+        rates = np.abs(triad).max(axis=1)
+        if layout.kind == "increments":
+            rates = rates / np.diff(edges)
+        if not np.max(rates) <= most:
+            k = int(np.argmax(~(rates <= most)))
+            raise InputError(
+                f"{table.place(k)}: the {WORDS[name]} read {rates[k]:.4g} {unit}, but no such sensor exceeds {most:g}. "
+                "Units, times or kind (increments or rates) of the log are wrong."
+            )
+    stated = layout.rate_hz is not None or layout.stated_time_unit is not None
+    return Samples(layout.kind, edges, values, quantities, stated)
+
+
+def _edges(table: Table, layout: LogDescription, inertial: bool) -> Array:
+    """Return the edges of the intervals from the time column, (N+1,) s."""
+    path, unit, column = table.path, layout.stated_time_unit, layout.time
+    assert column is not None  # checked by the caller
+    ends = table.column(column) * TIME_UNITS[unit or "s"]
+    if len(ends) < 2:
+        raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
+    if np.max(np.abs(ends)) > 1e15:  # beyond this, half a second is less than the last digit of a double
+        raise InputError(f"{path}: its times reach {np.max(np.abs(ends)):.3g} s, which is impossible for a log.")
+    edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
+    steps = np.diff(edges)
+    if not np.min(steps) > 0.0:
+        k = int(np.argmax(steps <= 0.0))
+        k += k == 0  # the first interval is a copy of the second
+        raise InputError(f"{table.place(k)}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
+    interval = float(np.median(steps))
+    if inertial and unit is None and interval >= _SLOWEST:
+        raise InputError(
+            f"{path}: the times in {column!r} are {interval:.6g} apart, which in seconds is slow for inertial sensors. "
+            f'Give their unit: time_unit = "ms" (or "us", "ns"), or time_unit = "s" for seconds.'
+        )
+    if unit not in (None, "s") and interval * _FASTEST < 1.0:
+        raise InputError(
+            f"{path}: the times in {column!r} are {interval / TIME_UNITS[unit or 's']:.6g} {unit} apart: "
+            f"{1.0 / interval:.3g} samples per second, but no sensor gives more than {_FASTEST:g}. Their unit is "
+            "wrong (time_unit)."
+        )
+    return edges
+
+
+def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
+    """Return one triad, forward-right-down, SI, (N, 3)."""
+    triad = layout.triad(name)
+    assert triad is not None  # checked by the caller
+    if isinstance(triad.columns, str):
+        values = table.column(triad.columns, 3)
+    else:
+        columns = [table.column(column) for column in triad.columns]
+        if len({len(column) for column in columns}) > 1:
+            counted = ", ".join(f"{n!r} {len(c)}" for n, c in zip(triad.columns, columns, strict=True))
+            raise InputError(f"{table.path}: the columns differ in length: {counted} samples.")
+        values = np.stack(columns, axis=-1)
+    scaled = values @ layout.matrix.T
+    scaled *= UNITS[name, layout.kind][triad.unit]
+    return np.asarray(scaled)

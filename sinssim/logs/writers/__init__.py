@@ -1,0 +1,1 @@
+"""One file for each format that runs are written in, and the registry of them."""

@@ -1,0 +1,147 @@
+"""Exports a run in a format of another program: writes beside the place, then renames."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, cast
+
+from sinssim.errors import InputError, check_name
+from sinssim.logs.gps_time import date_from_gps, parse_date
+from sinssim.logs.recorded_run import RecordedRun
+from sinssim.logs.writers.content import Content, choose
+from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
+
+
+class Writer(Protocol):
+    """What a module of a format defines."""
+
+    SUFFIX: str
+    HOLDS: str
+
+    def write(self, content: Content, place: Path) -> list[str]: ...
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An export.
+
+    Attributes:
+        place: the file or folder.
+        files: the files written, relative to the place's parent.
+        sentences: what is where, with units, axes and clock.
+    """
+
+    place: Path
+    files: tuple[Path, ...]
+    sentences: tuple[str, ...]
+
+
+def writer_module(name: str) -> Writer:
+    """Return the module of a format.
+
+    Args:
+        name: key of `WRITERS`.
+
+    Returns:
+        The module.
+
+    Raises:
+        InputError: the format is unknown.
+    """
+    check_name("format", name, WRITERS)
+    return cast(Writer, importlib.import_module(f"sinssim.logs.writers.{WRITERS[name][0]}"))
+
+
+def export(
+    run: Path | str,
+    to: str,
+    out: Path | str | None = None,
+    *,
+    solution: list[str] | tuple[str, ...] = (),
+    start: str = DEFAULT_START,
+    rate_hz: float | None = None,
+    overwrite: bool = False,
+) -> Exported:
+    """Write a run in another program's format.
+
+    Args:
+        run: the run directory.
+        to: key of `WRITERS`.
+        out: the file or folder; beside the run directory if not given.
+        solution: what is written: "truth", a solution, a satellite receiver, and a kind of inertial readings.
+        start: date of the run's time 0, UTC.
+        rate_hz: most samples a second of the solution.
+        overwrite: whether existing files may be replaced.
+
+    Returns:
+        What was written.
+
+    Raises:
+        InputError: the run, a name, the date or the place cannot be used.
+    """
+    writer = writer_module(to)
+    recorded = RecordedRun(Path(run))
+    if rate_hz is not None and not rate_hz > 0.0:
+        raise InputError(f"--rate {rate_hz:g}: the rate of samples must be positive, in hertz.")
+    start_gps = parse_date(start, "--start")
+    content = choose(recorded, start_gps, list(solution), rate_hz)
+    if len(content.run.solution("truth")) < 2:
+        raise InputError(f"{run} has fewer than two samples.")
+    place = Path(out) if out is not None else _default_place(recorded, to, writer.SUFFIX)
+    _check_place(place, folder=not writer.SUFFIX, overwrite=overwrite)
+    try:
+        sentences, files = _write(writer, content, place)
+    except OSError as error:
+        raise InputError(f"{place} cannot be written: {error.strerror or error}. Nothing was changed.") from error
+    return Exported(place, tuple(files), (*sentences, *_of_all(content)))
+
+
+def _of_all(content: Content) -> list[str]:
+    """Return sentences that hold for every format."""
+    date = f"{date_from_gps(content.start_gps_s):%Y-%m-%dT%H:%M:%SZ}"
+    said = [f"The run's time 0 is {date} (--start)."]
+    if content.run.ellipsoid != "wgs84":
+        said.append(f"Its coordinates are on the ellipsoid {content.run.ellipsoid}, and are written as they are.")
+    return said
+
+
+def _default_place(run: RecordedRun, to: str, suffix: str) -> Path:
+    parent = run.path.resolve().parent
+    return parent / (f"{run.name}{suffix}" if suffix else f"{run.name}-{to}")
+
+
+def _check_place(place: Path, *, folder: bool, overwrite: bool) -> None:
+    """Refuse a place that is taken."""
+    if not folder and place.is_dir():
+        raise InputError(f"{place} is a folder; give the name of a file with -o.")
+    if folder and place.exists() and not place.is_dir():
+        raise InputError(f"{place} is a file; this format is a folder. Give another name with -o.")
+    taken = place.exists() and (not folder or any(place.iterdir()))
+    if taken and not overwrite:
+        raise InputError(f"{place} exists. Give another name with -o, or replace it with --overwrite.")
+
+
+def _write(writer: Writer, content: Content, place: Path) -> tuple[list[str], list[Path]]:
+    """Write beside the place and rename; return the sentences and the files."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    beside = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
+    try:
+        if writer.SUFFIX:
+            sentences = writer.write(content, beside / place.name)
+            os.replace(beside / place.name, place)
+            return sentences, [Path(place.name)]
+        inner = beside / place.name
+        inner.mkdir()
+        sentences = writer.write(content, inner)
+        files = sorted(path.relative_to(inner) for path in inner.rglob("*") if path.is_file())
+        for file in files:
+            (place / file).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(inner / file, place / file)
+        return sentences, [Path(place.name) / file for file in files]
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)

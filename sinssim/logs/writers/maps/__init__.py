@@ -1,0 +1,1 @@
+"""Formats of maps: KML, GPX, GeoJSON."""

@@ -1,0 +1,123 @@
+"""KF-GINS (Wuhan University): IMU file, GNSS files, truth, and the configuration to start it with.
+
+The layouts are those of its loaders and of its own results: see `sinssim.logs.formats.navigators.kf_gins_imu` and the
+modules beside it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.errors import InputError
+from sinssim.logs.gps_time import WEEK, week_and_seconds
+from sinssim.logs.streams import FixStream, SolutionStream
+from sinssim.logs.writers.content import Content
+from sinssim.logs.writers.text import columns_of, rounded, write_columns
+from sinssim.units import DEG
+
+SUFFIX = ""
+HOLDS = "run"
+
+
+def write(content: Content, place: Path) -> list[str]:
+    """Write imu.txt, gnss.txt, truth.nav and kf-gins.yaml.
+
+    Args:
+        content: what is written.
+        place: an existing folder.
+
+    Returns:
+        Sentences on the files.
+
+    Raises:
+        InputError: the run crosses the end of a GPS week, which KF-GINS cannot process.
+    """
+    week, start = week_and_seconds(content.start_gps_s)
+    imu = content.imu
+    if start + float(imu.time[-1]) > WEEK:
+        raise InputError(
+            f"the run ends {start + float(imu.time[-1]) - WEEK:.0f} s after the end of the GPS week {week}, beyond "
+            "which KF-GINS does not read. Choose an earlier date with --start."
+        )
+    write_columns(place / "imu.txt", columns_of(rounded(start + imu.time), imu.gyro, imu.accel))
+    said = [f"imu.txt: {content.imu_name} readings; seconds of week, Δθ [rad], Δv [m/s], forward-right-down."]
+    for name, fixes in content.fixes.items():
+        _write_gnss(fixes, start, place / f"{name}.txt")
+        said.append(f"{name}.txt: fixes of the antenna; seconds of week, latitude, longitude [°], height [m], σ [m].")
+    file = "truth.nav" if content.solution_name == "truth" else f"{content.solution_name}.nav"
+    _write_solution(content.solution, week, start, place / file)
+    said.append(f"{file}: week, seconds, latitude, longitude [°], height [m], velocity, roll, pitch, heading [°].")
+    (place / "kf-gins.yaml").write_text(_configuration(content, start), encoding="utf-8")
+    return [
+        *said,
+        "kf-gins.yaml: true initial state, the antenna's lever arm, and the noise of a MEMS unit; set that of the "
+        "run's sensors.",
+        f"Times are seconds of the GPS week {week}; the run's time 0 is {start}.",
+    ]
+
+
+def _write_gnss(f: FixStream, start: int, path: Path) -> None:
+    sigma = f.position_sigma if f.position_sigma is not None else np.ones((len(f), 3))
+    columns = columns_of(rounded(start + f.time), f.latitude / DEG, f.longitude / DEG, f.height, sigma)
+    write_columns(path, columns)
+
+
+def _write_solution(s: SolutionStream, week: int, start: int, path: Path) -> None:
+    if s.velocity_ned is None or s.q_nb is None:
+        raise InputError("the solution of KF-GINS has velocity and attitude; choose the truth or an algorithm.")
+    angles = np.column_stack(rotation.euler_from_quaternion(s.q_nb)) / DEG
+    place = s.latitude / DEG, s.longitude / DEG, s.height
+    first = np.full(len(s), week, dtype=np.int64)
+    write_columns(path, [first, *columns_of(rounded(start + s.time), *place, s.velocity_ned, angles)])
+
+
+def _configuration(content: Content, start: int) -> str:
+    """Return KF-GINS' configuration: the true state at the beginning, noise of a MEMS unit."""
+    truth, imu = content.run.solution("truth"), content.imu
+    rate = round((len(imu) - 1) / float(imu.time[-1] - imu.time[0])) if len(imu) > 1 else 1
+    assert truth.q_nb is not None
+    assert truth.velocity_ned is not None
+    angles = np.array(rotation.euler_from_quaternion(truth.q_nb[:1])).ravel() / DEG
+    position = (truth.latitude[0] / DEG, truth.longitude[0] / DEG, truth.height[0])
+    receiver = next(iter(content.fixes), "")
+    arm = content.run.lever_arm(receiver) if receiver else (0.0, 0.0, 0.0)
+
+    def row(values: object) -> str:
+        return "[" + ", ".join(repr(float(v)) for v in np.asarray(values).tolist()) + "]"
+
+    same = "[{0}, {0}, {0}]".format
+    return "\n".join(
+        [
+            "# KF-GINS configuration for a run of sinssim",
+            'imupath: "./imu.txt"',
+            f'gnsspath: "./{receiver or "gnss"}.txt"',
+            'outputpath: "."',
+            "imudatalen: 7",
+            f"imudatarate: {rate}",
+            f"starttime: {start + float(truth.time[0])!r}",
+            "endtime: -1",
+            f"initpos: {row(position)}   # deg, deg, m",
+            f"initvel: {row(truth.velocity_ned[0])}   # north, east, down, m/s",
+            f"initatt: {row(angles)}   # roll, pitch, heading, deg",
+            f"initgyrbias: {same(0)}",
+            f"initaccbias: {same(0)}",
+            f"initgyrscale: {same(0)}",
+            f"initaccscale: {same(0)}",
+            f"initposstd: {same(1.0)}   # m",
+            f"initvelstd: {same(0.1)}   # m/s",
+            "initattstd: [0.1, 0.1, 0.5]   # deg",
+            "imunoise:",
+            f"  arw: {same(0.2)}   # deg/sqrt(h)",
+            f"  vrw: {same(0.1)}   # m/s/sqrt(h)",
+            f"  gbstd: {same(50.0)}   # deg/h",
+            f"  abstd: {same(250.0)}   # mGal",
+            f"  gsstd: {same(1000.0)}   # ppm",
+            f"  asstd: {same(1000.0)}   # ppm",
+            "  corrtime: 1.0   # h",
+            f"antlever: {row(arm)}   # forward, right, down, m",
+            "",
+        ]
+    )

@@ -1,0 +1,1 @@
+"""Formats of robots and of data sets for them: MCAP, EuRoC, TUM."""

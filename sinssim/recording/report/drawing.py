@@ -1,0 +1,112 @@
+"""Block diagrams and axes as SVG, written directly so that a run's report loads no drawing library.
+
+Boxes have the page's colours, light or dark; see `plot.STYLE`.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from sinssim.recording import style
+from sinssim.recording.report import plot
+
+STYLE = ".block { fill: var(--paper); } .line { stroke: var(--soft); }\n"
+
+Point = tuple[float, float]
+
+_SUBSCRIPT = re.compile(r"\{(.*?)\}")
+_ROW = 15.0  # px between lines of text
+_OUTLINE, _STROKE, _HEAD = 1.8, 1.4, 9.0  # widths of an outline and of an arrow, length of its head, px
+
+
+class Drawing:
+    """A drawing to which blocks, arrows and words are added; px, y downwards.
+
+    Args:
+        width, height: px.
+        about: description for readers who cannot see it.
+    """
+
+    def __init__(self, width: float, height: float, about: str) -> None:
+        self.width, self.height, self.about = width, height, about
+        self._body: list[str] = []
+
+    def text(self, x: float, y: float, words: str, color: str = "", anchor: str = "middle", soft: bool = False) -> None:
+        """Write words about a point.
+
+        Args:
+            x, y: middle of the line's height, px.
+            words: plain text; braces hold a subscript.
+            color: CSS colour; "" for that of the page's text.
+            anchor: "start", "middle" or "end".
+            soft: whether it is a remark.
+        """
+        inside = _SUBSCRIPT.sub(
+            r'<tspan dy="3" font-size="9.5">\1</tspan><tspan dy="-3">&#8203;</tspan>', html.escape(words)
+        )
+        fill = f' style="fill:{color}"' if color else f' fill="{style.SOFT if soft else style.INK}"'
+        kind = ' class="soft over"' if soft else ' class="over"'
+        self._body.append(f'<text x="{x:.1f}" y="{y + 4.2:.1f}" text-anchor="{anchor}"{kind}{fill}>{inside}</text>')
+
+    def box(self, x: float, y: float, width: float, lines: Sequence[str], color: str) -> None:
+        """Draw a block with its centre at a point.
+
+        Args:
+            x, y: the point, px.
+            width: px; the height follows from the lines.
+            lines: its text.
+            color: of its outline, CSS.
+        """
+        height = _ROW * len(lines) + 14.0
+        self._body.append(
+            f'<rect x="{x - 0.5 * width:.1f}" y="{y - 0.5 * height:.1f}" width="{width:.1f}" height="{height:.1f}" '
+            f'rx="6" class="block" fill="#fff" stroke="{color}" stroke-width="{_OUTLINE}"/>'
+        )
+        for number, line in enumerate(lines):
+            self.text(x, y + _ROW * (number - 0.5 * (len(lines) - 1)), line)
+
+    def circle(self, x: float, y: float, radius: float, color: str, sign: str = "") -> None:
+        """Draw a circle with a sign in it."""
+        self._body.append(
+            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" class="block" fill="#fff" stroke="{color}" '
+            f'stroke-width="{_STROKE}"/>'
+        )
+        if sign:
+            self.text(x, y, sign)
+
+    def line(
+        self, points: Sequence[Point], color: str = "", head: bool = True, dashes: str = "", width: float = _STROKE
+    ) -> None:
+        """Draw a line through points.
+
+        Args:
+            points: px.
+            color: CSS colour; "" for that of axes.
+            head: whether it ends with an arrow.
+            dashes: SVG's pattern; "" for a solid line.
+            width: px.
+        """
+        shown = color or style.SOFT
+        kind = "" if color else ' class="line"'
+        dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
+        end = np.array(points[-1])
+        along = end - np.array(points[-2])
+        along = along / max(float(np.hypot(*along)), 1e-9)
+        drawn = [*points[:-1], tuple(end - 0.7 * _HEAD * along)] if head else points
+        path = " ".join(f"{x:.1f},{y:.1f}" for x, y in drawn)
+        self._body.append(
+            f'<polyline points="{path}" fill="none" stroke="{shown}" stroke-width="{width}"{kind}{dashed}/>'
+        )
+        if head:
+            back, side = end - _HEAD * along, 0.4 * _HEAD * np.array([-along[1], along[0]])
+            corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in (end, back + side, back - side))
+            fill = f'fill="{shown}"' if color else f'fill="{shown}" style="fill:var(--soft)"'
+            self._body.append(f'<polygon points="{corners}" {fill}/>')
+
+    def svg(self) -> str:
+        """Return the drawing as an SVG element."""
+        return plot.element(self.width, self.height, self.about, "".join(self._body))

@@ -1,0 +1,1 @@
+"""Parts of a run's `summary.json`: one file for each subject."""

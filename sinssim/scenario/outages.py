@@ -1,0 +1,43 @@
+"""Outages as people write them on a command line, as settings of a scenario's [log.outages]."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from sinssim.errors import InputError, shortened
+
+_NUMBER = r"(\d+(?:\.\d*)?)"
+_SPAN = re.compile(f"{_NUMBER}:{_NUMBER}")
+_REGULAR = re.compile(f"{_NUMBER}/{_NUMBER}(?:@{_NUMBER})?")
+
+
+def outage_settings(written: Sequence[str]) -> list[str]:
+    """Return settings "key.path=value" for outages.
+
+    Args:
+        written: "40:55" from 40 s to 55 s; "15/45" for 15 s every 45 s, "15/45@60" the same, the first at 60 s.
+
+    Returns:
+        Settings of `log.outages`.
+
+    Raises:
+        InputError: one has another form, or two are regular.
+    """
+    spans, regular = [], None
+    for one in written:
+        if found := _SPAN.fullmatch(one):
+            spans.append(f"[{float(found[1])}, {float(found[2])}]")
+        elif (found := _REGULAR.fullmatch(one)) and regular is None:
+            regular = found
+        else:
+            why = "there is already a regular outage" if regular and _REGULAR.fullmatch(one) else "it is no outage"
+            raise InputError(
+                f"--outage {shortened(one)}: {why}. Write 40:55 for one from 40 s to 55 s, or once 15/45 for 15 s "
+                "every 45 s."
+            )
+    settings = [f"log.outages.at_s=[{', '.join(spans)}]"] if spans else []
+    if regular is not None:
+        settings += [f"log.outages.length_s={float(regular[1])}", f"log.outages.every_s={float(regular[2])}"]
+        settings += [f"log.outages.first_s={float(regular[3])}"] if regular[3] else []
+    return settings

@@ -1,0 +1,280 @@
+"""The [log] section of a scenario: recorded sensors, an optional reference solution, and where navigation starts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from sinssim.logs.text.description import LogDescription
+from sinssim.logs.text.fix_description import FixColumns, Quantity, SolutionColumns
+from sinssim.scenario.sections.filter import Factor
+from sinssim.section import (
+    CorrelationTime,
+    Heading,
+    Height,
+    Latitude,
+    LeverArm,
+    Longitude,
+    Moment,
+    Noise,
+    Positive,
+    Section,
+    Spread,
+    Velocity,
+)
+from sinssim.sensors.aiding.base.sensor import Span
+from sinssim.sensors.aiding.gnss import TimeSpread
+
+TEXT_FORMAT = "text"
+"""The format whose columns the section itself describes."""
+
+_INSTANT = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d(\.\d+)?)?")
+Offset = Annotated[float, Field(ge=-1e9, le=1e9)]
+Lag = Annotated[float, Field(ge=-100.0, le=100.0)]
+Noise3 = tuple[Noise, Noise, Noise]
+
+
+def _is_instant(text: str) -> str:
+    if not _INSTANT.fullmatch(text):
+        raise ValueError(f'"{text}" is no instant such as "2025-07-08 19:34:21.723"')
+    return text
+
+
+Instant = Annotated[str, AfterValidator(_is_instant)]
+
+
+class LogFile(Section):
+    """A recorded file: its place, its format and its clock."""
+
+    file: str = Field(description="path of the file, relative to the scenario's file")
+    format: str | None = Field(
+        default=None,
+        description=f'"{TEXT_FORMAT}" for columns that this table describes, or the name of a format, see logs.md; '
+        "default: by the file itself",
+    )
+    stream: str | None = Field(default=None, description="name of the stream in a file with several; default: the only")
+    clock: Literal["gps", "utc"] = Field(default="gps", description="time scale of first_row")
+    first_row: Instant | None = Field(
+        default=None,
+        description='instant of the first row, "2025-07-08 19:34:21.723", for a file whose times have no date',
+    )
+    time_offset_s: Offset = Field(
+        default=0.0, description="added to the file's times: negative if the stamps are late by this much"
+    )
+
+
+class LogImu(LogFile, LogDescription):
+    """The recorded inertial unit; the keys of its columns are those of docs/alignment.md."""
+
+    readings: Literal["instantaneous", "mean"] = Field(
+        default="instantaneous",
+        description='of kind = "rates": values at the stamps, or means over the interval that ends at the stamp',
+    )
+    stamps: Literal["as-given", "even"] = Field(
+        default="as-given",
+        description="even: the unit samples evenly and only the stamps jitter; a straight line through them is used",
+    )
+    check_scale: bool = Field(
+        default=True, description="whether a specific force that cannot be that of a vehicle on the Earth is refused"
+    )
+    max_gap_s: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        default=0.1, description="longest gap that is bridged by linear interpolation; a longer one stops the run"
+    )
+
+
+class _Position(LogFile, FixColumns):
+    """A file with positions."""
+
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0), description="from the sensor block to the antenna or point, in the block's axes"
+    )
+    geoid_height_m: Annotated[float, Field(ge=-120.0, le=120.0)] = Field(
+        default=0.0, description="added to the heights: the geoid's height above the ellipsoid, if they refer to it"
+    )
+    position_sigma_m: Noise3 | None = Field(default=None, description="1σ north, east, down, instead of the file's own")
+    velocity_sigma_mps: Noise3 | None = Field(
+        default=None, description="1σ north, east, down, instead of the file's own"
+    )
+    velocity_delay_s: Lag = Field(
+        default=0.0, description="age of a velocity at its stamp: half the interval for a mean over the last interval"
+    )
+    quality_factors: dict[str, Factor] | None = Field(
+        default=None,
+        description='factor of σ by the code of quality, for example { "1" = 1.0, "2" = 20.0 }; other codes are '
+        "refused; default: every fix is used as it is",
+    )
+
+    @model_validator(mode="after")
+    def _codes_are_numbers(self) -> Self:
+        for code in self.quality_factors or ():
+            if not re.fullmatch(r"-?\d+", code):
+                raise ValueError(f'quality_factors: "{code}" is no whole number, as codes of quality are')
+        return self
+
+
+class LogGnss(_Position):
+    """The recorded satellite receiver."""
+
+    use: tuple[Literal["position", "velocity"], ...] = Field(
+        default=("position", "velocity"), min_length=1, description="what the filter takes, as far as the file has it"
+    )
+    sigma_factor: Factor = Field(default=1.0, description="factor of the file's σ of positions")
+    velocity_sigma_factor: Factor = Field(default=1.0, description="factor of the file's σ of velocities")
+    least_sigma_m: Spread = Field(default=0.0, description="least 1σ of each component of a position")
+    least_velocity_sigma_mps: Spread = Field(default=0.0, description="least 1σ of each component of a velocity")
+    latency_s: Moment = Field(default=0.0, description="time from a fix's validity to its arrival at the filter")
+    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the lever arm, which is then a state")
+    time_offset_sigma_s: TimeSpread = Field(default=0.0, description="1σ of the clocks' offset, which is then a state")
+    velocity_delay_sigma_s: TimeSpread = Field(
+        default=0.0, description="1σ of the delay of the velocities, which is then a state"
+    )
+    correlated_position_sigma_m: Spread = Field(default=0.0, description="1σ of a slow error north and east, a state")
+    correlated_height_sigma_m: Spread = Field(default=0.0, description="1σ of a slow error of the height, a state")
+    correlated_velocity_sigma_mps: Spread = Field(default=0.0, description="1σ of a slow error of the velocity")
+    correlation_time_s: CorrelationTime = Field(default=100.0, description="correlation time of the slow errors")
+
+
+class LogReference(_Position, SolutionColumns):
+    """A solution of somebody else, against which errors are shown. It may lack velocity, attitude or both."""
+
+    gap_s: Positive | None = Field(
+        default=None, description="longest interval that is interpolated; default: three times the usual one"
+    )
+
+
+class LogOther(LogFile):
+    """Readings of another aiding sensor in a text file."""
+
+    name: str = Field(pattern=r"^[a-z][a-z0-9-]*$", max_length=40, description="short name, unique")
+    kind: Literal["baro-height", "heading", "speed", "airspeed"] = Field(description="kind of measurement")
+    time: str | int = Field(default="time_s", description="column with the instants of validity")
+    time_unit: str | None = Field(default=None, description="s, ms, us or ns")
+    reading: Quantity = Field(description="column and unit of the readings")
+    sigma: Quantity = Field(description="column or constant, and unit, of their 1σ")
+    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="from the block to the sensor, block axes")
+    delimiter: str = Field(default=",", description="as for the inertial unit")
+    skip_lines: int = Field(default=0, ge=0, le=1_000_000, description="as for the inertial unit")
+
+
+class LogStart(Section):
+    """The state that navigation starts from. What is not given comes from the data."""
+
+    latitude_deg: Latitude | None = Field(default=None, description="default: the first position")
+    longitude_deg: Longitude | None = Field(default=None, description="default: the first position")
+    height_m: Height | None = Field(default=None, description="default: the first position")
+    velocity_ned_mps: tuple[Velocity, Velocity, Velocity] | None = Field(
+        default=None, description="default: the first velocity, or zero"
+    )
+    roll_deg: Annotated[float, Field(ge=-180.0, le=180.0)] | None = Field(
+        default=None, description="roll of the vehicle; default: from the accelerometers"
+    )
+    pitch_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = Field(
+        default=None, description="pitch of the vehicle; default: from the accelerometers"
+    )
+    heading_deg: Heading | None = Field(
+        default=None,
+        description="heading of the vehicle; default: the course of the first motion, carried back by the gyros",
+    )
+    course_speed_mps: Positive = Field(default=3.0, description="speed from which the course is taken for the heading")
+
+    @model_validator(mode="after")
+    def _place_is_whole(self) -> Self:
+        given = [self.latitude_deg is not None, self.longitude_deg is not None]
+        if any(given) != all(given):
+            raise ValueError("latitude_deg and longitude_deg belong together: give both or neither")
+        angles = [self.roll_deg is not None, self.pitch_deg is not None]
+        if any(angles) != all(angles):
+            raise ValueError("roll_deg and pitch_deg belong together: give both or neither")
+        return self
+
+
+class LogOutages(Section):
+    """Outages of the satellites, injected to see what the rest of the system does without them."""
+
+    at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the run's time")
+    length_s: Positive | None = Field(default=None, description="length of regular outages")
+    every_s: Positive | None = Field(default=None, description="period of regular outages")
+    first_s: Moment | None = Field(
+        default=None, description="beginning of the first regular outage; default: one period after the start"
+    )
+
+    @model_validator(mode="after")
+    def _regular(self) -> Self:
+        if (self.length_s is None) != (self.every_s is None):
+            raise ValueError("length_s and every_s belong together: regular outages need both")
+        if self.length_s is not None and self.every_s is not None and self.length_s >= self.every_s:
+            raise ValueError(
+                f"length_s = {self.length_s:g} must be less than every_s = {self.every_s:g}, or there would be no fix"
+            )
+        if not self.at_s and self.length_s is None:
+            raise ValueError("give at_s, or length_s and every_s")
+        return self
+
+    def spans(self, start: float, end: float) -> tuple[tuple[float, float], ...]:
+        """Return the outages within a run, in order.
+
+        Args:
+            start, end: of the run, s.
+
+        Returns:
+            Beginning and end of each, s; a regular outage that would not end within the run is left out.
+        """
+        found = [span for span in self.at_s if span[0] < end and span[1] > start]
+        if self.length_s is not None and self.every_s is not None:
+            begin = start + self.every_s if self.first_s is None else self.first_s
+            while begin + self.length_s <= end:
+                if begin >= start:
+                    found.append((begin, begin + self.length_s))
+                begin += self.every_s
+        return tuple(sorted(found))
+
+
+class LogSection(Section):
+    """Recorded sensors: the inertial unit, what aids it, and what the result is compared with."""
+
+    from_s: Moment | None = Field(default=None, description="begin there; times count from the unit's first row")
+    to_s: Moment | None = Field(default=None, description="end there")
+    imu: LogImu
+    gnss: LogGnss | None = None
+    others: tuple[LogOther, ...] = Field(default=(), description="further aiding sensors")
+    reference: LogReference | None = None
+    start: LogStart = LogStart()
+    outages: LogOutages | None = None
+
+    @model_validator(mode="after")
+    def _span(self) -> Self:
+        if self.from_s is not None and self.to_s is not None and not self.from_s < self.to_s:
+            raise ValueError(f"from_s = {self.from_s:g} must be before to_s = {self.to_s:g}")
+        names = [other.name for other in self.others]
+        if len(set(names)) < len(names):
+            raise ValueError("others: each needs a name of its own")
+        if self.outages is not None and self.gnss is None:
+            raise ValueError("outages are those of the satellites, and there is no [log.gnss]")
+        return self
+
+    def files(self) -> Iterator[tuple[str, LogFile]]:
+        """Yield key and table of each file."""
+        yield "imu", self.imu
+        if self.gnss is not None:
+            yield "gnss", self.gnss
+        if self.reference is not None:
+            yield "reference", self.reference
+        yield from ((f"others.{number}", other) for number, other in enumerate(self.others, start=1))
+
+
+def files_from(log: Any, folder: Path) -> None:
+    """Replace relative paths of a log's files by absolute ones, in the contents of a scenario's file.
+
+    Args:
+        log: contents of the table [log].
+        folder: the scenario's folder.
+    """
+    tables = [log.get(key) for key in ("imu", "gnss", "reference")] if isinstance(log, dict) else []
+    others = log.get("others") if isinstance(log, dict) else None
+    for table in (*tables, *(others if isinstance(others, list) else ())):
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            table["file"] = str(folder.resolve() / table["file"])

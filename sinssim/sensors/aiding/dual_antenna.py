@@ -1,0 +1,65 @@
+"""A satellite receiver with two antennas: the heading of the line from one to the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from sinssim import rotation
+from sinssim.data import Array
+from sinssim.section import LeverArm, Noise, Offset, Spread
+from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.units import DEG
+
+
+class DualAntennaSection(AidingSensor):
+    """A satellite receiver with two antennas, which measures the heading of the line between them."""
+
+    baseline_m: LeverArm = Field(
+        default=(1.0, 0.0, 0.0), description="from the first antenna to the second: forward, right, down"
+    )
+    sigma_deg: Noise = Field(
+        default=0.2, description="white noise; about 0.2 deg for a baseline of 1 m, and less in inverse proportion"
+    )
+    bias_deg: Offset | None = Field(default=None, description="given error of the baseline's direction on the vehicle")
+    bias_sigma_deg: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
+
+    @field_validator("baseline_m")
+    @classmethod
+    def _has_a_heading(cls, value: LeverArm) -> LeverArm:
+        if math.hypot(value[0], value[1]) < 0.01:
+            raise ValueError(
+                f"the antennas are {math.hypot(*value):g} m apart, but less than 0.01 m forward and right: their line "
+                "has no heading"
+            )
+        return value
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return headings of the baseline, ψ + b + ν.
+
+        Args:
+            vehicle: the vehicle that carries the antennas.
+
+        Returns:
+            "dual-antenna", headings from true north, 0 … 2π.
+
+        Raises:
+            InputError: the motion ends before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        line = rotation.rotate(trajectory.state(time).q_nb, np.array(s.baseline_m))
+        bias = turn_on(seed, "dual antenna bias", s.bias_deg, s.bias_sigma_deg)
+        error = DEG * (bias + white(seed, "dual antenna noise", (s.sigma_deg,), len(time)))
+        value: Array = np.mod(np.arctan2(line[:, 1], line[:, 0])[:, np.newaxis] + error, 2.0 * np.pi)
+        true = {"dual-antenna bias": DEG * np.array([bias])}
+        sigma = (DEG * s.sigma_deg,)
+        return [s.readings("dual-antenna", "baseline-heading", time, value, sigma, true, lever_arm=s.baseline_m)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the state of the constant error."""
+        yield SensorState("dual-antenna bias", (DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0),))

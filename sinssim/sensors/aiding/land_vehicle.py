@@ -1,0 +1,128 @@
+"""The constraint of a land vehicle: its rear wheels move neither sideways nor up, but for slip, tyres and suspension.
+
+A reading is zero with a given 1σ, where the lateral acceleration is one that tyres hold. It is a statement on the
+vehicle, not on a sensor: a vehicle that flies, skids or is towed makes it wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
+
+from sinssim import rotation
+from sinssim.data import Array, ImuData, Measurements
+from sinssim.section import LeverArm, Noise, Offset, Positive, Rate, Spread
+from sinssim.sensors.aiding.base.lever_arm import state_at, turning
+from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.units import DEG
+
+_LABEL = "land-vehicle"
+_PER_G = DEG / 9.80665
+"""One degree per g, rad/(m/s²)."""
+
+
+class LandVehicleSection(AidingSensor):
+    """The constraint of a land vehicle, which moves along its own forward axis (non-holonomic constraint)."""
+
+    rate_hz: Rate = Field(
+        default=2.0, description="readings per second; the errors of tyres and suspension last some tenths of a second"
+    )
+    sigma_lateral_mps: Noise = Field(default=0.1, description="1σ of the rear wheels' velocity to the right")
+    sigma_vertical_mps: Noise = Field(default=0.1, description="1σ of their velocity down, in the vehicle's axes")
+    mounting_sigma_deg: Spread = Field(
+        default=0.0, description="1σ of the error in the assumed pitch and yaw of the block in the vehicle, each"
+    )
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0), description="middle of the rear axle from the block: forward, right, down"
+    )
+    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error in the assumed value of each of these")
+    slip_deg_per_g: Offset | None = Field(
+        default=None, description="given slip angle of the rear axle per lateral acceleration, 2 to 4 of a car"
+    )
+    slip_sigma_deg_per_g: Spread = Field(default=0.0, description="1σ of a random one, added to the given one")
+    lateral_limit_mps2: Positive = Field(
+        default=4.0, description="lateral acceleration beyond which there is no reading, because tyres slide"
+    )
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return zero velocities across the vehicle's axes, with errors by slip, tyres and suspension.
+
+        The assumed angles and lever arm have the errors that the section gives.
+
+        Args:
+            vehicle: the vehicle.
+
+        Returns:
+            "land-vehicle", zero velocity to the right and down.
+
+        Raises:
+            InputError: the motion ends before the first reading, or the seed cannot be used.
+        """
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        wheel = state_at(trajectory, time, s.lever_arm_m)
+        ahead, right, down = rotation.dcm_from_quaternion(vehicle.q_bs)  # the vehicle's axes in the block's
+        angles = np.array(_angles(ahead))
+        velocity = rotation.rotate(rotation.conjugate(wheel.q_nb), wheel.velocity_ned)
+        turn = turning(trajectory, time, trajectory.state(time))
+        pushed = (velocity @ ahead) * (turn @ down)
+        slip = _PER_G * turn_on(seed, "land vehicle slip", s.slip_deg_per_g, s.slip_sigma_deg_per_g)
+        sigma = (s.sigma_lateral_mps, s.sigma_vertical_mps)
+        askew = DEG * np.array(
+            [turn_on(seed, "land vehicle mounting", None, s.mounting_sigma_deg, k) for k in range(2)]
+        )
+        off = np.array([turn_on(seed, "land vehicle lever arm", None, s.lever_arm_sigma_m, k) for k in range(3)])
+        value = np.zeros((len(time), 4))
+        value[:, :2] = white(seed, "land vehicle noise", sigma, len(time))
+        # in axes that the two angles give, which leave out a roll of the block
+        across = np.array([[-np.sin(angles[1]), np.cos(angles[1]), 0.0]])
+        across = np.concatenate([across, np.cross(ahead, across[0])[None]])
+        value[:, :2] += np.multiply.outer(slip * (velocity @ ahead) * pushed, across @ right)
+        value[:, 2:] = angles + askew
+        true = {f"{_LABEL} mounting": -askew, f"{_LABEL} lever arm": -off, f"{_LABEL} slip": np.array([slip])}
+        holds = np.abs(pushed) <= s.lateral_limit_mps2
+        arm = np.array(s.lever_arm_m) + off
+        return [s.readings(_LABEL, "land-velocity", time, value, sigma, true, lever_arm=arm, valid=holds)]
+
+    @property
+    def needs_no_truth(self) -> bool:
+        """Whether the readings follow from the inertial readings: always."""
+        return True
+
+    def from_imu(
+        self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
+    ) -> list[Measurements]:
+        """Return the readings where the measured lateral specific force is one that tyres hold; see the base."""
+        from sinssim.sensors.from_readings.land import land_velocity
+
+        sigma = (self.sigma_lateral_mps, self.sigma_vertical_mps)
+        ahead = (1.0, 0.0, 0.0) if q_bs is None else rotation.dcm_from_quaternion(q_bs)[0]
+        return [
+            land_velocity(
+                imu,
+                rate_hz=self.rate_hz,
+                sigma=sigma,
+                angles=_angles(ahead),
+                lever_arm=self.lever_arm_m,
+                limit=self.lateral_limit_mps2,
+                name=_LABEL,
+            )
+        ]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the states of the mounting, of the lever arm and of the slip."""
+        slip = math.hypot(self.slip_sigma_deg_per_g, self.slip_deg_per_g or 0.0)
+        yield SensorState(f"{_LABEL} mounting", (DEG * self.mounting_sigma_deg,) * 2)
+        yield SensorState(f"{_LABEL} lever arm", (self.lever_arm_sigma_m,) * 3)
+        yield SensorState(f"{_LABEL} slip", (_PER_G * slip,))
+
+
+def _angles(ahead: ArrayLike) -> tuple[float, float]:
+    """Return pitch and yaw of the vehicle's forward axis, which is given in the block's axes, rad."""
+    x, y, z = np.asarray(ahead, dtype=np.float64)
+    return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)

@@ -1,0 +1,279 @@
+"""The directory of a trade study: a manifest, and a file or a folder for each cell that is finished.
+
+The name of a cell is the digest of its scenario and of what is asked for. A study whose axes have got further values
+therefore goes on with the cells that it has.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.ensembles.running.directory import MANIFEST as ENSEMBLE
+from sinssim.ensembles.running.directory import NUMERIC, difference, other_versions
+from sinssim.errors import InputError
+from sinssim.recording.store.directory import MARK, write_text
+from sinssim.recording.store.summary import plain, versions
+from sinssim.scenario.load import load_scenario
+from sinssim.system.locks import MARK as IN_USE
+from sinssim.system.locks import try_hold
+from sinssim.trades.measure import CellNumbers, CellVerdict
+from sinssim.trades.schema import TradeStudy
+
+MANIFEST, CELLS = "trade.json", "cells"
+_KIND = "sinssim trade study"
+_LETTERS = 24
+"""Letters of a digest in the name of a cell: two of 1000 cells share them with a probability of 1e-23."""
+
+
+class TradeDirectory:
+    """The directory of a trade study, locked while it is used."""
+
+    def __init__(self, path: Path, study: TradeStudy, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Begin a directory, or continue one.
+
+        Args:
+            path: the directory.
+            study: the study.
+            resume: whether a study in it is continued; a missing or empty directory is begun in any case.
+            overwrite: whether a study in it is removed.
+
+        Raises:
+            InputError: the directory holds something else, another study, or cannot be written; or another process uses
+                it.
+        """
+        self.path = path.resolve()
+        self._lock: int | None = None
+        self._about = _about(study)
+        taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
+        if taken:
+            found = _manifest(self.path)
+            if not (resume or overwrite):
+                raise InputError(
+                    f"{path} already holds a trade study. Continue or extend it with --resume, give another folder "
+                    "with -o, or replace it with --overwrite."
+                )
+            if resume:
+                _check_same(found, self._about, path)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = try_hold(self.path)
+            if self._lock is None:
+                raise InputError(f"another process is computing the study in {path}; wait for it, or give another -o.")
+            if taken and overwrite:
+                _remove(self.path)
+            self.cells.mkdir(exist_ok=True)
+            write_text(self.path / MANIFEST, json.dumps(self._about, indent=1) + "\n")
+        except OSError as error:
+            self.close()
+            raise InputError(
+                f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
+            ) from error
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def cells(self) -> Path:
+        """Folder of the cells."""
+        return self.path / CELLS
+
+    def cell(self, digest: str) -> Path:
+        """Return the folder of an ensemble, or without its ending the file of a budget, by the digest of its cell."""
+        return self.cells / digest[:_LETTERS]
+
+    def read(self, digest: str, say: Callable[[str], None]) -> CellNumbers | None:
+        """Return the numbers of a finished budget; a damaged file is named and removed.
+
+        Args:
+            digest: digest of the cell.
+            say: called with a sentence about a damaged file.
+
+        Returns:
+            The numbers; None if there are none.
+        """
+        file = self.cell(digest).with_suffix(".json")
+        if not file.exists():
+            return None
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+            if found["contents"] != _digest(found["numbers"]) or found["digest"] != digest:
+                raise ValueError("its contents are not those that were written")
+            return _numbers(found["numbers"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            say(f"{file} is damaged ({error}). Its cell is computed again.")
+            with suppress(OSError):
+                file.unlink()
+            return None
+
+    def write(self, digest: str, numbers: CellNumbers) -> None:
+        """Keep the numbers of a finished budget.
+
+        Args:
+            digest: digest of the cell.
+            numbers: its numbers.
+
+        Raises:
+            OSError: they cannot be written.
+        """
+        contents = _contents(numbers)
+        text = json.dumps({"digest": digest, "contents": _digest(contents), "numbers": contents}, allow_nan=False)
+        write_text(self.cell(digest).with_suffix(".json"), text + "\n")
+
+    def ensemble(self, digest: str, say: Callable[[str], None]) -> Path:
+        """Return the folder of an ensemble; one whose manifest is damaged is named and removed.
+
+        Args:
+            digest: digest of the cell.
+            say: called with a sentence about a damaged one.
+
+        Returns:
+            The folder, which need not exist.
+        """
+        folder = self.cell(digest)
+        if folder.is_dir():
+            try:
+                json.loads((folder / ENSEMBLE).read_text(encoding="utf-8"))["digest"]
+            except (OSError, ValueError, KeyError, TypeError) as error:
+                say(f"{folder / ENSEMBLE} is damaged ({error}). Its cell is computed again.")
+                shutil.rmtree(folder)
+        return folder
+
+    def keep(self, names: list[str]) -> None:
+        """Write the mark by which sinssim recognises its own files, and remove those of before that are not there now.
+
+        Args:
+            names: files beside the manifest and the cells.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        now = sorted([MANIFEST, *names])
+        for name in _own_files(self.path):
+            if name not in now:
+                (self.path / name).unlink(missing_ok=True)
+        text = json.dumps({"kind": _KIND, "versions": versions(), "files": now}, indent=1)
+        write_text(self.path / MARK, text + "\n")
+
+    def free(self) -> float:
+        """Return the free space of the disk, MB."""
+        return shutil.disk_usage(self.path).free / 1e6
+
+    def close(self) -> None:
+        """Unlock the directory."""
+        if self._lock is not None:
+            with suppress(OSError):
+                (self.path / IN_USE).unlink(missing_ok=True)
+            os.close(self._lock)
+            self._lock = None
+
+
+def _about(study: TradeStudy) -> dict[str, Any]:
+    """Return what all cells of a study have in common."""
+    without = ("name", "description", "views", "output")
+    return {
+        "kind": _KIND,
+        "name": study.name,
+        "cell": study.cell,
+        "versions": {name: versions()[name] for name in NUMERIC},
+        "scenario": json.loads(json.dumps(load_scenario(study.scenario, study.set).contents(without=without))),
+    }
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    """Return the manifest of a directory; raise if it holds no trade study."""
+    if not path.is_dir():
+        raise InputError(f"{path} is a file; give the name of a folder with -o.")
+    try:
+        found = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        if found["kind"] != _KIND:
+            raise KeyError("kind")
+        return dict(found)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"the folder {path} is not empty and holds no trade study: it lacks a readable {MANIFEST}. It stays "
+            "unchanged; give another folder with -o."
+        ) from error
+
+
+def _check_same(found: dict[str, Any], about: dict[str, Any], path: Path) -> None:
+    """Raise unless a manifest is that of the study; the message names the difference."""
+    if found.get("name") != about["name"]:
+        other = f"is the study {found.get('name')}, not {about['name']}"
+    elif found.get("cell") != about["cell"]:
+        other = f"has {found.get('cell')} cells, not {about['cell']} cells"
+    elif changed := other_versions(found):
+        other = f"was computed by {changed}"
+    elif text := difference(found.get("scenario"), about["scenario"]):
+        other = f"is of another scenario: {text}"
+    else:
+        return
+    raise InputError(
+        f"the study in {path} cannot be continued: it {other}. It stays unchanged; give another folder with -o, or "
+        "replace it with --overwrite."
+    )
+
+
+def _remove(path: Path) -> None:
+    """Remove what sinssim wrote in the directory of a trade study; other files stay."""
+    for cell in (path / CELLS).glob("*"):
+        if cell.suffix == ".json" and len(cell.stem) == _LETTERS:
+            cell.unlink()
+        elif len(cell.name) == _LETTERS and (cell / ENSEMBLE).is_file():
+            shutil.rmtree(cell)
+    for name in (*_own_files(path), MARK):
+        (path / name).unlink(missing_ok=True)
+
+
+def _own_files(path: Path) -> list[str]:
+    """Return the files that sinssim wrote in a directory, beside the cells, by its mark."""
+    try:
+        names = json.loads((path / MARK).read_text(encoding="utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return [MANIFEST]
+    return [name for name in names if isinstance(name, str) and Path(name).name == name]
+
+
+def _contents(numbers: CellNumbers) -> dict[str, Any]:
+    """Return numbers as JSON holds them; doubles keep every bit."""
+    return {
+        "values": plain(numbers.values),
+        "verdicts": plain([asdict(one) for one in numbers.verdicts]),
+        "time": plain(numbers.time.tolist()),
+        "cep": plain(numbers.cep.tolist()),
+        "r95": plain(numbers.r95.tolist()),
+        "notes": list(numbers.notes),
+    }
+
+
+def _numbers(contents: dict[str, Any]) -> CellNumbers:
+    """Return what `_contents` was made of."""
+
+    def known(value: Any) -> float:
+        return float("nan") if value is None else float(value)
+
+    verdicts = tuple(
+        CellVerdict(**{**one, "value": known(one["value"]), "time_s": known(one["time_s"])})
+        for one in contents["verdicts"]
+    )
+    return CellNumbers(
+        {name: known(value) for name, value in contents["values"].items()},
+        verdicts,
+        np.array([known(v) for v in contents["time"]]),
+        np.array([known(v) for v in contents["cep"]]),
+        np.array([known(v) for v in contents["r95"]]),
+        tuple(contents["notes"]),
+    )
+
+
+def _digest(contents: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,269 @@
+"""Runs a trade study: computes the cells that are missing, and writes its report: `trade`."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sinssim.ensembles.running.run import stored_runs
+from sinssim.ensembles.truth import TruthCache, truth_key
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.scenario.duration import check_times, expected_duration
+from sinssim.scenario.sections.ensemble import EnsembleSection
+from sinssim.trades.cells import Cell, cells_of, digest_of
+from sinssim.trades.measure import CellNumbers, of_budget, of_ensemble
+from sinssim.trades.result import CellResult, TradeResult
+from sinssim.trades.running.directory import TradeDirectory
+from sinssim.trades.running.watch import Progress, TooLongError, Watch
+from sinssim.trades.schema import TradeStudy
+
+Say = Callable[[str], None]
+LIMIT_MINUTES = 30.0
+"""Expected duration above which a study is refused unless a higher limit is given."""
+_FLIGHT_SPEED = 250.0
+"""Speed of JSBSim relative to real time."""
+
+
+def trade(
+    study: TradeStudy,
+    directory: Path | str | None = None,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    say: Say | None = None,
+) -> TradeResult:
+    """Compute every cell of a trade study, and write its report.
+
+    A cell has the numbers of `sinssim budget` or `sinssim ensemble` with its settings, bit for bit. Cells on the same
+    true motion share it. A cell that fails is a result; the others are computed. An interrupted study keeps its
+    finished cells and can be continued.
+
+    Args:
+        study: the study.
+        directory: directory of the study; by default nothing is kept.
+        resume: whether a study in the directory is continued, or extended by further values of its axes.
+        overwrite: whether a study in the directory is replaced.
+        limit_minutes: expected duration above which the study is refused.
+        threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
+        progress: called with the progress.
+        say: called with remarks, such as the expected duration or a damaged file.
+
+    Returns:
+        The result.
+
+    Raises:
+        InputError: the study or the directory cannot be used, the directory holds another study, the study would take
+            too long, or the disk is full.
+        RunError: every cell failed; an `InputError` if by values that cannot be used.
+    """
+    if not limit_minutes >= 0.0:
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
+    if directory is None and (resume or overwrite):
+        raise InputError("resume and overwrite need the directory of a study.")
+    if resume and overwrite:
+        raise InputError("resume and overwrite exclude each other: continue the study, or replace it.")
+    cells = cells_of(study)
+    speak = say or (lambda text: None)
+    report = progress or (lambda text, fraction: None)
+    with contextlib.ExitStack() as stack:
+        place = Path(stack.enter_context(_own_folder()) if directory is None else directory)
+        folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
+        stack.callback(folder.close)
+        work = _Work(study, cells, folder, threads, report, speak)
+        result = TradeResult(study, (), directory=None if directory is None else folder.path)
+        try:
+            work.run(limit_minutes)
+        except BaseException as stop:
+            work.fill_in(result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+            if directory is not None:
+                _leave(folder, result, stop)
+            raise
+        work.fill_in(result, "finished")
+        if directory is not None:
+            report("Writing the report", 1.0)
+            _write(folder, result)
+    if not result.finished:
+        number, first = next(iter(result.failures.items()))
+        where = "" if directory is None else f" See {folder.path}."
+        kind = RunError if work.runs_failed else InputError
+        raise kind(f"all {len(result)} cells of the study {study.name} failed; cell {number}: {first}{where}")
+    return result
+
+
+@contextlib.contextmanager
+def _own_folder() -> Iterator[str]:
+    with tempfile.TemporaryDirectory(prefix="sinssim-trade-") as place:
+        yield place
+
+
+@dataclass(frozen=True)
+class _Missing:
+    """A cell to be computed, the others that have the same numbers, and its true motion."""
+
+    cell: Cell
+    digest: str
+    motion: str
+
+
+class _Work:
+    """The computation of the cells of a study."""
+
+    def __init__(
+        self, study: TradeStudy, cells: tuple[Cell, ...], folder: TradeDirectory, threads: int | None,
+        report: Progress, say: Say,
+    ) -> None:  # fmt: skip
+        self.study, self.cells, self._folder, self._threads = study, cells, folder, threads
+        self._report, self._notes = report, list[str]()
+        self._say_on, self._seconds, self._computed = say, 0.0, 0
+        self._numbers: dict[str, CellNumbers] = {}
+        self._failures: dict[str, str] = {}
+        self.runs_failed = False
+        self._digests = {cell.number: digest_of(study, cell) for cell in cells if cell.scenario is not None}
+
+    def say(self, text: str) -> None:
+        """Say a remark, and keep it."""
+        self._notes.append(text)
+        self._say_on(text)
+
+    def run(self, limit_minutes: float) -> None:
+        """Compute the cells that are missing, those of one motion after one another."""
+        begin, study = time.perf_counter(), self.study
+        try:
+            if study.cell == "budget":
+                for digest in dict.fromkeys(self._digests.values()):
+                    found = self._folder.read(digest, self.say)
+                    if found is not None:
+                        self._numbers[digest] = found
+            todo = self._missing()
+            runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
+            what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
+            watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
+            truths, unflown = TruthCache(), _flights(todo)
+            for one in todo:
+                self._compute(one, truths, watch, unflown)
+        finally:
+            self._seconds = time.perf_counter() - begin
+
+    def _missing(self) -> list[_Missing]:
+        """Return the cells that have no numbers, one for each digest, ordered by their true motions."""
+        found: dict[str, _Missing] = {}
+        for cell in self.cells:
+            digest = self._digests.get(cell.number)
+            if digest is not None and digest not in self._numbers and digest not in found:
+                assert cell.scenario is not None
+                found[digest] = _Missing(cell, digest, truth_key(cell.scenario))
+        motions = list(dict.fromkeys(one.motion for one in found.values()))
+        return sorted(found.values(), key=lambda one: motions.index(one.motion))
+
+    def _compute(self, one: _Missing, truths: TruthCache, watch: Watch, unflown: dict[str, float]) -> None:
+        """Compute a cell; what goes wrong in it is its result."""
+        scenario = one.cell.scenario
+        assert scenario is not None
+        try:
+            watch.flying(sum(unflown.values()))
+            check_times(scenario)
+            truth = truths.of(scenario)
+            unflown.pop(one.motion, None)
+            watch.begin()
+            if self.study.cell == "budget":
+                from sinssim.error_budget.analyse import budget
+
+                found = budget(
+                    scenario, times=self.study.instants, solution="inertial" if self.study.inertial else None,
+                    truth=truth, progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
+                )  # fmt: skip
+                numbers = of_budget(self.study, found)
+                self._keep(one.digest, numbers)
+            else:
+                result = stored_runs(
+                    scenario, self.study.runs, self._folder.ensemble(one.digest, self.say), times=self.study.instants,
+                    truths=truths, threads=self._threads, say=self.say,
+                    progress=lambda text, part: watch.inside(part, text.split(",")[0]),
+                )  # fmt: skip
+                numbers = of_ensemble(self.study, result)
+                if result.failed.all():
+                    raise RunError(f"all {len(result)} runs failed; the first one: {result.errors.failure[0]}")
+            self._numbers[one.digest] = numbers
+            self._computed += 1
+        except MemoryError:  # no property of the cell
+            raise
+        except SinssimError as error:
+            if isinstance(error, TooLongError) or isinstance(error.__cause__, OSError):
+                raise
+            self._failures[one.digest] = str(error) or type(error).__name__
+            self.runs_failed |= not isinstance(error, InputError)
+        except Exception as error:  # whatever went wrong in one of many cells is a result to report
+            self._failures[one.digest] = f"{type(error).__name__}: {error}"
+            self.runs_failed = True
+        watch.finish(failed=one.digest in self._failures)
+
+    def _keep(self, digest: str, numbers: CellNumbers) -> None:
+        try:
+            self._folder.write(digest, numbers)
+        except OSError as error:
+            raise InputError(
+                f"the cells of the study could not be written to {self._folder.path}: {error.strerror or error} "
+                f"({self._folder.free():.0f} MB are free)."
+            ) from error
+
+    def fill_in(self, result: TradeResult, status: str) -> None:
+        """Fill in what has become of the cells."""
+        found = []
+        for cell in self.cells:
+            digest = self._digests.get(cell.number, "")
+            failure = cell.mistake or self._failures.get(digest, "")
+            found.append(CellResult(cell, self._numbers.get(digest), failure))
+        result.cells, result.status, result.notes = tuple(found), status, self._notes
+        result.seconds, result.computed = self._seconds, self._computed
+
+
+def _runs(cell: Cell, study: TradeStudy) -> int:
+    """Return the number of runs of an ensemble."""
+    assert cell.scenario is not None
+    return study.runs or (cell.scenario.ensemble or EnsembleSection()).runs
+
+
+def _flights(todo: list[_Missing]) -> dict[str, float]:
+    """Return how long the flights of some cells take that are not in the cache, s, by their motion."""
+    from sinssim.truth.flight.cache import is_cached
+
+    found = {}
+    for one in todo:
+        scenario = one.cell.scenario
+        assert scenario is not None
+        if one.motion not in found and scenario.flight is not None and not is_cached(scenario.flight, scenario.seed):
+            found[one.motion] = expected_duration(scenario) / _FLIGHT_SPEED
+    return found
+
+
+def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:
+    """Write a report of the finished cells of a study that stops early, and say what there is."""
+    if not result.finished:
+        stop.add_note("No cell had finished; --resume continues.")
+        return
+    stop.add_note(f"{result.finished} of {len(result)} cells are finished and kept in {folder.path}; --resume goes on.")
+    try:
+        _write(folder, result)
+        stop.add_note(f"Their report is {folder.path / 'report.html'}.")
+    except Exception as error:  # for example on a full disk: the cells are safe
+        stop.add_note(f"Their report could not be written: {error}")
+
+
+def _write(folder: TradeDirectory, result: TradeResult) -> None:
+    """Write report, figures and numbers."""
+    from sinssim.trades.running.write import write_trade
+
+    try:
+        folder.keep(write_trade(result, folder.path))
+    except OSError as error:
+        raise InputError(
+            f"the report of the study could not be written to {folder.path}: {error.strerror or error} "
+            f"({folder.free():.0f} MB are free). All finished cells are kept; --resume writes it."
+        ) from error

@@ -1,0 +1,328 @@
+"""From the samples of a track to the knots of its curve: gaps, smoothing, attitude, lever arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import rotation
+from sinssim.data import Array
+from sinssim.earth.coordinates import ecef_to_geodetic, q_en
+from sinssim.earth.models import Ellipsoid
+from sinssim.errors import InputError
+from sinssim.truth.track import smoothing
+from sinssim.truth.track.attitude import attitude_from_motion
+from sinssim.truth.track.places import verticals
+from sinssim.truth.track.samples import TrackSamples
+from sinssim.truth.track.vehicles import VEHICLES, Pitch, Vehicle, VehicleName
+
+_GAP, _GAP_INTERVALS = 10.0, 5.0
+"""A gap is longer than 10 s and than five median intervals."""
+_BRIDGE = 20_000
+"""Largest number of samples in the bridge of a gap."""
+_FEWEST = 6
+"""Fewest knots of a curve."""
+_MOST_KNOTS = 5_000_000
+_TURN = float(np.cos(np.pi / 8.0))
+"""Cosine of half the largest turn between two knots, 45°."""
+
+
+@dataclass(frozen=True)
+class TrackOptions:
+    """How a track becomes a curve.
+
+    Attributes:
+        vehicle: "aircraft", "land" or "sea".
+        chosen: where `smoothing` is from, in words.
+        smoothing: τ of the position, s; 0 passes through the samples; None: see `sigma`.
+        height_smoothing: the same for the height, s; None: as `smoothing`.
+        attitude_smoothing: the same for a recorded attitude, s; None: by cross-validation.
+        sigma: rms distance from the samples, horizontal, m, that determines τ; None: τ by cross-validation.
+        height_sigma: the same for the height, m; None: as `sigma`.
+        gap: interval between samples that counts as a gap, s; None: ten seconds and five median intervals.
+        pitch: "slope" or "flat"; None: that of the vehicle.
+        standstill: speed of standstill, m/s; None: that of the vehicle.
+        heading: heading of a vehicle that never moves, rad.
+        point: from the vehicle's reference point to the recorded point, body axes, (3,) m.
+    """
+
+    vehicle: VehicleName = "land"
+    chosen: str = "as given"
+    smoothing: float | None = None
+    height_smoothing: float | None = None
+    attitude_smoothing: float | None = None
+    sigma: float | None = None
+    height_sigma: float | None = None
+    gap: float | None = None
+    pitch: Pitch | None = None
+    standstill: float | None = None
+    heading: float = 0.0
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def kind(self) -> Vehicle:
+        """What is assumed of the vehicle."""
+        return VEHICLES[self.vehicle]
+
+
+@dataclass(frozen=True)
+class Knots:
+    """The knots of a track's curve.
+
+    Attributes:
+        time: (K,) s.
+        position: of the vehicle's reference point, Earth-fixed, (K, 3) m.
+        q_eb: attitude, (K, 4).
+        velocity, acceleration: of the recorded point relative to the Earth, in its axes, (K, 3).
+        held: whether the heading is that of a standstill, (K,).
+        tau: smoothing of the horizontal position, the height and the attitude, s; the last is NaN if it was not
+            recorded.
+        notes: sentences on gaps.
+    """
+
+    time: Array
+    position: Array
+    q_eb: Array
+    velocity: Array
+    acceleration: Array
+    held: Array
+    tau: tuple[float, float, float]
+    notes: tuple[str, ...] = ()
+
+
+def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid) -> Knots:
+    """Return the knots of the curve of a track.
+
+    Args:
+        samples: checked samples.
+        options: how.
+        gravity: model of the truth, for the roll of a coordinated turn.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        The knots; time 0 is the first sample.
+
+    Raises:
+        InputError: the track is too long for its spacing, or turns by more than 45° between two knots.
+    """
+    time = samples.time - samples.time[0]
+    wide = _gaps(time, options.gap)
+    gaps = _about_gaps(samples, time, wide)
+    if samples.q_nb is None and len(wide):
+        samples, time = _bridged(samples, time, wide)
+    position = samples.ecef(ellipsoid)
+    origin = position[0]
+    up = verticals(samples.latitude, samples.longitude)
+    weights = _weights(samples)
+    horizontal, tau_h = _fitted(
+        time,
+        position - origin,
+        weights[:, 0],
+        options.smoothing,
+        options.sigma,
+        lambda rest, rows: rest - _along(rest, up[rows]),
+    )
+    upright, tau_v = horizontal, tau_h
+    wanted = options.height_smoothing if options.height_smoothing is not None else options.smoothing
+    sigma = options.height_sigma if options.height_sigma is not None else options.sigma
+    if (wanted, sigma) != (options.smoothing, options.sigma) or wanted is None:
+        upright, tau_v = _fitted(
+            time, position - origin, weights[:, 1], wanted, sigma, lambda rest, rows: _along(rest, up[rows])
+        )
+    attitude, tau_a = _attitude_spline(samples, time, options)
+    at = _knot_times(time, options.kind, (tau_h, tau_v, tau_a), derived=attitude is None)
+    r = np.asarray(horizontal(at))
+    if upright is not horizontal:
+        there = verticals(*ecef_to_geodetic(r + origin, ellipsoid)[:2])
+        r = r + _along(upright(at) - r, there)
+    return _with_attitude(at, r, origin, attitude, options, gravity, ellipsoid, (tau_h, tau_v, tau_a), gaps)
+
+
+def knots_of_path(time: Array, position: Array, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid) -> Knots:
+    """Return the knots of a path that is known exactly, with the attitude that follows from its motion.
+
+    Args:
+        time: instants, (K,) s.
+        position: Earth-fixed, (K, 3) m.
+        options: how.
+        gravity: model of the truth.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        The knots.
+
+    Raises:
+        InputError: the path turns by more than 45° between two knots.
+    """
+    origin = position[0]
+    return _with_attitude(time, position - origin, origin, None, options, gravity, ellipsoid, (0.0, 0.0, np.nan), ())
+
+
+def _with_attitude(
+    at: Array,
+    relative: Array,
+    origin: Array,
+    attitude: Any,
+    options: TrackOptions,
+    gravity: str,
+    ellipsoid: Ellipsoid,
+    tau: tuple[float, float, float],
+    notes: tuple[str, ...],
+) -> Knots:
+    path = smoothing.interpolating_spline(at, relative)
+    velocity, acceleration = path(at, 1), path(at, 2)
+    held = np.zeros(len(at), bool)
+    if attitude is not None:
+        q = np.asarray(attitude(at))
+        q = q / np.linalg.norm(q, axis=1)[:, None]
+    else:
+        there = verticals(*ecef_to_geodetic(relative + origin, ellipsoid)[:2])
+        q, held = attitude_from_motion(
+            at,
+            relative + origin,
+            velocity,
+            acceleration,
+            there,
+            options.kind,
+            gravity,
+            ellipsoid,
+            pitch=options.pitch,
+            standstill=options.standstill,
+            heading=options.heading,
+        )
+        cosine = np.abs(np.einsum("ij,ij->i", q[1:], q[:-1]))
+        if cosine.min() < _TURN:
+            worst = int(np.argmin(cosine))
+            raise InputError(
+                f"at {at[worst]:.6g} s the course of the track turns by "
+                f"{2.0 * np.degrees(np.arccos(cosine[worst])):.0f}° within {at[worst + 1] - at[worst]:.3g} s, at a "
+                f"speed of {np.linalg.norm(velocity[worst]):.3g} m/s: smooth more with track.smoothing_s, or raise "
+                "track.standstill_mps, below which the heading is held."
+            )
+    position = relative + origin - rotation.rotate(q, np.broadcast_to(options.point, relative.shape))
+    return Knots(at, position, q, velocity, acceleration, held, tau, notes)
+
+
+def _along(vectors: Array, up: Array) -> Array:
+    """Return the vertical part of vectors, (N, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", vectors, up)[:, None] * up)
+
+
+def _weights(samples: TrackSamples) -> Array:
+    """Return the relative weights of horizontal positions and heights, (N, 2): (median σ/σ)², at most 10⁴."""
+    if samples.sigma is None:
+        return np.ones((len(samples), 2))
+    sigma = np.where(np.isfinite(samples.sigma) & (samples.sigma > 0.0), samples.sigma, np.nan)
+    typical = np.nanmedian(sigma, axis=0) if np.isfinite(sigma).any(axis=0).all() else np.ones(2)
+    return np.asarray(np.clip((typical / np.where(np.isfinite(sigma), sigma, typical)) ** 2, 1e-4, 1e4))
+
+
+def _fitted(
+    time: Array,
+    values: Array,
+    weight: Array,
+    tau: float | None,
+    sigma: float | None,
+    misfit: smoothing.Misfit | None,
+) -> tuple[Any, float]:
+    """Return the spline through samples, and its τ."""
+    if tau is None:
+        if sigma is not None:
+            tau = smoothing.tau_by_distance(time, values, weight, sigma, misfit)
+        else:
+            tau = smoothing.tau_by_cross_validation(time, values, weight, misfit)
+    return smoothing.smooth_spline(time, values, tau, weight), tau
+
+
+def _attitude_spline(samples: TrackSamples, time: Array, options: TrackOptions) -> tuple[Any, float]:
+    """Return the spline of the recorded quaternions e from b, and its τ; (None, NaN) without."""
+    if samples.q_nb is None:
+        return None, float("nan")
+    q = rotation.normalize(rotation.multiply(q_en(samples.latitude, samples.longitude), samples.q_nb))
+    cosine = np.einsum("ij,ij->i", q[1:], q[:-1])
+    if np.abs(cosine).min() < _TURN:
+        worst = int(np.argmin(np.abs(cosine)))
+        raise InputError(
+            f"{samples.at(worst + 1)}: the attitude turns by "
+            f"{2.0 * np.degrees(np.arccos(abs(cosine[worst]))):.0f}° since {samples.noun} {samples.rows[worst]}; it "
+            "must turn by less than 45° between two samples."
+        )
+    q[1:] *= np.cumprod(np.where(cosine < 0.0, -1.0, 1.0))[:, None]
+    return _fitted(time, q, np.ones(len(time)), options.attitude_smoothing, None, None)
+
+
+def _gaps(time: Array, gap: float | None) -> NDArray[np.int64]:
+    """Return the samples after which there is a gap."""
+    step = np.diff(time)
+    limit = max(_GAP, _GAP_INTERVALS * float(np.median(step))) if gap is None else gap
+    return np.flatnonzero(step > limit)
+
+
+def _about_gaps(samples: TrackSamples, time: Array, wide: NDArray[np.int64]) -> tuple[str, ...]:
+    """Return a sentence about the gaps of a track."""
+    if not len(wide):
+        return ()
+    step = np.diff(time)
+    longest = int(wide[np.argmax(step[wide])])
+    many = "a gap" if len(wide) == 1 else f"{len(wide)} gaps, the longest"
+    how = "bridged on a great circle at uniform speed" if samples.q_nb is None else "the curve goes on smoothly"
+    return (
+        f"The track has {many} of {step[longest]:.4g} s after {samples.noun} {samples.rows[longest]}, at "
+        f"{time[longest]:.6g} s: {how}.",
+    )
+
+
+def _bridged(samples: TrackSamples, time: Array, wide: NDArray[np.int64]) -> tuple[TrackSamples, Array]:
+    """Return the samples with gaps filled evenly along the great circle, at uniform speed."""
+    step = np.diff(time)
+    usual = float(np.median(step))
+    up = verticals(samples.latitude, samples.longitude)
+    times, normals, heights, sigmas, begin = [], [], [], [], 0
+    for row in map(int, wide):
+        count = int(min(np.ceil(step[row] / usual) - 1, _BRIDGE))
+        share = np.arange(1, count + 1)[:, None] / (count + 1)
+        times += [time[begin : row + 1], time[row] + share[:, 0] * step[row]]
+        normals += [up[begin : row + 1], (1.0 - share) * up[row] + share * up[row + 1]]
+        ends = samples.height[row : row + 2]
+        heights += [samples.height[begin : row + 1], ends[0] + share[:, 0] * (ends[1] - ends[0])]
+        if samples.sigma is not None:
+            sigmas += [samples.sigma[begin : row + 1], np.tile(samples.sigma[row], (count, 1))]
+        begin = row + 1
+    normal = np.concatenate([*normals, up[begin:]])
+    filled = replace(
+        samples,
+        time=np.concatenate([*times, time[begin:]]) + samples.time[0],
+        latitude=np.arctan2(normal[:, 2], np.hypot(normal[:, 0], normal[:, 1])),
+        longitude=np.arctan2(normal[:, 1], normal[:, 0]),
+        height=np.concatenate([*heights, samples.height[begin:]]),
+        sigma=None if samples.sigma is None else np.concatenate([*sigmas, samples.sigma[begin:]]),
+        rows=np.empty(0, np.int64),
+    )
+    return filled, filled.time - samples.time[0]
+
+
+def _knot_times(time: Array, vehicle: Vehicle, tau: tuple[float, float, float], *, derived: bool) -> Array:
+    """Return the knots: all samples if the curve passes through them, else evenly spaced."""
+    step, usual = np.diff(time), float(np.median(np.diff(time)))
+    smoothed = [t for t in tau if np.isfinite(t)]
+    through = min(smoothed) == 0.0
+    spacing = min(usual, vehicle.knots) if derived else usual
+    if not through:
+        spacing = min(spacing, vehicle.knots) if derived else max(spacing, min(smoothed) / 4.0)
+    spacing = min(spacing, float(time[-1]) / (_FEWEST - 1))
+    if time[-1] / spacing > _MOST_KNOTS:
+        raise InputError(
+            f"the track lasts {time[-1]:.4g} s and needs a knot every {spacing:.3g} s, more than {_MOST_KNOTS:g} in "
+            "all; cut it with track.start_s and track.end_s."
+        )
+    if not through:
+        return np.linspace(0.0, time[-1], max(_FEWEST, int(np.ceil(time[-1] / spacing - 1e-9)) + 1))
+    if not derived and len(time) >= _FEWEST:
+        return time
+    pieces = np.maximum(1, np.ceil(step / spacing - 1e-9)).astype(int)
+    return np.append(
+        np.concatenate([a + d / n * np.arange(n) for a, d, n in zip(time[:-1], step, pieces, strict=True)]), time[-1]
+    )

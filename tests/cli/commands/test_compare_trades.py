@@ -1,0 +1,135 @@
+"""`sinssim compare` with a trade study, as a stranger meets it: results, bad input, Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from sinssim.cli import process as cli
+from tests.trades.examples import SCENARIO
+
+STUDY = """\
+description = "a parked vehicle"
+scenario = "standing.toml"
+require = ["r95(end) <= 1 km"]
+
+[[axes]]
+key = "imu.grade"
+values = ["laser-standard", "tactical"]
+
+[[axes]]
+key = "imu.gyro_bias_sigma_deg_h"
+values = [0.01, 0.1]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A current folder with a study."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(STUDY, encoding="utf-8")
+    (tmp_path / "standing.toml").write_text(SCENARIO, encoding="utf-8")
+    return tmp_path
+
+
+def call(*arguments: str) -> int:
+    """Run the command line, and return its exit code."""
+    with pytest.raises(SystemExit) as end:
+        cli.main(["compare", *arguments])
+    code = end.value.code
+    return code if isinstance(code, int) else 0
+
+
+def test_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Tables and files; a second call needs --resume or --overwrite, and computes nothing with --resume."""
+    assert call("mine.toml", "--require", "heading(end) <= 1 deg") == 0
+    out = capsys.readouterr().out
+    for part in ("4 covariance budgets of standing.toml", "R95 at the end", "r95(end) <= 1 km: met in 4 of 4 cells.",
+                 "heading(end) <= 1 deg: met in", "All 2 requirements together:", "report.html"):  # fmt: skip
+        assert part in out
+    assert "View:" not in out  # it has no recording
+    place = folder / "runs" / "mine"
+    names = {p.name for p in place.iterdir() if not p.name.startswith(".")}
+    assert {"report.html", "results.json", "results.parquet", "summary.md", "study.toml", "cells", "trade.json",
+            "r95_end.svg", "r95_end.png", "r95_end_map.svg", "heading_end.png", "growth.svg"} <= names  # fmt: skip
+    assert pq.read_table(place / "results.parquet").num_rows == 4
+    assert call("mine.toml", "-q") == 2
+    assert "--resume" in capsys.readouterr().err
+    assert call("mine.toml", "--resume", "--json", "--require", "heading(end) <= 1 deg") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["finished"], found["failed"], found["computed"]) == (4, 0, 0)
+    assert found["cells"][3]["settings"] == {"imu.grade": "tactical", "imu.gyro_bias_sigma_deg_h": 0.1}
+    assert call(str(place / "study.toml"), "-q", "-o", "again") == 0  # the study with its defaults is a study
+
+
+def test_settings_of_the_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("mine.toml", "--set", "cell=ensemble", "--set", "runs=3", "--threads", "1", "--json",
+                "--set", "axes.1.values=[\"tactical\"]") == 0  # fmt: skip
+    found = json.loads(capsys.readouterr().out)
+    assert [cell["values"]["runs"] for cell in found["cells"]] == [3.0, 3.0]
+    assert found["cell"] == "ensemble"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["mine.toml", "--set", "axes.1.key=imu.grde"], "Did you mean 'imu.grade'"),
+        (["mine.toml", "--set", "axes.2.values=[0.1, -1.0]"], "cell 2 (grade laser-standard, gyro bias σ −1 deg/h)"),
+        (["mine.toml", "--set", "axes.2.values=[]"], "must have at least 1 entry"),
+        (["mine.toml", "--set", "axes=[]"], "must have at least 1 entry"),
+        (["mine.toml", "--set", "axes.2.values=[0.1, 0.1]"], "values.1 and values.2 are both 0.1"),
+        (["mine.toml", "--set", 'set=["imu.grade=ideal"]'], "is fixed by set"),
+        (["mine.toml", "--set", "cell=ensemble", "--set", "runs=0"], "runs = 0 must be at least 1"),
+        (["mine.toml", "--set", "cell=ensemble", "--set", "runs=-3"], "runs = -3 must be at least 1"),
+        (["mine.toml", "--set", "cell=budgets"], "cell"),
+        (["mine.toml", "--set", "runs=5"], "has no effect on budgets"),
+        (["mine.toml", "--set", "scenario=standing"], "unknown scenario 'standing'"),
+        (["mine.toml", "--require", "r95 < 3"], "no unit follows the number 3"),
+        (["mine.toml", "--resume", "--overwrite"], "exclude each other"),
+        (["coning", "--resume"], "belongs to trade studies"),
+        (["coning", "--require", "r95 <= 3 m"], "belongs to trade studies"),
+        (["gyro_trad"], "Did you mean 'gyro_trade'"),
+    ],
+)
+def test_bad_input(folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
+    assert call(*arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+    assert "Traceback" not in err
+    assert {p.name for p in folder.iterdir()} == {"mine.toml", "standing.toml"}
+
+
+def test_the_folder_of_another_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("mine.toml", "-q", "-o", "there") == 0
+    assert call("mine.toml", "-q", "-o", "there", "--resume", "--set", "name=other") == 2
+    assert "it is the study mine, not other" in capsys.readouterr().err
+
+
+def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
+    """Interrupted after its first cells, a study leaves these and their report; --resume goes on."""
+    values = ", ".join(f"{0.001 * k:.3f}" for k in range(1, 300))
+    (folder / "mine.toml").write_text(STUDY.replace("[0.01, 0.1]", f"[{values}]"), encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sinssim", "compare", "mine.toml"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        cwd=folder, start_new_session=True, text=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 120.0
+    while len(list(folder.glob("runs/mine/cells/*.json"))) < 3 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 130, err
+    assert "of 598 cells are finished and kept in" in " ".join(err.split())
+    assert "Traceback" not in out + err
+    found = json.loads((folder / "runs" / "mine" / "results.json").read_text(encoding="utf-8"))
+    assert found["status"] == "interrupted"
+    assert found["finished"] == len(list(folder.glob("runs/mine/cells/*.json"))) >= 3

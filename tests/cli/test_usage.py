@@ -1,0 +1,40 @@
+"""Mistakes in options and arguments are told like any other mistake."""
+
+from __future__ import annotations
+
+import pytest
+
+from sinssim.cli import main
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (
+            ["ensemble", "parked", "--runs", "abc"],
+            "--runs = 'abc' must be a whole number. See `sinssim ensemble --help`.",
+        ),
+        (["ensemble", "parked", "-n", "1.5"], "--runs = '1.5' must be a whole number."),
+        (["budget", "parked", "--at=noon"], "--at = 'noon' must be a number. See `sinssim budget --help`."),
+        (["ensemble", "parked", "--rnus", "3"], "--rnus. Did you mean --runs? See `sinssim ensemble --help`."),
+        (["ensemble"], "SCENARIO is missing. See `sinssim ensemble --help`."),
+        (["ensembel", "parked"], "Did you mean 'ensemble'? See `sinssim --help`."),
+        (["ensemble", "parked", "--runs"], "'--runs' requires an argument. See `sinssim --help`."),
+        (["--vers"], "--vers. Did you mean --version? See `sinssim --help`."),
+    ],
+)
+def test_one_sentence_and_where_to_look(arguments: list[str], says: str, capsys) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("sinssim: ")
+    assert err.count("\n") == 1
+    assert err.rstrip().endswith(says) or says in err
+
+
+def test_nothing_at_all_prints_the_help(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main([])
+    assert "Usage: sinssim" in "".join(capsys.readouterr())

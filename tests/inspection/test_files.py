@@ -1,0 +1,119 @@
+"""Text files that nobody described: columns, units, clock and mounting are found, and a scenario is suggested."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sinssim.errors import InputError
+from sinssim.inspection.columns import guess_layout
+from sinssim.inspection.files import inspect
+from sinssim.inspection.text_table import read_table
+from tests.inspection import worlds
+
+_DEG = np.pi / 180.0
+
+
+def _pos(path: Path, delay: float) -> Path:
+    """Write the fixes in RTKLIB's layout, 2026-01-04 00:00:00 GPST being the world's time 0."""
+    seen = worlds.fixes(delay=delay)
+    assert seen.velocity_ned is not None
+    lines = ["%  GPST latitude(deg) longitude(deg) height(m) Q ns sdn sde sdu sdne sdeu sdun age ratio vn ve vu sdvn sdve sdvu sdvne sdveu sdvun"]  # fmt: skip  # noqa: E501
+    for k, t in enumerate(seen.time):
+        v = seen.velocity_ned[k]
+        place = f"{np.degrees(seen.latitude[k]):.9f} {np.degrees(seen.longitude[k]):.9f} {seen.height[k]:.4f}"
+        lines.append(
+            f"2026/01/04 00:{int(t // 60):02d}:{t % 60:06.3f} {place} 1 12 0.01 0.01 0.01 0 0 0 0 0 "
+            f"{v[0]:.4f} {v[1]:.4f} {-v[2]:.4f} 0.03 0.03 0.03 0 0 0"
+        )
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_log_without_a_line_of_names(tmp_path: Path) -> None:
+    """A unit that is mounted backward and upside down writes g, °/s and the milliseconds since it was switched on."""
+    unit = worlds.readings()
+    turn = np.diag((-1.0, 1.0, -1.0))
+    columns = np.column_stack([unit.accel @ turn / 9.80665, unit.gyro @ turn / _DEG, np.rint(1e3 * unit.time) + 70_000])
+    log = tmp_path / "drive log.csv"
+    np.savetxt(log, columns, delimiter=",", fmt=["%.4f"] * 6 + ["%d"])
+    found = inspect([log, _pos(tmp_path / "gnss.pos", 0.125)], tmp_path)
+    assert found.scenario is not None
+    told = tomllib.loads(found.scenario)
+    own = told["log"]["imu"]
+    assert own["file"] == "drive log.csv"
+    assert (own["kind"], own["time"], own["time_unit"]) == ("rates", 7, "ms")
+    assert own["accel"] == {"columns": [1, 2, 3], "unit": "g"}
+    assert own["gyro"] == {"columns": [4, 5, 6], "unit": "deg/s"}
+    assert own["axes"] == ["backward", "right", "up"]
+    first = float(own["first_row"].rsplit(":", 1)[1])  # the first stamp is the middle of the first interval
+    assert own["first_row"].startswith("2026-01-0")
+    assert min(abs(first - unit.time[0]), abs(first - 60.0 - unit.time[0])) < 0.015
+    assert told["log"]["gnss"]["velocity_delay_s"] == pytest.approx(0.125, abs=0.01)
+    # roll 180° and yaw 180° turn the small angles: those of the renamed axes stay
+    assert told["imu"]["mounting_deg"] == pytest.approx([0.0, -4.0, 6.0], abs=0.4)
+
+
+def test_the_unit_of_the_gyros_is_decided_by_the_fixes(tmp_path: Path) -> None:
+    """A slow drive's rates in °/s are below 6 and look like rad/s."""
+    unit = worlds.readings(rate_hz=50.0)
+    log = tmp_path / "imu.txt"
+    table = np.column_stack([unit.time + 1.0, unit.gyro / (6.0 * _DEG), unit.accel])
+    table[:, 1:4] *= 6.0
+    table[:, 1:4] = np.clip(table[:, 1:4], -5.9, 5.9)
+    np.savetxt(log, table, fmt="%.6f")
+    layout = guess_layout(read_table(log))
+    assert (layout.gyro_unit, layout.gyro_unit_sure) in {("rad/s", False), ("deg/s", False)}
+    found = inspect([log, _pos(tmp_path / "gnss.pos", 0.0)], tmp_path)
+    assert found.scenario is not None
+    assert tomllib.loads(found.scenario)["log"]["imu"]["gyro"]["unit"] == "deg/s"
+
+
+def test_names_give_columns_and_units(tmp_path: Path) -> None:
+    unit = worlds.readings()
+    log = tmp_path / "phone.csv"
+    names = "index,TimeUS,temperature,acc_x [mg],acc_y [mg],acc_z [mg],gyro_x_dps,gyro_y_dps,gyro_z_dps"
+    rows = np.column_stack(
+        [np.arange(len(unit)), 1e6 * unit.time, np.full(len(unit), 25.0), unit.accel / 9.80665e-3, unit.gyro / _DEG]
+    )
+    np.savetxt(log, rows, delimiter=";", header=f"made by a phone\n{names.replace(',', ';')}", comments="", fmt="%.5f")
+    table = read_table(log)
+    layout = guess_layout(table)
+    assert table.delimiter == ";"
+    assert layout.gyro_unit_sure
+    assert layout.description(table) == {
+        "kind": "rates", "time": "TimeUS", "time_unit": "us", "delimiter": ";", "skip_lines": 1,
+        "gyro": {"columns": ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"], "unit": "deg/s"},
+        "accel": {"columns": ["acc_x [mg]", "acc_y [mg]", "acc_z [mg]"], "unit": "mg"},
+    }  # fmt: skip
+
+
+def test_increments_are_recognised(tmp_path: Path) -> None:
+    unit = worlds.readings(rate_hz=200.0)
+    log = tmp_path / "increments.txt"
+    np.savetxt(log, np.column_stack([unit.time, unit.gyro / 200.0, unit.accel / 200.0]), fmt="%.9f")
+    layout = guess_layout(read_table(log))
+    assert (layout.kind, layout.gyro_unit, layout.accel_unit) == ("increments", "rad", "m/s")
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("hello\nworld\n", "no table of numbers"),
+        ("9,2,3\n4,5,6\n7,1,2\n8,2,1\n", "no column increases"),
+        ("", "is empty"),
+    ],
+)
+def test_what_is_no_log(tmp_path: Path, text: str, named: str) -> None:
+    path = tmp_path / "some.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=named):
+        inspect([path])
+
+
+def test_no_file_at_all(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"does not exist|cannot be read"):
+        inspect([tmp_path / "missing.csv"])

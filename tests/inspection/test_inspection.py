@@ -1,0 +1,146 @@
+"""Recorded data are judged: faults that people make are named, and numbers that the data hold are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sinssim.inspection.inspection import Inspection, inspect_streams
+from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from tests.inspection import worlds
+
+GPS = Clock("gps", 1_400_000_000)
+
+
+def _inspect(unit: InertialStream, seen: FixStream | None, clock: Clock = GPS) -> Inspection:
+    files = [Streams(Path("imu.csv"), "text", clock, inertial={"imu": unit})]
+    if seen is not None:
+        files.append(Streams(Path("gnss.pos"), "rtklib-pos", GPS, fixes={"gnss": seen}))
+    return inspect_streams(files)
+
+
+def _said(result: Inspection, subject: str, grade: str) -> str:
+    return " ".join(f.sentence for f in result.findings if f.subject == subject and f.grade == grade)
+
+
+def test_a_good_log() -> None:
+    """The offset, the delay and the mounting that the world was made with are found, and nothing is wrong."""
+    result = _inspect(worlds.readings(late=0.08), worlds.fixes(delay=0.125))
+    assert result.usable
+    assert result.offset == pytest.approx(0.08, abs=0.01)
+    assert result.velocity_delay == pytest.approx(0.125, abs=0.01)
+    assert result.mounting is not None
+    assert result.mounting.axes == ("forward", "right", "down")
+    # v_b = C_bs v_s: the unit's forward axis is turned by the angles of TO_UNIT
+    assert np.degrees(result.mounting.angles) == pytest.approx([0.0, -4.0, 6.0], abs=0.3)
+    assert "Units, signs and handedness are right" in _said(result, "units and axes", "fact")
+    assert result.quiet is not None
+    assert result.quiet.spans[0][0] < 3.0
+    assert result.quiet.spans[0][1] == pytest.approx(30.0, abs=3.0)
+
+
+def test_clocks_without_a_common_origin() -> None:
+    unit = worlds.readings(late=5321.7)
+    result = _inspect(unit, worlds.fixes(), Clock("machine"))
+    assert result.offset == pytest.approx(5321.7, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "named"),
+    [
+        (lambda u: replace(u, gyro=np.degrees(u.gyro)), "taken for rad/s"),
+        (lambda u: replace(u, gyro=np.radians(u.gyro)), "taken for °/s"),
+        (lambda u: replace(u, gyro=-u.gyro), "signs are opposite"),
+        (lambda u: replace(u, gyro=u.gyro * (1.0, 1.0, -1.0)), "z gyro has the opposite sign"),
+        (lambda u: replace(u, accel=-u.accel), "gravity's direction"),
+        (lambda u: replace(u, gyro=u.gyro * (1, -1, 1), accel=u.accel * (1, -1, 1)), "left-handed"),
+        (lambda u: replace(u, gyro=u.gyro[:, [0, 2, 1]]), "another order: x, z, y"),
+    ],
+)
+def test_readings_that_mean_something_else(spoil: Callable[[InertialStream], InertialStream], named: str) -> None:
+    result = _inspect(spoil(worlds.readings()), worlds.fixes())
+    assert not result.usable
+    assert named in _said(result, "units and axes", "wrong")
+
+
+@pytest.mark.parametrize(
+    ("factor", "kind", "named"),
+    [
+        (1.0 / 9.80665, "rates", "the numbers are in g:"),
+        (9.80665, "rates", "taken for g"),
+        (0.01, "rates", "are increments"),
+        (1.0, "increments", "are rates"),
+        (3.7, "rates", "No common unit"),
+    ],
+)
+def test_a_scale_that_cannot_be_right(factor: float, kind: str, named: str) -> None:
+    unit = worlds.readings()
+    # gyros of increments are kept plausible: the scale of the accelerometers is what is judged
+    spoilt = InertialStream(unit.time, unit.gyro, factor * unit.accel, kind)  # type: ignore[arg-type]
+    result = _inspect(spoilt, None)
+    assert not result.usable
+    assert named in _said(result, "accelerometers", "wrong")
+
+
+def test_manoeuvres_and_poor_accelerometers_are_no_wrong_scale() -> None:
+    unit = worlds.readings()
+    off = _inspect(replace(unit, accel=1.03 * unit.accel), None)
+    assert off.usable
+    assert "large bias or scale error" in _said(off, "accelerometers", "doubt")
+    moving = slice(len(unit) // 2, None)  # no span of it is quiet
+    turns = InertialStream(unit.time[moving], unit.gyro[moving], 1.2 * unit.accel[moving])
+    assert _inspect(turns, None).usable
+
+
+def test_times_that_repeat_go_back_or_are_missing() -> None:
+    unit = worlds.readings()
+    keep = np.ones(len(unit), dtype=bool)
+    keep[5000:5200] = False
+    gap = replace(unit, time=unit.time[keep], gyro=unit.gyro[keep], accel=unit.accel[keep])
+    assert "1 gap with about 200 missing samples, the longest 2.01 s" in _said(_inspect(gap, None), "imu", "doubt")
+    time = unit.time.copy()
+    time[7000:] -= 50.0
+    assert "goes back 1 time, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "wrong")
+    time = unit.time.copy()
+    time[7000] = time[6999]
+    assert "repeat the one before, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "doubt")
+
+
+def test_channels_that_saturate_freeze_or_die() -> None:
+    unit = worlds.readings()
+    gyro = unit.gyro.copy()
+    gyro[:, 2] = np.clip(gyro[:, 2], -0.05, 0.05)
+    assert "z channel of the gyros stays at its" in _said(_inspect(replace(unit, gyro=gyro), None), "gyros", "doubt")
+    gyro = unit.gyro.copy()
+    gyro[4000:4100, 0] = gyro[4000, 0]
+    assert "same number 100 times in a row, from row 4001" in _said(
+        _inspect(replace(unit, gyro=gyro), None), "gyros", "doubt"
+    )
+    gyro[:, 1] = 0.0
+    assert "y channel of the gyros never changes" in _said(_inspect(replace(unit, gyro=gyro), None), "gyros", "wrong")
+
+
+def test_a_fix_that_steps_and_swapped_coordinates() -> None:
+    seen = worlds.fixes(sigma=0.005)
+    latitude = seen.latitude.copy()
+    latitude[400:] += 0.3 / 6.37e6
+    said = _said(_inspect(worlds.readings(), replace(seen, latitude=latitude)), "fixes", "doubt")
+    assert "1 step of the position contradicts" in said
+    assert f"at {seen.time[400]:.6g} s" in said
+    swapped = replace(seen, latitude=np.full_like(seen.latitude, np.radians(-105.1)))
+    assert "swapped" in _said(_inspect(worlds.readings(), swapped), "fixes", "wrong")
+
+
+def test_gyros_that_sense_the_earth() -> None:
+    """Quiet gyros without bias read the Earth's rate at rest."""
+    unit = worlds.readings(noise=0.0)
+    rng = np.random.default_rng(7)
+    gyro = unit.gyro - np.radians((0.1, -0.2, 0.15)) @ worlds.TO_UNIT + rng.normal(0.0, 2e-6, unit.gyro.shape)
+    accel = unit.accel + rng.normal(0.0, 1e-3, unit.accel.shape)
+    said = _said(_inspect(replace(unit, gyro=gyro, accel=accel), None), "gyros", "fact")
+    assert "they sense it" in said
+    assert "15.0" in said

@@ -1,0 +1,111 @@
+"""Increments from rates with jitter, from increments with gaps, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.checks import checked_increments
+from sinssim.errors import InputError
+from sinssim.logs.increments import gap_words, made_increments
+from sinssim.logs.streams import InertialStream
+from tests.logs.drive import drive
+
+TRUTH = drive(40.0)
+
+
+def rates(time: np.ndarray) -> InertialStream:
+    gyro, accel = TRUTH.rates(time)
+    return InertialStream(time, gyro, accel)
+
+
+def final_error(imu: sinssim.ImuData) -> float:
+    """Return the horizontal error at the end of navigation from the true state, m."""
+    solution = sinssim.navigate(imu, TRUTH.state(float(imu.time[0])))
+    end = TRUTH.state(float(imu.time[-1]))
+    return float(np.hypot(solution.latitude[-1] - end.latitude, solution.longitude[-1] - end.longitude) * 6.37e6)
+
+
+def test_instantaneous_rates_converge_with_the_square_of_the_interval() -> None:
+    coarse, fine = (
+        final_error(made_increments(rates(np.arange(0.0, 39.0 + step / 2, step))).imu) for step in (0.1, 0.05)
+    )
+    assert 3.5 < coarse / fine < 4.5
+
+
+def test_jitter_of_true_sampling_instants_does_no_harm() -> None:
+    jitter = np.random.default_rng(1).uniform(-0.002, 0.002, 3900)
+    time = np.arange(3900) * 0.01 + 0.005 + jitter
+    even = final_error(made_increments(rates(np.arange(3900) * 0.01 + 0.005)).imu)
+    assert final_error(made_increments(rates(time)).imu) < 2.0 * even + 1e-3
+
+
+def test_even_stamps_remove_a_logger_s_jitter() -> None:
+    time = np.arange(3900) * 0.01 + 0.005
+    stream = rates(time)
+    noisy = replace(stream, time=time + np.random.default_rng(1).uniform(-0.002, 0.002, 3900))
+    made = made_increments(noisy, stamps="even").imu
+    assert np.abs(made.time - time).max() < 2e-4  # a line through 3900 stamps of 1.2 ms rms
+    assert np.abs(np.diff(made.time) - 0.01).max() < 1e-6
+
+
+def test_mean_rates_and_increments_are_the_same_thing() -> None:
+    imu = TRUTH.increments(100.0)
+    of_increments = InertialStream(imu.time[1:], imu.dtheta, imu.dvel, "increments")
+    means = InertialStream(imu.time[1:], imu.dtheta * 100.0, imu.dvel * 100.0)
+    for made in (made_increments(of_increments), made_increments(means, readings="mean")):
+        np.testing.assert_allclose(made.imu.time, imu.time, atol=1e-9)
+        np.testing.assert_allclose(made.imu.dtheta, imu.dtheta, atol=1e-12)
+        np.testing.assert_allclose(made.imu.dvel, imu.dvel, atol=1e-9)
+        assert not len(made.gaps)
+
+
+@pytest.mark.parametrize("kind", ["rates", "increments", "with intervals"])
+def test_a_gap_is_bridged_and_told(kind: str) -> None:
+    """Five lost samples in a smooth turn: the bridge is in error by the curvature over 60 ms, millimetres a second."""
+    imu = TRUTH.increments(100.0)
+    lost = np.r_[0:2500, 2505 : len(imu)]
+    if kind == "rates":
+        stream = rates(imu.time[1:][lost])
+    else:
+        interval = np.full((len(lost), 2), 0.01) if kind == "with intervals" else None
+        stream = InertialStream(imu.time[1:][lost], imu.dtheta[lost], imu.dvel[lost], "increments", interval)
+    made = made_increments(stream)
+    np.testing.assert_allclose(made.gaps, [[imu.time[2500], 0.05]], atol=1e-9)
+    (sentence,) = gap_words(made.gaps)
+    assert "at 1 place, 0.05 s in all" in sentence
+    assert f"t = {imu.time[2500]:.3f} s" in sentence
+    checked_increments(made.imu)  # no interval is left that counts as a gap
+    whole = (made.imu.time >= 24.9) & (made.imu.time <= 25.2)
+    assert np.diff(made.imu.time[whole]).max() < 0.0101
+    inside = slice(*np.searchsorted(made.imu.time, (24.995, 25.095)))
+    theirs = slice(*np.searchsorted(imu.time, (24.995, 25.095)))
+    np.testing.assert_allclose(made.imu.dvel[inside].sum(axis=0), imu.dvel[theirs].sum(axis=0), atol=5e-4)
+    np.testing.assert_allclose(made.imu.dtheta[inside].sum(axis=0), imu.dtheta[theirs].sum(axis=0), atol=5e-6)
+
+
+def test_a_long_gap_stops_with_its_time_and_length() -> None:
+    time = np.r_[np.arange(0.0, 10.0, 0.01), np.arange(10.5, 20.0, 0.01)]
+    with pytest.raises(InputError, match=r"no samples for 0\.5 s from t = 9\.99\d* s on, more than max_gap_s = 0\.1"):
+        made_increments(rates(time))
+    made = made_increments(rates(time), max_gap=1.0)
+    assert made.gaps[0, 1] == pytest.approx(0.5)
+
+
+def test_times_that_go_back_are_refused() -> None:
+    time = np.r_[np.arange(0.0, 1.0, 0.01), np.arange(0.5, 2.0, 0.01)]
+    with pytest.raises(InputError, match=r"sample 100 does not come after 0\.99"):
+        made_increments(rates(time))
+
+
+def test_increments_of_other_lengths_than_their_stamps_tell() -> None:
+    """Each sensor integrates over its own interval; the mean rate then holds between the stamps."""
+    imu = TRUTH.increments(100.0)
+    interval = np.tile((0.009, 0.0095), (len(imu), 1))
+    stream = InertialStream(imu.time[1:], imu.dtheta * 0.9, imu.dvel * 0.95, "increments", interval)
+    made = made_increments(stream).imu
+    np.testing.assert_allclose(made.dtheta[1:], imu.dtheta[1:], atol=1e-12)
+    np.testing.assert_allclose(made.dvel[1:], imu.dvel[1:], atol=1e-12)

@@ -1,0 +1,254 @@
+"""Runs on recordings of our own simulations, whose truth is known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.errors import InputError
+from sinssim.scenario.schema import Scenario
+from tests.logs.drive import (
+    ATTITUDE,
+    FIXES,
+    INCREMENTS,
+    RATES,
+    REFERENCE,
+    drive,
+    write_csv,
+    write_increments,
+    write_rates,
+    write_reference,
+)
+
+
+def scenario(log: dict[str, Any], **tables: Any) -> Scenario:
+    return Scenario.model_validate({"name": "recorded", "log": log, "imu": {"grade": "tactical"}, **tables})
+
+
+def test_an_ideal_recording_navigates_to_the_truth(tmp_path: Path) -> None:
+    """Other units, axes and a shifted clock change nothing: the solution closes on the reference as on the truth.
+
+    What is left are the splines through the reference, micrometres and tenths of a microradian at 50 rows a second, and
+    the algorithm's own error on the same increments.
+    """
+    truth = drive(60.0)
+    imu = truth.increments(100.0)
+    write_increments(tmp_path / "imu.csv", imu)
+    write_reference(tmp_path / "ref.csv", truth, 50.0, shift=0.01 + 5.0)
+    run = sinssim.run(
+        scenario(
+            {
+                "imu": {"file": str(tmp_path / "imu.csv"), **INCREMENTS},
+                "reference": {"file": str(tmp_path / "ref.csv"), "time_offset_s": -5.01, **REFERENCE, **ATTITUDE},
+            }
+        )
+    )
+    assert run.prepared is not None
+    assert run.prepared.log.reference is not None
+    # the run's time 0 is the first stamp, 10 ms after the first edge
+    direct = sinssim.navigate(imu, truth.state(0.0))
+    solution = run.solutions["quaternion"]
+    error = run.errors["quaternion"]
+    known = np.isfinite(error.position_ned).all(axis=1)
+    assert known.sum() > 5900
+    np.testing.assert_allclose(solution.time + 0.01, direct.time, atol=1e-9)
+    assert error.horizontal[known].max() < 1e-4
+    assert np.abs(error.height[known]).max() < 1e-4
+    assert np.nanmax(error.speed) < 1e-4
+    assert np.nanmax(error.angle) < 1e-6
+
+
+def _simulated(**more: Any) -> Scenario:
+    return Scenario.model_validate(
+        {
+            "name": "simulated",
+            "seed": 4,
+            "great_circle": {
+                "latitude_deg": 45.0, "altitude_m": 3000.0, "course_deg": 60.0, "speed_mps": 100.0, "duration_s": 60.0,
+            },
+            "imu": {"grade": "tactical"},
+            "navigation": {"vertical": "free"},
+            **more,
+        }
+    )  # fmt: skip
+
+
+def _recorded_again(simulated: sinssim.RunResult, folder: Path, **more: Any) -> sinssim.RunResult:
+    """Write the readings of a simulated run to text, and navigate on them."""
+    write_increments(folder / "imu.csv", simulated.measured)
+    write_reference(folder / "ref.csv", simulated.trajectory, 20.0)  # type: ignore[arg-type]
+    log: dict[str, Any] = {
+        "imu": {"file": str(folder / "imu.csv"), "time_offset_s": 0.0, **INCREMENTS},
+        # both count from the beginning of the simulation; the run's time from the first stamp
+        "reference": {"file": str(folder / "ref.csv"), **REFERENCE, **ATTITUDE},
+    }
+    if simulated.aided is not None:
+        for readings in simulated.aided.sensed:
+            m = readings.measurements
+            if m.kind == "gnss-position":
+                place = m
+            else:
+                speed = m
+        columns = np.column_stack((place.time, np.degrees(place.value[:, :2]), place.value[:, 2], speed.value))
+        write_csv(folder / "gnss.csv", "t_s,lat,lon,h,vn,ve,vd", columns)
+        sigma = {"position_sigma_m": place.sigma[0].tolist(), "velocity_sigma_mps": speed.sigma[0].tolist()}
+        log["gnss"] = {"file": str(folder / "gnss.csv"), **REFERENCE, **sigma}
+    return sinssim.run(scenario(log, **more))
+
+
+def test_errors_against_the_reference_are_those_of_the_simulated_run(tmp_path: Path) -> None:
+    simulated = sinssim.run(_simulated())
+    recorded = _recorded_again(simulated, tmp_path)
+    own, true = recorded.errors["quaternion"], simulated.errors["quaternion"]
+    np.testing.assert_allclose(own.time + 0.01, true.time, atol=1e-9)
+    assert true.horizontal[-1] > 1.0
+    known = np.isfinite(own.attitude).all(axis=1)
+    assert known.sum() > 5800
+    np.testing.assert_allclose(own.position_ned[known], true.position_ned[known], atol=2e-5)
+    np.testing.assert_allclose(own.velocity_ned[known], true.velocity_ned[known], atol=1e-6)
+    np.testing.assert_allclose(own.attitude[known], true.attitude[known], atol=1e-9)
+
+
+def test_the_filter_does_the_same_on_recorded_as_on_simulated_readings(tmp_path: Path) -> None:
+    own_filter = {
+        "states": ["gyro bias", "accelerometer bias"],
+        "smooth": True,
+        "initial_sigma": {
+            "position_m": 2.0, "height_m": 2.0, "velocity_mps": 0.1, "tilt_arcmin": 5.0, "heading_arcmin": 20.0,
+        },
+    }  # fmt: skip
+    gnss = {"lever_arm_m": [0.0, 0.0, 0.0]}
+    simulated = sinssim.run(_simulated(aiding={"gnss": gnss}, filter=own_filter))
+    recorded = _recorded_again(simulated, tmp_path, filter=own_filter)
+    assert simulated.aided is not None
+    assert recorded.aided is not None
+    mine, theirs = recorded.aided.estimate, simulated.aided.estimate
+    np.testing.assert_allclose(mine.time + 0.01, theirs.time, atol=1e-9)
+    np.testing.assert_allclose(mine.sigma, theirs.sigma, rtol=1e-5, atol=1e-12)
+    error, true = recorded.aided.error, simulated.aided.error
+    known = np.isfinite(error.position_ned).all(axis=1)
+    assert known.sum() > 580
+    np.testing.assert_allclose(error.position_ned[known], true.position_ned[known], atol=1e-4)
+    np.testing.assert_allclose(error.attitude[known], true.attitude[known], atol=1e-7)
+    assert recorded.aided.smoothed_error is not None
+    assert simulated.aided.smoothed_error is not None
+    smoothed = recorded.aided.smoothed_error
+    rows = np.isfinite(smoothed.position_ned).all(axis=1)
+    difference = smoothed.position_ned[rows] - simulated.aided.smoothed_error.position_ned[rows]
+    assert np.abs(difference).max() < 1e-4
+    for mine_one, theirs_one in zip(mine.innovations, theirs.innovations, strict=True):
+        np.testing.assert_allclose(mine_one.nis, theirs_one.nis, rtol=1e-3)
+
+
+def _with_fixes(folder: Path, *, reference: bool, seconds: float = 70.0, **more: Any) -> Scenario:
+    truth = drive(seconds)
+    write_rates(folder / "imu.csv", truth, np.arange(0.0, seconds - 0.01, 0.01))
+    write_reference(folder / "gnss.csv", truth, 4.0)
+    log: dict[str, Any] = {
+        "imu": {"file": str(folder / "imu.csv"), **RATES},
+        "gnss": {"file": str(folder / "gnss.csv"), **FIXES},
+    }
+    if reference:
+        log["reference"] = {"file": str(folder / "gnss.csv"), **REFERENCE}
+    log |= more.pop("log", {})
+    return scenario(log, **{"filter": {"smooth": True}, **more})
+
+
+def test_outages_are_withheld_and_judged(tmp_path: Path) -> None:
+    """Exact readings keep the position over an outage; the withheld fixes tell it without any reference."""
+    outages = {"outages": {"at_s": [[30.0, 40.0], [50.0, 60.0]]}}
+    found = {}
+    for reference in (True, False):
+        run = sinssim.run(_with_fixes(tmp_path, reference=reference, log=outages))
+        assert run.aided is not None
+        (place, _) = run.aided.sensed
+        inside = (place.measurements.time > 30.0) & (place.measurements.time <= 40.0)
+        assert not inside.any()
+        assert len(place.time) - len(place.measurements.time) == 80
+        found[reference] = run.summary["outages"]
+        assert [one["at_s"] for one in found[reference]["each"]] == pytest.approx([40.0, 60.0])
+        assert found[reference]["median"]["horizontal_error_m"] < 0.5
+        assert found[reference]["median"]["horizontal_sigma_m"] > found[reference]["median"]["horizontal_error_m"] / 4
+    assert found[False]["against"] == "the withheld fixes"
+    assert found[True]["each"][0]["horizontal_error_m"] == pytest.approx(
+        found[False]["each"][0]["horizontal_error_m"], abs=1e-6
+    )
+
+
+def test_without_a_reference_solutions_are_compared_with_the_smoothed_one(tmp_path: Path) -> None:
+    run = sinssim.run(
+        _with_fixes(tmp_path, reference=False, navigation={"algorithms": ["quaternion", "two-quaternions"]}),
+        tmp_path / "run",
+    )
+    assert run.summary["log"]["compared_with"] == "the smoothed solution"
+    assert run.summary["filter"]["aided"]["rms_horizontal_error_m"] < 1.0
+    assert run.summary["filter"]["smoothed"]["max_horizontal_error_m"] < 1e-6
+    page = (tmp_path / "run" / "report.html").read_text()
+    for words in ("Differences of the solutions", "Innovations", "Distance of two-quaternions from quaternion"):
+        assert words in page
+    assert "nan" not in page.split("<pre>")[0].split("</style>")[1].replace("navigation", "")
+    streams = {file.stem for file in (tmp_path / "run" / "streams").iterdir()}
+    assert {"imu_measured", "nav_aided", "nav_smoothed", "filter", "aiding_gnss_position"} <= streams
+    assert "truth" not in streams
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert summary["status"] == "finished"
+    # the scenario as recorded runs again, and to the same numbers
+    again = sinssim.run(sinssim.load_scenario(tmp_path / "run" / "scenario.toml"))
+    assert again.summary["filter"]["aided"] == summary["filter"]["aided"]
+
+
+def test_one_algorithm_alone_has_nothing_to_be_compared_with(tmp_path: Path) -> None:
+    plan = _with_fixes(tmp_path, reference=False, seconds=25.0).model_copy(update={"filter": None})
+    run = sinssim.run(plan, tmp_path / "run")
+    assert run.summary["log"]["compared_with"] is None
+    assert run.summary["algorithms"]["quaternion"]["max_horizontal_error_m"] is None
+    assert "There is no reference and only one solution" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_a_sensor_can_be_emulated_from_a_whole_reference(tmp_path: Path) -> None:
+    truth = drive(40.0)
+    write_rates(tmp_path / "imu.csv", truth, np.arange(0.0, 39.5, 0.01))
+    write_reference(tmp_path / "ref.csv", truth, 20.0)
+    log = {
+        "imu": {"file": str(tmp_path / "imu.csv"), **RATES},
+        "reference": {"file": str(tmp_path / "ref.csv"), **REFERENCE, **ATTITUDE},
+    }
+    aiding = {"gnss": {"position_sigma_m": 1.0}}
+    run = sinssim.run(scenario(log, aiding=aiding, filter={}))
+    assert run.aided is not None
+    assert len(run.aided.estimate.innovations[0].time) == 39
+    assert run.summary["filter"]["aided"]["rms_horizontal_error_m"] < 2.0
+    partial = {**log, "reference": {"file": str(tmp_path / "ref.csv"), **REFERENCE}}
+    start = {"start": {"latitude_deg": 40.0, "longitude_deg": 0.0, "height_m": 0.0, "heading_deg": 0.0}}
+    with pytest.raises(InputError, match="has no attitude"):
+        sinssim.run(scenario(partial | start, aiding=aiding, filter={}))
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"imu": {}}, "say which unit recorded the log"),
+        ({"imu": {"grade": "tactical", "rate_hz": 50.0}}, "has 100 samples per second"),
+        ({"vibration": [{"coordinate": "down", "rms_mm": 1.0, "low_hz": 10.0}]}, "would add a motion"),
+        ({"ensemble": {"runs": 5}}, "a recording exists once"),
+        ({"filter": None, "log": {"outages": {"at_s": [[1.0, 2.0]]}}}, "without one, the satellites are not used"),
+    ],
+)
+def test_what_does_not_apply_is_refused(tmp_path: Path, tables: dict[str, Any], message: str) -> None:
+    with pytest.raises((InputError, ValueError), match=message):
+        sinssim.run(_with_fixes(tmp_path, reference=False, seconds=20.0, **tables))
+
+
+def test_an_ensemble_a_budget_and_a_flight_name_the_recording(tmp_path: Path) -> None:
+    plan = _with_fixes(tmp_path, reference=False, seconds=20.0)
+    with pytest.raises(InputError, match="a recording exists once"):
+        sinssim.ensemble(plan)
+    with pytest.raises(InputError, match="needs the true motion"):
+        sinssim.budget(plan)
+    with pytest.raises(InputError, match="no true motion"):
+        sinssim.fly(plan)
