@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sinssim.errors import InputError
 from sinssim.inspection.columns import Layout, guess_layout, other_gyro_units
@@ -13,9 +13,13 @@ from sinssim.inspection.description import suggested_scenario
 from sinssim.inspection.finding import doubt, fact
 from sinssim.inspection.inspection import Inspection, inspect_streams
 from sinssim.inspection.text_table import TextTable, read_table
+from sinssim.logs.clocks import file_clock, gps_instant
 from sinssim.logs.files import fix_stream, inertial_stream
 from sinssim.logs.read import candidates, read_file
-from sinssim.logs.streams import Clock, Streams
+from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.scenario.sections.log import LogFile
+
+_Stream = TypeVar("_Stream", InertialStream, FixStream)
 
 
 @dataclass(frozen=True)
@@ -79,11 +83,23 @@ def _described(path: Path) -> list[Streams]:
     if log is None:
         raise InputError(f"{path} has no table [log]: inspect recorded files, or a scenario that describes them.")
     stream, clock, notes = inertial_stream(log.imu)
+    clock, stream = _on_described_clock(log.imu, clock, stream)
     found = [Streams(Path(log.imu.file), "text", clock, inertial={"imu": stream}, notes=notes)]
     if log.gnss is not None:
         fixes, clock, notes = fix_stream(log.gnss)
+        clock, fixes = _on_described_clock(log.gnss, clock, fixes)
         found.append(Streams(Path(log.gnss.file), "text", clock, fixes={"gnss": fixes}, notes=notes))
     return found
+
+
+def _on_described_clock(section: LogFile, clock: Clock, stream: _Stream) -> tuple[Clock, _Stream]:
+    """Return clock and stream with the first row and the time offset that a scenario gives."""
+    first = None if section.first_row is None else gps_instant(section.first_row, section.clock)
+    zero = file_clock(clock, float(stream.time[0]), first).zero
+    if zero is None:
+        return clock, replace(stream, time=stream.time + section.time_offset_s)
+    own = Clock(clock.kind if first is None else "gps", zero.seconds, clock.note)
+    return own, replace(stream, time=stream.time + (zero.fraction + section.time_offset_s))
 
 
 def _decided(

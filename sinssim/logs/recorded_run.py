@@ -34,6 +34,11 @@ class RecordedRun:
 
     def __post_init__(self) -> None:
         if not (self.path / "streams" / "truth.parquet").is_file():
+            if (self.path / "summary.json").is_file() and "log" in self.summary:
+                raise InputError(
+                    f"{self.path} is a run on recorded sensors, which has no true motion: export and score take "
+                    "simulated runs. Its solutions are in streams/nav_*.parquet."
+                )
             what = "does not exist" if not self.path.exists() else "holds no run: streams/truth.parquet is missing"
             raise InputError(f"{self.path} {what}. Give the directory of a run, for example runs/first_flight.")
         if "latitude_rad" not in self._names("truth"):

@@ -117,3 +117,18 @@ def test_what_is_no_log(tmp_path: Path, text: str, named: str) -> None:
 def test_no_file_at_all(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"does not exist|cannot be read"):
         inspect([tmp_path / "missing.csv"])
+
+
+def test_a_scenario_with_its_clocks_described_has_nothing_left_to_describe(tmp_path: Path) -> None:
+    """The offset that was found and written is not found again."""
+    unit = worlds.readings(late=0.4)
+    log = tmp_path / "imu.csv"
+    np.savetxt(log, np.column_stack([unit.time + 70.0, unit.gyro, unit.accel]), delimiter=",", fmt="%.6f")
+    first = inspect([log, _pos(tmp_path / "gnss.pos", 0.0)], tmp_path)
+    assert first.scenario is not None
+    assert "first_row" in first.scenario
+    (tmp_path / "drive.toml").write_text(first.scenario)
+    again = inspect([tmp_path / "drive.toml"]).inspection
+    (said,) = (f for f in again.findings if f.subject == "clocks")
+    assert said.grade == "fact"
+    assert abs(float(said.text.split(" are ")[1].split(" ms")[0].split(" ")[0])) < 10.0
