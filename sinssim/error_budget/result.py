@@ -68,6 +68,11 @@ class BudgetResult:
     filter_covariance: Array | None = None
 
     @cached_property
+    def _radii(self) -> dict[tuple[float, str | None], Array]:
+        """Radii that were asked for, by share and source: reports, figures and recordings ask for the same ones."""
+        return {}
+
+    @cached_property
     def total(self) -> Array:
         """Covariance by all random sources together, (E, 9, 9)."""
         none = np.zeros((len(self.time), 9, 9))
@@ -150,11 +155,15 @@ class BudgetResult:
         Returns:
             (E,) m.
         """
-        covariance, mean = self.total, self.bias
-        if source is not None:
-            covariance = self.covariance.get(source, np.zeros_like(self.total))
-            mean = self.mean.get(source, np.zeros_like(self.bias))
-        return radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], share)
+        known = self._radii.get((share, source))
+        if known is None:
+            covariance, mean = self.total, self.bias
+            if source is not None:
+                covariance = self.covariance.get(source, np.zeros_like(self.total))
+                mean = self.mean.get(source, np.zeros_like(self.bias))
+            known = radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], share)
+            self._radii[share, source] = known
+        return known.copy()
 
     @property
     def cep(self) -> Array:

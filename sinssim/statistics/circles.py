@@ -24,7 +24,14 @@ from sinssim.errors import InputError
 _POINTS = 256
 """Intervals of the trapezoidal rule over a quarter of a turn: 1e-14 for λ₂ > 0.001 λ₁, 1e-12 down to λ₂ = 0."""
 
+_PHI = np.linspace(0.0, 0.5 * np.pi, _POINTS + 1)
+_COS2, _SIN2 = np.cos(_PHI) ** 2, np.sin(_PHI) ** 2
+_WEIGHT = np.full(_POINTS + 1, 1.0 / _POINTS)
+_WEIGHT[[0, -1]] *= 0.5
+
 _ITERATIONS = 100
+_LAST_STEP = 1e-9
+"""Step of Newton's method relative to the radius after which the radius is at rounding."""
 
 
 def share_in_circle(covariance: Any, radius: Any) -> Array:
@@ -70,33 +77,36 @@ def circle_radius(covariance: Any, share: float) -> Array:
     # more variance on the second axis needs a larger circle: between one axis alone and equal axes
     low = np.sqrt(large) * float(ndtri(0.5 * (1.0 + share)))
     high = np.sqrt(large) * math.sqrt(-2.0 * math.log1p(-share))
-    radius = 0.5 * (low + high)
+    radius = np.asarray(0.5 * (low + high))
+    shape, large, small = radius.shape, large.ravel(), small.ravel()
+    radius, low, high = radius.ravel(), low.ravel(), high.ravel()
+    left = np.flatnonzero(large > 0.0)
     for _ in range(_ITERATIONS):
-        held, slope = _share(radius, large, small)
-        low, high = np.where(held < share, radius, low), np.where(held < share, high, radius)
+        r, below, above = radius[left], low[left], high[left]
+        held, slope = _share(r, large[left], small[left])
+        below, above = np.where(held < share, r, below), np.where(held < share, above, r)
         with np.errstate(invalid="ignore", divide="ignore"):
-            newton = radius - (held - share) / slope
-        inside = (newton >= low) & (newton <= high)
-        new = np.where(inside, newton, 0.5 * (low + high))
-        change = np.max(np.nan_to_num(np.abs(new - radius) / np.where(high > 0.0, high, 1.0)), initial=0.0)
-        radius = new
-        if change < 1e-15:
+            newton = r - (held - share) / slope
+        last = np.abs(newton - r) <= _LAST_STEP * above  # the next step would be of the size of this one's square
+        inside = (newton >= below) & (newton <= above)
+        radius[left] = np.where(inside | last, np.clip(newton, below, above), 0.5 * (below + above))
+        low[left], high[left] = below, above
+        left = left[~last]
+        if not len(left):
             break
+    radius, large = radius.reshape(shape), large.reshape(shape)
     return np.where(large > 0.0, radius, np.where(np.isnan(large), np.nan, 0.0))
 
 
 def _share(radius: Array, large: Array, small: Array) -> tuple[Array, Array]:
     """Return the probability (1) and its derivative with respect to the radius."""
-    phi = np.linspace(0.0, 0.5 * np.pi, _POINTS + 1)
-    weight = np.full(_POINTS + 1, 1.0 / _POINTS)
-    weight[[0, -1]] *= 0.5
-    s = large[..., None] * np.cos(phi) ** 2 + small[..., None] * np.sin(phi) ** 2
+    s = large[..., None] * _COS2 + small[..., None] * _SIN2
     r = radius[..., None]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         exponent = np.where(s > 0.0, r * r / (2.0 * s), np.where(r > 0.0, np.inf, 0.0))
         inside = np.where(np.isnan(s), np.nan, -np.expm1(-exponent))
-        slope = np.where(s > 0.0, np.exp(-exponent) * r / s, 0.0)
-    return np.asarray(inside @ weight), np.asarray(slope @ weight)
+        slope = np.where(s > 0.0, (1.0 - inside) * r / s, 0.0)
+    return np.asarray(inside @ _WEIGHT), np.asarray(slope @ _WEIGHT)
 
 
 def _eigenvalues(covariance: Any) -> tuple[Array, Array]:

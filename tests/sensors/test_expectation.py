@@ -16,6 +16,7 @@ from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.scenario.sections.within_imu.sensor_set import SixAccelerometers
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.noise import flicker
 from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.truth.curve import Curve
@@ -282,6 +283,18 @@ def test_null_shift() -> None:
     level = expected["gyro null shift, level"] / np.sqrt(2.0)
     assert east == pytest.approx(level, rel=0.03)
     assert north == pytest.approx(level + expected["gyro null shift, down"], rel=0.03)  # alike on the three axes
+
+
+def test_flicker_by_the_sum_over_its_samples() -> None:
+    """σ² = Σᵢ Σⱼ hᵢ hⱼ C(|i − j|) Δt² with the response h of a sample to the end, for 1200 samples at 2 Hz."""
+    rate, count = 2.0, 1200
+    (found,) = expect(block(rate_hz=rate, accel_flicker_ug=20.0), NORTHERN, count / rate).contributions
+    left = (np.arange(count)[::-1] + 0.5) / rate
+    response = np.sin(np.sqrt(9.806 / 6.378e6) * left) / np.sqrt(9.806 / 6.378e6) / rate
+    lags = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    variance = response @ flicker.covariance(lags) @ response
+    both = np.sqrt(2.0 * variance) * 20e-6 * 9.80665
+    assert found.position == pytest.approx(both, rel=4e-3)  # its quadrature is 2e-3 off at the cusp of C
 
 
 def test_grade_of_one_nautical_mile_an_hour() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -188,7 +189,13 @@ def versions() -> dict[str, str]:
         Versions by name.
     """
     names = ("jsbsim", "numpy", "scipy", "numba", "filterpy", "rerun-sdk", "pyarrow")
-    return {"sinssim": sinssim.__version__, **{name: version(name) for name in names}}
+    return {"sinssim": sinssim.__version__, **{name: _version(name) for name in names}}
+
+
+@cache
+def _version(name: str) -> str:
+    """Return the version of an installed package; its metadata take milliseconds to read."""
+    return version(name)
 
 
 def processor() -> str:

@@ -1,0 +1,35 @@
+"""What all tests share."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+_SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><metadata></metadata></svg>\n'
+_PNG = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQAAAABJRU5ErkJggg==")
+
+
+def _written(_: Any, file: Any, *, format: str = "", **options: Any) -> None:  # noqa: A002
+    """Write an empty picture instead of what a figure shows."""
+    data = {"svg": _SVG, "png": _PNG, "pdf": b"%PDF-1.4\n"}[format]
+    if hasattr(file, "write"):
+        file.write(data)
+    elif isinstance(data, str):
+        Path(file).write_text(data, encoding="utf-8")
+    else:
+        Path(file).write_bytes(data)
+
+
+@pytest.fixture(autouse=True)
+def pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make figures in all tests, but let matplotlib render them only where a test looks at pictures.
+
+    Those are the tests of `sinssim.recording` and those with the mark `rendered`. Rendering takes 0.2 s a figure, and a
+    report has up to twenty.
+    """
+    if "recording" in request.path.parts or request.node.get_closest_marker("rendered"):
+        return
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", _written)
