@@ -12,7 +12,7 @@ _SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><metadata></me
 _PNG = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQAAAABJRU5ErkJggg==")
 
 
-def _written(_: Any, file: Any, *, format: str = "", **options: Any) -> None:  # noqa: A002
+def _written(_: Any, file: Any, *, format: str = "", **options: Any) -> None:
     """Write an empty picture instead of what a figure shows."""
     data = {"svg": _SVG, "png": _PNG, "pdf": b"%PDF-1.4\n"}[format]
     if hasattr(file, "write"):
