@@ -1,6 +1,7 @@
 # make demo   set up, fly the demonstration scenario, say what to open
 # make test   set up, run every test but the slow ones
 # make test-slow  set up, run the slow tests: long studies and statistics
+# make test-pyins set up beside it in .venv-pyins, with the package pyins, and run the comparisons with it
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure every bar of docs/performance.md
 # make docs   set up, write the reference of the scenario file, the page of questions and its diagrams
@@ -18,7 +19,7 @@ CODE    := $(shell find sinssim -name '*.py')
 PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test test-slow lint format bench docs setup clean
+.PHONY: demo test test-slow test-pyins lint format bench docs setup clean
 .DEFAULT_GOAL := demo
 
 demo: $(KERNELS)
@@ -31,6 +32,13 @@ test: $(KERNELS)
 
 test-slow: $(KERNELS)
 	$(BIN)/python -m pytest -m slow
+
+test-pyins: $(KERNELS)
+	@test -x .venv-pyins/bin/python || $(PYTHON) -m venv .venv-pyins
+	.venv-pyins/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.lock python-ins==1.0.1
+	.venv-pyins/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	.venv-pyins/bin/python -m pytest -m "slow or not slow" tests/estimation/test_pyins_filter.py \
+	  tests/logs/scoring/test_pyins.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -11,6 +11,7 @@ import tomli_w
 
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.vehicles.section import Stop, Straight, Turn
 
 FILE = Path(__file__).with_name("scenario.md")
 
@@ -36,6 +37,18 @@ EXAMPLES: dict[str, Any] = {
     "vertical_speed_mps": 10.0,
     "velocity_ned_mps": [0.0, 5.0, 0.0],
     "motion.duration_s": 60.0,
+    "turntable.sequence": "19-positions",
+    "turntable.roll_deg": -90.0,
+    "turntable.pitch_deg": 0.0,
+    "turntable.first_dwell_s": 300.0,
+    "turntable.turns.axis": [0.0, 0.0, 1.0],
+    "turntable.turns.angle_deg": 90.0,
+    "turntable.turns.rate_deg_s": 20.0,
+    "turntable.turns.dwell_s": 60.0,
+    "calibration.arms": True,
+    "calibration.position_sigma_arcsec": 2.0,
+    "calibration.tilt_sigma_arcsec": 10.0,
+    "compensation.file": "compensation.toml",
     "track.file": "drive.gpx",
     "track.format": "gpx",
     "track.stream": "gnss",
@@ -52,6 +65,17 @@ EXAMPLES: dict[str, Any] = {
     "track.pitch": "flat",
     "track.standstill_mps": 1.0,
     "track.acceleration_mps2": 1.0,
+    "drive.altitude_m": 400.0,
+    "drive.legs.duration_s": 60.0,
+    "drive.legs.speed_mps": 15.0,
+    "drive.legs.angle_deg": 90.0,
+    "drive.legs.rate_deg_s": 5.0,
+    "voyage.significant_height_m": 1.0,
+    "voyage.peak_period_s": 6.0,
+    "voyage.legs.duration_s": 600.0,
+    "voyage.legs.speed_mps": 6.0,
+    "voyage.legs.angle_deg": 90.0,
+    "voyage.legs.rate_deg_s": 0.5,
     "track.waypoints.name": "crossing",
     "track.waypoints.speed_mps": 15.0,
     "track.waypoints.turn_radius_m": 20.0,
@@ -123,11 +147,22 @@ EXAMPLES: dict[str, Any] = {
     "imu.sensor_set.layout": "dodecahedron",
     "imu.sensor_set.directions": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.6, 0.8]],
     "imu.sensor_set.monitoring": "exclude",
+    "imu.rotation.encoder_bias_arcsec": [10.0, 0.0],
+    "imu.rotation.sequence": "16-position",
+    "imu.rotation.axis": [0.0, 0.0, 1.0],
+    "imu.rotation.steps.turn_deg": 180.0,
     "imu.faults.channels": ["gyro_x", "gyro_y", "gyro_z"],
     "imu.gyro_correlation_time_s": 3600.0,
     "imu.accel_correlation_time_s": 3600.0,
     "imu.gyro_range_deg_s": 400.0,
     "imu.accel_range_g": 60.0,
+    "gravity.file": "field.gfc",
+    "gravity.degree": 120,
+    "gravity.remainder.xi_sigma_arcsec": 5.0,
+    "gravity.remainder.eta_sigma_arcsec": 5.0,
+    "gravity.remainder.anomaly_sigma_mgal": 30.0,
+    "gravity.remainder.correlation_km": 20.0,
+    "navigation.gravity_degree": 60,
     "navigation.rates_hz": [100.0, 50.0, 10.0],
     "navigation.route_deg": [51.47, -0.45, 40.64, -73.78],
     "perimeter_mm": 420.0,
@@ -179,7 +214,7 @@ CHOSEN = {
     "LogOutages": {"length_s", "every_s"},
 }
 
-LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in LEGS} | {
+LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in (*LEGS, Straight, Turn, Stop)} | {
     "Normal": {"key": "navigation.initial_error.heading_arcmin", "mean": 0.0, "sigma": 3.0},
     "Uniform": {"key": "imu.temperature_start_c", "low": -20.0, "high": 40.0},
     "Choice": {"key": "imu.rate_hz", "values": [100.0, 200.0]},
@@ -187,7 +222,7 @@ LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in 
 """Keys of a valid leg by the name of its class: what its file gives as an example."""
 
 # Tables that exclude others of the example: they are shown as comments.
-OTHERS = {"track.waypoints", "one_component.attitude_sensor", "one_component.arm_accelerometer"}
+OTHERS = {"track.waypoints", "turntable.turns", "one_component.attitude_sensor", "one_component.arm_accelerometer"}
 
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
 
@@ -195,9 +230,9 @@ INTRODUCTION = """\
 # The scenario file
 
 A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]`,
-`[motion]` and `[track]`) or names recorded sensors (`[log]`, see [Logs](logs.md)), the inertial sensors (`[imu]`) and
-the navigation on their readings (`[navigation]`). Or it describes the strapdown chapter's system in a vertical plane
-(`[one_component]` alone, see [One component](one-component.md)).
+`[motion]`, `[track]` and `[turntable]`) or names recorded sensors (`[log]`, see [Logs](logs.md)), the inertial sensors
+(`[imu]`) and the navigation on their readings (`[navigation]`). Or it describes the strapdown chapter's system in a
+vertical plane (`[one_component]` alone, see [One component](one-component.md)).
 
 Every key of a quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are
 commented out here have no value by default.
@@ -336,7 +371,9 @@ def reference() -> str:
     schema = Scenario.model_json_schema()
     definitions = schema["$defs"]
     properties = schema["properties"]
-    motions = {"flight", "parked", "great_circle", "motion", "track", "log", "one_component"}
+    motions = {
+        "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "log", "one_component",
+    }  # fmt: skip
     plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed", "views")}
     blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
@@ -345,17 +382,23 @@ def reference() -> str:
         "great_circle": "Or a flight along a great circle",
         "motion": "Or a motion in closed form, for testing algorithms",
         "track": "Or a recorded or planned track",
+        "drive": "Or a drive on a road",
+        "voyage": "Or a voyage on the sea",
+        "turntable": "Or a calibration on a turntable",
         "log": "Or recorded sensors",
         "one_component": "Or one component, with sensors of its own and no other table",
+        "calibration": "How `sinssim calibrate` estimates the errors",
         "vibration": "Vibration on top of any motion",
         "isolator": "Shock mounts",
         "truth": "Gravity model and ellipsoid of the truth",
+        "gravity": "The true gravity field",
         "imu": "The sensor block",
         "compensation": "Compensation of the sensors' errors",
         "aiding": "Aiding sensors",
         "navigation": "Navigation",
         "filter": "The filter",
         "output": "Further coordinates",
+        "recording": "What is kept of a run",
         "ensemble": "Many runs",
     }
     page = [INTRODUCTION]

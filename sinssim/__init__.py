@@ -11,6 +11,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from sinssim.algorithms import ALGORITHMS
+    from sinssim.calibration.calibrate import calibrate
+    from sinssim.calibration.result import CalibrationResult
     from sinssim.data import ImuData, Measurements, NavSolution, NavState, SingularityEvent
     from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS
     from sinssim.ensembles.result import EnsembleResult
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from sinssim.error_budget.result import BudgetResult
     from sinssim.errors import InputError, RunError, SinssimError
     from sinssim.estimation.estimate import estimate
+    from sinssim.estimation.result import Estimate, Innovations
     from sinssim.frames import FRAMES
     from sinssim.logs.load import load_log
     from sinssim.scenario.load import load_scenario
@@ -27,10 +30,13 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.grades import GRADES
     from sinssim.simulation.execute import run
     from sinssim.simulation.result import RunResult
+    from sinssim.strapdown.nav_error import NavError, navigation_error
     from sinssim.strapdown.navigate import navigate
     from sinssim.trades.result import TradeResult
     from sinssim.trades.running.compare import compare
     from sinssim.trades.schema import TradeStudy
+    from sinssim.truth.curve import Curve
+    from sinssim.truth.motions.turning_block import block_of
     from sinssim.truth.source import fly
     from sinssim.truth.trajectory import Trajectory
 
@@ -41,10 +47,15 @@ __all__ = [
     "GRADES",
     "GRAVITY_MODELS",
     "BudgetResult",
+    "CalibrationResult",
+    "Curve",
     "EnsembleResult",
+    "Estimate",
     "ImuData",
+    "Innovations",
     "InputError",
     "Measurements",
+    "NavError",
     "NavSolution",
     "NavState",
     "RunError",
@@ -55,7 +66,9 @@ __all__ = [
     "TradeResult",
     "TradeStudy",
     "Trajectory",
+    "block_of",
     "budget",
+    "calibrate",
     "compare",
     "emulate",
     "ensemble",
@@ -64,6 +77,7 @@ __all__ = [
     "load_log",
     "load_scenario",
     "navigate",
+    "navigation_error",
     "run",
 ]
 
@@ -72,14 +86,19 @@ __getattr__, __dir__ = on_first_use(
     {
         "ALGORITHMS": "sinssim.algorithms",
         "BudgetResult": "sinssim.error_budget.result",
+        "CalibrationResult": "sinssim.calibration.result",
+        "Curve": "sinssim.truth.curve",
         "ELLIPSOIDS": "sinssim.earth.models",
         "EnsembleResult": "sinssim.ensembles.result",
+        "Estimate": "sinssim.estimation.result",
         "FRAMES": "sinssim.frames",
         "GRADES": "sinssim.sensors.imu.grades",
         "GRAVITY_MODELS": "sinssim.earth.models",
         "ImuData": "sinssim.data",
+        "Innovations": "sinssim.estimation.result",
         "InputError": "sinssim.errors",
         "Measurements": "sinssim.data",
+        "NavError": "sinssim.strapdown.nav_error",
         "NavSolution": "sinssim.data",
         "NavState": "sinssim.data",
         "RunError": "sinssim.errors",
@@ -90,7 +109,9 @@ __getattr__, __dir__ = on_first_use(
         "TradeResult": "sinssim.trades.result",
         "TradeStudy": "sinssim.trades.schema",
         "Trajectory": "sinssim.truth.trajectory",
+        "block_of": "sinssim.truth.motions.turning_block",
         "budget": "sinssim.error_budget.analyse",
+        "calibrate": "sinssim.calibration.calibrate",
         "compare": "sinssim.trades.running.compare",
         "emulate": "sinssim.sensors.imu.emulate",
         "ensemble": "sinssim.ensembles.running.run",
@@ -99,6 +120,7 @@ __getattr__, __dir__ = on_first_use(
         "load_log": "sinssim.logs.load",
         "load_scenario": "sinssim.scenario.load",
         "navigate": "sinssim.strapdown.navigate",
+        "navigation_error": "sinssim.strapdown.nav_error",
         "run": "sinssim.simulation.execute",
     },
 )

@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from sinssim.system.short_repr import short_repr
+
 Array = NDArray[np.float64]
 
 SATURATED, DROPPED, FROZEN = 1, 2, 4
 """Flags of a channel of a sample: limited to its range; not delivered; previous sample delivered again."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class ImuData:
     """Inertial increments over consecutive intervals, in the sensor block's forward-right-down axes.
@@ -34,6 +37,7 @@ class ImuData:
         return len(self.dtheta)
 
 
+@short_repr
 @dataclass(frozen=True)
 class NavState:
     """Position, velocity and attitude of the sensor block, at one instant or at many.
@@ -71,6 +75,7 @@ class SingularityEvent:
     text: str
 
 
+@short_repr
 @dataclass(frozen=True)
 class NavSolution:
     """A navigation solution at the edges of the IMU's intervals; the first row is the initial state.
@@ -118,6 +123,7 @@ class NavSolution:
         )
 
 
+@short_repr
 @dataclass(frozen=True)
 class Measurements:
     """Readings of one aiding sensor: M readings of one kind.
@@ -145,6 +151,7 @@ class Measurements:
         sigma: 1σ of each component that the filter assumes, (M, k), or (M, 3) for an attitude.
         lever_arm: from the sensor block to the sensor or its antenna, body axes, (3,) m.
         name: name of the sensor, which distinguishes two of one kind; the kind if not given.
+        correlation: correlations of the errors of the components, (M, k, k) for the k of sigma; None if there are none.
     """
 
     kind: str
@@ -154,6 +161,7 @@ class Measurements:
     sigma: Array
     lever_arm: Array = field(default_factory=lambda: np.zeros(3))
     name: str = ""
+    correlation: Array | None = None
 
     def __len__(self) -> int:
         return len(self.time)

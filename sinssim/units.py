@@ -18,6 +18,8 @@ G0 = 9.80665
 """standard gravity, exact by definition (CGPM 1901) [m/s²]"""
 UG = 1e-6 * G0
 """micro-g [m/s²]; a noise density of 1 µg/√Hz is the same number in m/s/√s"""
+MGAL = 1e-5
+"""milligal [m/s²]"""
 PPM = 1e-6
 """part per million"""
 MPS_SQRT_H = 1.0 / 60.0

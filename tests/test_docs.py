@@ -85,3 +85,20 @@ def test_scenario_and_links_of_ensembles(tmp_path):
     assert scenario.ensemble.vary[0].key == "parked.heading_deg"
     for link in re.findall(r"\]\(([\w./-]+)\)", page):
         assert (DOCS / link).exists(), link
+
+
+def test_commands_scenario_and_links_of_gravity(tmp_path):
+    page = (DOCS / "gravity.md").read_text(encoding="utf-8")
+    (commands,) = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
+    lines = re.findall(r"^sinssim (?:run|budget) (\w+)(?: --set (\S+))?", commands, re.MULTILINE)
+    assert len(lines) == 4
+    degrees = [load_scenario(name, [key] if key else []).navigation.gravity_degree for name, key in lines]
+    assert degrees == [None, 120, 60, None]
+    (keys,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / "page.toml"
+    path.write_text(f'name = "page"\n[parked]\nlatitude_deg = 50.0\nduration_s = 60.0\n{keys}', encoding="utf-8")
+    assert load_scenario(path).gravity.remainder.order == 2
+    for module in re.findall(r"`(sinssim(?:\.\w+)+)`", page):
+        parts = module.split(".")
+        places = [DOCS.parent / "/".join(parts[:n]) for n in (len(parts), len(parts) - 1)]
+        assert any(place.with_suffix(".py").exists() or place.is_dir() for place in places), module

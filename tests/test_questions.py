@@ -113,6 +113,7 @@ def test_levels_by_the_square_of_the_interval(numbers):
     assert at_10 / at_20 == pytest.approx(4.0, rel=0.05)
 
 
+@pytest.mark.rendered
 def test_diagrams_are_up_to_date(diagrams):
     from sinssim.recording.figures.canvas import to_svg
 

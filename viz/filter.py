@@ -41,7 +41,10 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         )
 
     def band(name: str, key: str, legend: float = 0.0) -> rrb.TimeSeriesView:
-        half = max(map(abs, run.range_of(f"filter/{key}/aided", f"filter/{key}/smoothed"))) or 1.0
+        half = (
+            max(map(abs, run.range_of(f"filter/{key}/aided", f"filter/{key}/smoothed", f"filter/{key}/backward")))
+            or 1.0
+        )
         power = 10.0 ** math.floor(math.log10(half))
         # the viewer writes numbers at powers of ten, and not too many of them
         half = 1.05 * (10.0 * power if half > 4.7 * power else half)

@@ -280,6 +280,11 @@ def _align_scenario(
     from sinssim.truth.source import fly
 
     scenario = load_scenario(source, settings)
+    if scenario.imu.rotation is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [imu.rotation]; the alignment takes means of the readings of a block "
+            "that does not turn in the vehicle. Remove the table."
+        )
     trajectory = fly(scenario)
     check_gyro_block(scenario.imu)
     errors = draw(scenario.imu, scenario.seed)

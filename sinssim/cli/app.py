@@ -29,7 +29,7 @@ app = typer.Typer(
 
 def command_names() -> list[str]:
     """Return the names of the commands, in the order of the help."""
-    names = [module.name for module in pkgutil.iter_modules(commands.__path__)]
+    names = [module.name.replace("_", "-") for module in pkgutil.iter_modules(commands.__path__)]
     return sorted(names, key=lambda name: (_FIRST.index(name) if name in _FIRST else len(_FIRST), name))
 
 
@@ -59,4 +59,4 @@ def _main(
 
 for _name in command_names():
     # The name of a file is that of its command, with underscores for hyphens.
-    app.command(_name.replace("_", "-"))(importlib.import_module(f"{commands.__name__}.{_name}").command)
+    app.command(_name)(importlib.import_module(f"{commands.__name__}.{_name.replace('-', '_')}").command)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from sinssim.errors import check_name
@@ -154,11 +154,25 @@ def describe_ellipsoids() -> dict[str, str]:
     }
 
 
+def in_reverse_time(name: str) -> str:
+    """Return the name by which `ellipsoid_by_name` knows an ellipsoid that turns the other way.
+
+    Its gravity is the same, because gravity depends on the square of the rate.
+
+    Args:
+        name: one of `ELLIPSOIDS`.
+    """
+    return f"{name} in reverse time"
+
+
+_REVERSED = {in_reverse_time(name): replace(e, omega=-e.omega) for name, e in ELLIPSOIDS.items()}
+
+
 def ellipsoid_by_name(name: str) -> Ellipsoid:
     """Return an ellipsoid by its name.
 
     Args:
-        name: one of `ELLIPSOIDS`.
+        name: one of `ELLIPSOIDS`, or a name of `in_reverse_time`.
 
     Returns:
         The ellipsoid.
@@ -166,5 +180,7 @@ def ellipsoid_by_name(name: str) -> Ellipsoid:
     Raises:
         InputError: the name is unknown; the message lists the known names.
     """
+    if name in _REVERSED:
+        return _REVERSED[name]
     check_name("ellipsoid", name, ELLIPSOIDS)
     return ELLIPSOIDS[name]

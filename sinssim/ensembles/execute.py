@@ -92,6 +92,7 @@ def errors_of_run(plan: Plan, one: Member, truths: TruthCache, errors: RunErrors
     check_route_flown(scenario, truth.time, truth.state)
     run = Run(scenario)
     run.trajectory, run.time, run.ideal, run.truth = truth.trajectory, truth.time, truth.ideal, truth.state
+    run.block = truth.block
     _sense(run)
     errors.end[row] = truth.time[-1]
     if plan.filtered:
@@ -110,7 +111,7 @@ def _sense(run: Run) -> None:
     from sinssim.sensors.sets.reading import read
 
     true = run.true_errors
-    run.readings = read(run.trajectory, run.ideal, run.scenario.imu, run.scenario.seed, true)[1]
+    run.readings = read(run.block, run.ideal, run.scenario.imu, run.scenario.seed, true)[1]
     run.compensated = run.measured if true.calibration is None else compensate(run.measured, true.calibration)
 
 

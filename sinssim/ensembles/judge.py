@@ -52,24 +52,26 @@ def looks_of(runs: int) -> tuple[int, ...]:
     return tuple(sorted({min(runs * 2**look, MOST_RUNS) for look in range(LOOKS)}))
 
 
-def check_kept(plan: Plan, require: Iterable[Requirement]) -> None:
-    """Raise if the time of a requirement is not among the epochs of an ensemble that is continued.
+def check_kept(plan: Plan, require: Iterable[Requirement], times: Iterable[float] = ()) -> None:
+    """Raise if a time that is asked for is not among the epochs of an ensemble that is continued.
 
     Args:
         plan: the plan of the ensemble.
         require: the requirements.
+        times: further times since the start, s.
 
     Raises:
         InputError: it names the nearest epochs.
     """
     elapsed = plan.epochs - plan.start
-    for one in require:
-        if one.when == "at" and np.abs(elapsed - one.time).min() > 1e-6:
-            after = int(np.searchsorted(elapsed, one.time))
+    asked = [(f"requirement {one.text!r}", one.time) for one in require if one.when == "at"]
+    for who, time in (*asked, *((f"times (--at): {time:g} s", time) for time in times)):
+        if np.abs(elapsed - time).min() > 1e-6:
+            after = int(np.searchsorted(elapsed, time))
             raise InputError(
-                f"requirement {one.text!r}: the ensemble keeps no errors at {one.time:g} s, and its files cannot be "
-                f"changed; its nearest epochs are {elapsed[after - 1]:.10g} s and {elapsed[after]:.10g} s. Give one of "
-                "these times, or begin another ensemble with -o."
+                f"{who}: the ensemble keeps no errors at {time:g} s, and its files cannot be changed; its nearest "
+                f"epochs are {elapsed[after - 1]:.10g} s and {elapsed[after]:.10g} s. Give one of these times, or "
+                "begin another ensemble with -o."
             )
 
 

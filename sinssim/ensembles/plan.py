@@ -17,6 +17,7 @@ from sinssim.ensembles.fill_in import WITHIN
 from sinssim.ensembles.members import member
 from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError
+from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -33,13 +34,15 @@ _EPOCHS = 500
 _MOST_EPOCHS = 100_000
 _MOVES = 0.5
 """m/s: a slower vehicle has no course."""
-_CHUNK, _LONG_CHUNK = 64, 8
-"""Runs in a file: a task of a minute or less; a run with a filter or a flight of its own takes as long as tens of
-others."""
-_WITHOUT_EFFECT = ("name", "description", "views", "output")
+_CHUNK = 64
+"""Runs in a file: a task of a minute or less."""
+LONG_CHUNK = 8
+"""Runs in a file, if each has a filter or a flight of its own, and takes as long as tens of others."""
+_WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of its runs."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Plan:
     """What the runs of an ensemble have in common.
@@ -145,9 +148,9 @@ def make_plan(
     truth = (truths or TruthCache()).of(scenario)
     sensors = _sensors(scenario, truth) if solution == AIDED else ()
     wanted = [(one.time, f"requirement {one.text!r}") for one in require if one.when == "at"]
-    wanted += [(time, "times_s") for time in times]
+    wanted += [(time, "times (times_s, --at)") for time in times]
     epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, kept)
-    chunk = _LONG_CHUNK if solution == AIDED or _own_motions(scenario) else _CHUNK
+    chunk = LONG_CHUNK if solution == AIDED or own_motions(scenario) else _CHUNK
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
     return Plan(
@@ -172,8 +175,12 @@ def with_runs(plan: Plan, runs: int) -> Plan:
     return replace(plan, scenario=plan.scenario.model_copy(update={"ensemble": section}))
 
 
-def _own_motions(scenario: Scenario) -> bool:
-    """Return whether the runs of an ensemble differ in their true motions."""
+def own_motions(scenario: Scenario) -> bool:
+    """Return whether the runs of an ensemble differ in their true motions.
+
+    Args:
+        scenario: the scenario of the ensemble.
+    """
     try:
         return len({truth_key(member(scenario, number).scenario) for number in (0, 1)}) > 1
     except InputError:  # a run that draws a value that is not allowed
@@ -235,7 +242,7 @@ def _with_times(
     wanted = [] if kept is None else [t for t in kept if np.isin(t, edges)]
     lasts = float(edges[-1]) - start
     for time, who in asked:
-        if time > lasts + 1e-6:
+        if not 0.0 <= time <= lasts + 1e-6:
             raise InputError(f"{who}: {time:g} s lies outside the run, which lasts {lasts:g} s.")
         row = int(np.argmin(np.abs(edges - start - time)))
         if abs(float(edges[row]) - start - time) > WITHIN:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,19 @@ from sinssim.ensembles.members import Member, member
 from sinssim.ensembles.run_errors import COMPONENTS, EVERYTHING, VECTORS
 from sinssim.ensembles.stored_errors import Errors
 from sinssim.errors import InputError
+from sinssim.lazy import from_later_stage
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.order_statistics import CEP_SHARE, R95_SHARE, Percentile, percentile
 from sinssim.statistics.rates import mean_rate
 from sinssim.statistics.standard_deviation import Spread, spread
+from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:
     from sinssim.ensembles.plan import Plan
     from sinssim.requirements.verdict import Verdict
 
 
+@short_repr
 @dataclass(frozen=True)
 class MeanSquare:
     """A mean normalised square over the runs, at the epochs.
@@ -56,6 +59,7 @@ class EnsembleResult:
         notes: remarks on how it was computed, whole sentences.
         verdicts: verdicts on the requirements, in their order.
         looks: numbers of runs after which they were judged, with `until_decided`; else none.
+        times: times since the start for which tables have further lines, s.
     """
 
     plan: Plan
@@ -66,6 +70,7 @@ class EnsembleResult:
     notes: list[str] = field(default_factory=list)
     verdicts: tuple[Verdict, ...] = ()
     looks: tuple[int, ...] = ()
+    times: tuple[float, ...] = ()
 
     def __len__(self) -> int:
         return len(self.errors)
@@ -73,6 +78,22 @@ class EnsembleResult:
     def __repr__(self) -> str:
         failed = int(self.failed.sum())
         return f"EnsembleResult({self.plan.scenario.name}: {len(self)} runs, {failed} failed, {len(self.time)} epochs)"
+
+    def _repr_html_(self) -> str:
+        def text(one: Percentile) -> str:
+            return f"{one.value[-1]:.4g} ({one.low[-1]:.4g} … {one.high[-1]:.4g})"
+
+        rows: list[tuple[str, ...]] = [("CEP at the end, m", text(self.cep)), ("R95 at the end, m", text(self.r95))]
+        rows += [(one.requirement.text, one.verdict) for one in self.verdicts]
+        return html_table(repr(self), rows, ("", "value (95 % band)"))
+
+    def plot(self) -> Any:
+        """Return a figure of the growth of CEP and R95 with their bands, and of the errors at the end.
+
+        Returns:
+            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
+        """
+        return from_later_stage("sinssim.recording.figures.results", "plot_ensemble")(self)
 
     @property
     def time(self) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array
+from sinssim.system.short_repr import short_repr
 
 VECTORS = ("position_ned", "velocity_ned", "attitude")
 """Errors by component: m, m/s, and the rotation vector φ of `NavError`, rad."""
@@ -28,6 +29,7 @@ AT_ONCE = 2**20
 """Numbers of one column, runs times epochs, that statistics over all runs hold at a time: 8 MB."""
 
 
+@short_repr
 @dataclass
 class RunErrors:
     """Errors of R runs at K epochs; a value is NaN where a run failed, has ended, or its filter has not begun.

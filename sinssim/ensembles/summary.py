@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,9 +49,10 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
         status: "finished", "interrupted" or "failed".
 
     Returns:
-        The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end,
-        rates in both definitions, components, the comparison with the regulation, requirements, consistency of a
-        filter, failures, and the worst, median and best runs. Numbers that are not finite are as they are.
+        The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end
+        and at the times asked for, rates in both definitions, components, the comparison with the regulation,
+        requirements, consistency of a filter, failures, and the worst, median and best runs. Numbers that are not
+        finite are as they are.
     """
     plan = result.plan
     lasts = float(plan.epochs[-1] - plan.start)
@@ -70,6 +72,7 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
             "cep": band(cep(result.final_horizontal)),
             "r95": band(r95(result.final_horizontal)),
         },
+        "at": _at(result),
         "rate_nmi_h": {
             name: {
                 "definition": definition,
@@ -259,6 +262,19 @@ def _circles(result: EnsembleResult) -> dict[str, float]:
     """Return the circles of the zero-mean normal distribution with the second moments of the final errors."""
     p = covariance_at_end(result)
     return {"cep": float(circle_radius(p, 0.5)), "r95": float(circle_radius(p, 0.95))}
+
+
+def _at(result: EnsembleResult) -> list[dict[str, Any]]:
+    """Return CEP and R95 at the times that were asked for."""
+    rows = []
+    for time in sorted(set(result.times)):
+        k = int(np.argmin(np.abs(result.elapsed - time)))
+        row: dict[str, Any] = {"time_s": float(result.elapsed[k])}
+        for key, one in (("cep_m", result.cep), ("r95_m", result.r95)):
+            there = {name: getattr(one, name)[k] for name in ("value", "low", "high", "runs")}
+            row[key] = band(replace(one, **there))
+        rows.append(row)
+    return rows
 
 
 def _mean_square(one: MeanSquare) -> dict[str, float]:

@@ -9,30 +9,37 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sinssim.data import Array, ImuData, NavState
+from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.truth.trajectory import Trajectory
 
-_TABLES = ("flight", "parked", "great_circle", "motion", "track", "vibration", "isolator", "truth")
-_OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz")
+_TABLES = (
+    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "vibration", "isolator",
+    "truth", "gravity",
+)  # fmt: skip
+_OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz", "rotation")
 _KEPT = 2
 """True motions kept at a time: that of all runs, or that of a run in progress in each of two threads."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Truth:
     """The true motion of a run.
 
     Attributes:
-        trajectory: the motion.
-        ideal: ideal increments along it.
-        state: true states at the edges of the increments.
+        trajectory: the motion of the vehicle at the block's place.
+        ideal: ideal increments of the block, which may turn in it.
+        state: true states of the vehicle at the edges of the increments.
+        block: the motion that the sensors feel.
     """
 
     trajectory: Trajectory
     ideal: ImuData
     state: NavState
+    block: Trajectory
 
     @property
     def time(self) -> Array:
@@ -47,10 +54,16 @@ def truth_key(scenario: Scenario) -> str:
         scenario: the scenario of a run.
 
     Returns:
-        The tables and keys that determine them, with the seed if turbulence or vibration are drawn from it.
+        The tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's remainder
+        or the errors of a turntable are drawn from it.
     """
-    flight = scenario.flight
-    drawn = bool(scenario.vibration) or (flight is not None and bool(flight.turbulence))
+    flight, table = scenario.flight, scenario.turntable
+    drawn = (
+        bool(scenario.vibration or scenario.drive or scenario.voyage)
+        or (flight is not None and bool(flight.turbulence))
+        or (table is not None and bool(table.position_sigma_arcsec or table.tilt_sigma_arcsec))
+        or has_remainder(scenario)
+    )
     contents = scenario.contents()
     return json.dumps(
         [
@@ -77,6 +90,17 @@ class TruthCache:
             self._kept.clear()
             self._each.clear()
 
+    def keep(self, scenario: Scenario, truth: Truth) -> None:
+        """Keep a true motion that another process has computed.
+
+        Args:
+            scenario: the scenario of the motion.
+            truth: the motion.
+        """
+        with self._lock:
+            self._kept[truth_key(scenario)] = truth
+            self._drop_old()
+
     def of(self, scenario: Scenario) -> Truth:
         """Return the true motion of a scenario, the same bits as those of `sinssim run`.
 
@@ -98,18 +122,46 @@ class TruthCache:
                 if key in self._kept:
                     self._kept.move_to_end(key)
                     return self._kept[key]
-            found = _truth(scenario)
+            again = has_remainder(scenario) and scenario.imu.rotation is None
+            found = self._in_drawn_gravity(scenario) if again else _truth(scenario)
             with self._lock:
                 self._kept[key] = found
-                while len(self._kept) > _KEPT:
-                    old, _ = self._kept.popitem(last=False)
-                    self._each.pop(old, None)
+                self._drop_old()
         return found
+
+    def _drop_old(self) -> None:
+        while len(self._kept) > _KEPT:
+            old, _ = self._kept.popitem(last=False)
+            self._each.pop(old, None)
+
+    def _in_drawn_gravity(self, scenario: Scenario) -> Truth:
+        """Return the true motion in a gravity that is drawn in each run; the motion itself is that of all runs."""
+        from sinssim.truth.gravity.from_scenario import in_true_gravity
+
+        base = self.of(scenario.model_copy(update={"gravity": None}))
+        trajectory = in_true_gravity(scenario, base.trajectory)
+        ideal = base.ideal
+        dvel = ideal.dvel - trajectory.felt(ideal.time, ideal.dtheta)
+        return Truth(trajectory, ImuData(ideal.time, ideal.dtheta, dvel), base.state, trajectory)
+
+
+def has_remainder(scenario: Scenario) -> bool:
+    """Return whether a scenario's gravity has a part that is drawn in each run.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        Whether [gravity.remainder] is there.
+    """
+    return scenario.gravity is not None and scenario.gravity.remainder is not None
 
 
 def _truth(scenario: Scenario) -> Truth:
+    from sinssim.truth.motions.turning_block import block_of
     from sinssim.truth.source import fly
 
     trajectory = fly(scenario)
-    ideal = trajectory.increments(scenario.imu.rate_hz)
-    return Truth(trajectory, ideal, trajectory.state(ideal.time))
+    block = block_of(trajectory, scenario.imu)
+    ideal = block.increments(scenario.imu.rate_hz)
+    return Truth(trajectory, ideal, trajectory.state(ideal.time), block)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, Measurements, NavSolution
 from sinssim.error_budget.inertial import Snapshot, snapshot
-from sinssim.error_budget.motion import TrueMotion, noise_inputs, white_covariance
+from sinssim.error_budget.motion import TrueMotion, gravity_input, noise_inputs, white_covariance
 from sinssim.error_budget.propagation import NavigationStep, Propagation, Reading
 from sinssim.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.estimation.dynamics import CORE, PHI, V, driving_noise
@@ -235,7 +235,8 @@ class Consider:
         constants[:, :CORE, : shares.inertial] = effects.core[:, :, : shares.inertial]
         bias = np.zeros((len(interval), n, 6))
         bias[:, :CORE] = effects.core[:, :, shares.inertial :]
-        found = {"interval": interval, "constants": constants, "bias": bias, "mean": effects.mean}
+        distance = self._motion.distance(time)
+        found = {"interval": interval, "distance": distance, "constants": constants, "bias": bias, "mean": effects.mean}
         for noise in shares.noises:
             if noise.process is None:
                 q = np.zeros((len(interval), n, n))
@@ -263,7 +264,9 @@ class Consider:
         core[:CORE, CORE:] *= -1.0  # (1)
         noise = {n.source.name: steps[n.source.name][k] for n in self._shares.noises if n.process is None}
         bias = steps["bias"][k]
-        step = NavigationStep(core, steps["constants"][k], noise, (bias[:, :3], bias[:, 3:]), steps["interval"][k])
+        both, length = (bias[:, :3], bias[:, 3:]), float(steps["interval"][k])
+        fields, distance = gravity_input(core, length), float(steps["distance"][k])
+        step = NavigationStep(core, steps["constants"][k], noise, both, length, fields, distance)
         for branch in branches:
             branch.covariance = phi @ branch.covariance @ phi.T + q
             branch.cross = phi @ branch.cross + came

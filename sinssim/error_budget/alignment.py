@@ -65,6 +65,7 @@ def align(
     time = motion.ideal.time[: count + 1]
     stride = max(count // max(round(float(time[-1] - time[0])), 1), 1)
     edges = time[np.unique(np.append(np.arange(0, count, stride), count))]
+    c_bn = rotation.dcm_from_quaternion(motion.state.q_nb[0]).T
     mean = motion.responses(edges, shares.kernel_columns, *series).mean
     for k, interval in enumerate(np.diff(edges).tolist()):
         constants, bias = np.zeros((n, shares.count)), np.zeros((n, 6))
@@ -77,7 +78,10 @@ def align(
                 noise[own.source.name] = np.zeros((n, n))
                 where = range(6, 9) if own.triad == 0 else range(3, 6)
                 noise[own.source.name][where, where] = own.size**2 * interval
-        propagation.step(NavigationStep(np.eye(n), constants, noise, (bias[:, :3], bias[:, 3:]), interval))
+        fields = np.zeros((n, 3))
+        fields[V] = interval * c_bn
+        both = bias[:, :3], bias[:, 3:]
+        propagation.step(NavigationStep(np.eye(n), constants, noise, both, interval, fields, 0.0))
     of_readings = by_mean_readings(motion, count) / float(time[-1] - time[0])
     last = only_position.copy()
     last[PHI, PHI], last[PHI, V] = of_readings[:, :3], of_readings[:, 3:]

@@ -15,6 +15,7 @@ from sinssim.error_budget.inertial import HeightErrors, Snapshot, Vertical, prop
 from sinssim.error_budget.inputs.aiding_sources import AidingSources, aiding_sources
 from sinssim.error_budget.inputs.algorithm import ALGORITHM, of_algorithm
 from sinssim.error_budget.inputs.given_readings import emulated_constants, given_readings
+from sinssim.error_budget.inputs.gravity_sources import field_readings, in_normal_gravity, remainder_noise
 from sinssim.error_budget.inputs.sources import (
     Constants,
     InitialErrors,
@@ -23,6 +24,7 @@ from sinssim.error_budget.inputs.sources import (
     inertial_noises,
     initial_errors,
 )
+from sinssim.error_budget.inputs.turning import of_turning
 from sinssim.error_budget.motion import TrueMotion
 from sinssim.error_budget.result import BudgetResult
 from sinssim.error_budget.shares import SensorGiven, SensorSource, Shares
@@ -31,6 +33,8 @@ from sinssim.scenario.duration import check_times
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.imu.errors import warm_up
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.truth.gravity.disturbed import Disturbed
+from sinssim.truth.motions.turning_block import block_of
 from sinssim.truth.source import fly
 
 if TYPE_CHECKING:
@@ -72,7 +76,11 @@ class KnownTruth(Protocol):
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion."""
+        """The motion of the vehicle."""
+
+    @property
+    def block(self) -> Trajectory:
+        """The motion that the sensors feel."""
 
     @property
     def ideal(self) -> ImuData:
@@ -80,7 +88,7 @@ class KnownTruth(Protocol):
 
     @property
     def state(self) -> NavState:
-        """True states at the edges of the increments."""
+        """True states of the vehicle at the edges of the increments."""
 
 
 class _InertialErrors(NamedTuple):
@@ -126,7 +134,17 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
     if solution == "filter" and scenario.filter is None:
         raise InputError('solution = "filter" needs a scenario with [filter].')
     chosen = solution or ("inertial" if scenario.filter is None else "filter")
+    if chosen == "inertial" and scenario.navigation.alignment is not None:
+        raise InputError(
+            "navigation.alignment has no budget: the errors of the start follow from the readings of the alignment. "
+            "Give their 1σ (`sinssim align`) in navigation.initial_error instead, or use an ensemble."
+        )
     f = scenario.filter if chosen == "filter" else None
+    if f is not None and scenario.imu.rotation is not None:
+        raise InputError(
+            "[imu.rotation] has no budget of the filter's solution: the errors of the encoders also act on the "
+            'readings of the aiding sensors. Use an ensemble, or solution = "inertial".'
+        )
     if f is not None and f.vibration_noise:
         raise InputError(
             f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the readings of one run. "
@@ -176,14 +194,23 @@ def budget(
 
         scenario = with_states(scenario)
     say("flight", 0.0)
-    trajectory = truth.trajectory if truth else fly(scenario, lambda fraction: say("flight", fraction))
+    if scenario.gravity is not None and scenario.imu.rotation is not None:
+        raise InputError(
+            "the budget has the disturbance of gravity in the vehicle's axes, and the block of [imu.rotation] turns: "
+            "remove [gravity] or [imu.rotation], or use an ensemble."
+        )
+    normal = in_normal_gravity(scenario)  # what the field does is a source
+    trajectory = truth.trajectory if truth else fly(normal, lambda fraction: say("flight", fraction))
+    if isinstance(trajectory, Disturbed):
+        trajectory, truth = trajectory.base, None
     say("truth", 0.0)
     wanted = tuple(require)
     for one in wanted:
         one.check_within(trajectory.end - trajectory.start)
-    ideal = truth.ideal if truth else trajectory.increments(scenario.imu.rate_hz)
-    state = truth.state if truth else trajectory.state(ideal.time)
-    motion = TrueMotion(trajectory, ideal, state, warm_up(scenario.imu), scenario.navigation.gravity)
+    block = truth.block if truth else block_of(trajectory, scenario.imu)
+    ideal = truth.ideal if truth else block.increments(scenario.imu.rate_hz)
+    state = truth.state if truth and block is trajectory else block.state(ideal.time)
+    motion = TrueMotion(block, ideal, state, warm_up(scenario.imu), scenario.navigation.gravity)
     say("truth", 1.0)
     highest = float(np.abs(state.latitude).max())
     if highest > _HIGHEST:
@@ -195,15 +222,24 @@ def budget(
     aiding = None if scenario.aiding is None else aiding_sources(scenario, trajectory)
     fixed = constants(scenario)
     named, *of_one_run = given_readings(scenario, ideal)
+    of_field, *by_field = field_readings(scenario, trajectory, ideal)
+    named = [*named, *of_field]
     of_constants = emulated_constants(scenario, fixed, ideal)
-    theta, velocity = (np.concatenate(pair) for pair in zip(of_constants, of_one_run, strict=True))
+    theta, velocity = (np.concatenate(parts) for parts in zip(of_constants, of_one_run, by_field, strict=True))
     inertial = _InertialErrors(fixed, named, (theta, velocity))
     outputs = _instants(ideal.time, (*times, *(one.time for one in wanted if one.when == "at")))
-    initial = initial_errors(scenario, _given_start(scenario, motion))
+    initial = initial_errors(scenario, _given_start(scenario, trajectory))
     if kind == "inertial":
         found = _inertial(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))
         result = _result(scenario, kind, ideal.time[0], *found, None)
-        return _with_algorithm(result, of_algorithm(scenario, motion, outputs))
+        result = _with_algorithm(result, of_algorithm(normal, motion, outputs))
+        sources, covariance, mean = of_turning(scenario, block, outputs)
+        return replace(
+            result,
+            sources=(*result.sources, *sources),
+            covariance={**result.covariance, **covariance},
+            mean={**result.mean, **mean},
+        )
     assert aiding is not None
     return _aided(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))
 
@@ -220,13 +256,12 @@ def _instants(edges: Array, times: Iterable[float]) -> Array:
     return np.asarray(edges[np.unique(np.minimum(rows, len(edges) - 1))])
 
 
-def _given_start(scenario: Scenario, motion: TrueMotion) -> Array:
+def _given_start(scenario: Scenario, trajectory: Trajectory) -> Array:
     """Return the errors at the start by the given initial errors alone, (9,)."""
     from sinssim.simulation.initial_error import initial_state_with_errors
 
     section: InitialErrorSection = scenario.navigation.initial_error
     given = section.model_copy(update={name: 0.0 for name, _ in section if "sigma" in name})
-    trajectory = motion.trajectory
     start = trajectory.state(np.array([trajectory.start]))
     true = trajectory.state(trajectory.start)
     wrong = initial_state_with_errors(true, given, trajectory.ellipsoid, scenario.seed)
@@ -259,7 +294,8 @@ def _inertial(
             at_arrival = motion.trajectory.state(np.minimum(m.arrival, motion.ideal.time[-1])).height
             read = m.value[:, 0]
             readings = HeightErrors(m.arrival, read, read - at_arrival, 1.0 / altimeter.rate_hz, "baro")
-    shares = Shares(inertial.constants, inertial_noises(scenario), inertial.named, initial, own)
+    noises = [*inertial_noises(scenario), *remainder_noise(scenario, motion.state)]
+    shares = Shares(inertial.constants, noises, inertial.named, initial, own)
     vertical = Vertical(section.vertical, section.baro_time_constant_s, readings)
     return outputs, shares, propagate(motion, shares, inertial.series, vertical, outputs, progress)
 
@@ -283,7 +319,7 @@ def _aided(
     model = filter_model(scenario, float(time[-1] - time[0]))
     shares = Shares(
         inertial.constants,
-        inertial_noises(scenario, summed="zero_rate" in aiding.tables),
+        [*inertial_noises(scenario, summed="zero_rate" in aiding.tables), *remainder_noise(scenario, motion.state)],
         inertial.named,
         initial,
         aiding.sources,

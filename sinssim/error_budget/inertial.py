@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sinssim import earth
 from sinssim.data import Array
-from sinssim.error_budget.motion import TrueMotion, exponential, noise_inputs, white_covariance
+from sinssim.error_budget.motion import TrueMotion, exponential, gravity_input, noise_inputs, white_covariance
 from sinssim.error_budget.propagation import NavigationStep, Propagation, Reading
 from sinssim.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.estimation.dynamics import CORE, NominalMotion
@@ -167,9 +167,12 @@ def propagate(
         bias = np.zeros((len(interval), _STATES, 6))
         bias[:, :CORE] = effects.core[:, :, shares.inertial :]
         bias = keep @ bias
+        distance = motion.distance(part)
         for k, length in enumerate(interval.tolist()):
             own = {name: keep @ q[k] @ keep for name, q in noise.items()}
-            propagation.step(NavigationStep(phi[k], constants[k], own, (bias[k, :, :3], bias[k, :, 3:]), length))
+            fields = keep @ gravity_input(phi[k], length)
+            both = bias[k, :, :3], bias[k, :, 3:]
+            propagation.step(NavigationStep(phi[k], constants[k], own, both, length, fields, float(distance[k])))
             row = first + k + 1
             if readings is not None and at_boundary[row] >= 0:
                 propagation.read(_height_reading(shares, readings, int(at_boundary[row])))

@@ -61,6 +61,23 @@ class TrueMotion:
         time = self.ideal.time
         return self.warm_up.temperature(0.5 * (time[1:] + time[:-1]) - time[0])
 
+    def distance(self, time: Array) -> Array:
+        """Return the horizontal distances travelled between instants.
+
+        Args:
+            time: K+1 instants, s.
+
+        Returns:
+            (K,) m.
+        """
+        return np.asarray(np.diff(np.interp(time, self.ideal.time, self._travelled)))
+
+    @cached_property
+    def _travelled(self) -> Array:
+        speed = np.hypot(self.state.velocity_ned[:, 0], self.state.velocity_ned[:, 1])
+        passed = 0.5 * (speed[1:] + speed[:-1]) * np.diff(self.ideal.time)
+        return np.concatenate([[0.0], np.cumsum(passed)])
+
     def nominal(self, time: Array) -> NominalMotion:
         """Return the mean motion between instants.
 
@@ -130,6 +147,19 @@ def noise_inputs(nominal: NominalMotion) -> dict[tuple[int, str], Array]:
     found[1, "quantum"][:, V] = -turning
     found[1, "quantum"][:, R] = c
     return found
+
+
+def gravity_input(phi: Array, interval: float) -> Array:
+    """Return the effect of a unit disturbance of gravity, north, east, down, over a step.
+
+    Args:
+        phi: Φ, (n, n).
+        interval: s.
+
+    Returns:
+        ∫Φ(t) dt of the velocity's columns by the trapezoidal rule, (n, 3).
+    """
+    return np.asarray(0.5 * interval * (phi + np.eye(len(phi)))[:, V])
 
 
 _TERMS = 8

@@ -22,6 +22,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.error_budget.inputs.processes import Process, Step
 
+_OF_GRAVITY = 2
+
 
 @dataclass
 class RunningProcess:
@@ -31,7 +33,8 @@ class RunningProcess:
         name: its source.
         process: of unit size, for one axis.
         sigma: size of each axis, (a,).
-        triad: 0 or 1 if it is an error of gyros or accelerometers; None for a sensor's, which enters by its readings.
+        triad: 0 or 1 if it is an error of gyros or accelerometers, 2 if it is one of gravity; None for a sensor's,
+            which enters by its readings.
         covariance: of core and states, axis by axis, (n + a p, n + a p).
     """
 
@@ -69,6 +72,8 @@ class NavigationStep(NamedTuple):
         noise: Q by white source, {name: (n, n)}.
         bias: effect of a unit error of each triad's three sensors during the step, two of (n, 3).
         interval: s.
+        gravity: effect of a unit disturbance north, east, down during the step, (n, 3); None where no source needs it.
+        distance: horizontal distance travelled, m.
     """
 
     phi: Array
@@ -76,6 +81,8 @@ class NavigationStep(NamedTuple):
     noise: Mapping[str, Array]
     bias: tuple[Array, Array]
     interval: float
+    gravity: Array | None = None
+    distance: float = 0.0
 
 
 @dataclass
@@ -128,12 +135,13 @@ class Propagation:
             self._step_process(one, step)
 
     def _step_process(self, one: RunningProcess, step: NavigationStep) -> None:
-        key = one.name, round(step.interval, 9)
+        length = step.distance if one.triad == _OF_GRAVITY else step.interval
+        key = one.name, round(length, 9)
         if key not in self._steps:
-            self._steps[key] = one.process.step(step.interval)
+            self._steps[key] = one.process.step(length)
         own = self._steps[key]
         n, (each, fresh), axes = len(step.phi), own.fresh.shape, len(one.sigma)
-        bias = None if one.triad is None else step.bias[one.triad]
+        bias = None if one.triad is None else (*step.bias, step.gravity)[one.triad]
         whole = np.zeros(one.covariance.shape)
         whole[:n, :n] = step.phi
         drive = np.zeros((len(whole), axes * fresh))

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.errors import InputError, unknown_name
+from sinssim.lazy import from_later_stage
 from sinssim.statistics.circle_about_mean import radius_about_mean
+from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -45,6 +47,7 @@ class Improvement:
     share: float
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class BudgetResult:
     """Covariances of the navigation errors by source.
@@ -67,6 +70,30 @@ class BudgetResult:
     mean: Mapping[str, Array]
     filter_covariance: Array | None = None
 
+    def _repr_html_(self) -> str:
+        def radius(share: float, covariance: Array | None, mean: Array | None) -> str:
+            p = np.zeros((1, 9, 9)) if covariance is None else covariance[-1:]
+            m = np.zeros((1, 9)) if mean is None else mean[-1:]
+            return f"{radius_about_mean(p[:, HORIZONTAL, HORIZONTAL], m[:, HORIZONTAL], share)[0]:.4g}"
+
+        rows: list[tuple[str, ...]] = [
+            ("all sources", *(radius(share, self.total, self.bias) for share in (0.5, 0.95))),
+            *(
+                (f"{one.group}, {one.label}", "", radius(0.95, self.covariance.get(one.name), self.mean.get(one.name)))
+                for one in self.sources
+            ),
+        ]
+        title = f"Budget of {self.scenario.name}, {self.solution}, at the end"
+        return html_table(title, rows, ("source", "CEP, m", "R95, m (of a source: alone)"))
+
+    def plot(self) -> Any:
+        """Return a figure of the growth of CEP and R95, and of the shares of the sources.
+
+        Returns:
+            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
+        """
+        return from_later_stage("sinssim.recording.figures.results", "plot_budget")(self)
+
     @cached_property
     def _radii(self) -> dict[tuple[float, str | None], Array]:
         """Radii that were asked for, by share and source: reports, figures and recordings ask for the same ones."""
@@ -84,14 +111,34 @@ class BudgetResult:
         return np.asarray(sum(self.mean.values(), np.zeros((len(self.time), 9))))
 
     def source(self, name: str) -> Source:
-        """Return a source by its name; raise InputError for another one."""
+        """Return a source.
+
+        Args:
+            name: its name, as in `sources`.
+
+        Returns:
+            The source.
+
+        Raises:
+            InputError: there is no source of this name.
+        """
         for source in self.sources:
             if source.name == name:
                 return source
         raise unknown_name("source of errors", name, [source.name for source in self.sources])
 
     def row(self, t: float) -> int:
-        """Return the number of an instant; raise InputError if the budget does not have it."""
+        """Return the number of an instant.
+
+        Args:
+            t: the instant, s.
+
+        Returns:
+            Its row in the arrays.
+
+        Raises:
+            InputError: the budget does not have it.
+        """
         row = int(np.argmin(np.abs(self.time - t)))
         if abs(float(self.time[row]) - t) > 1e-6:
             raise InputError(
@@ -209,5 +256,13 @@ class BudgetResult:
 
     @staticmethod
     def r95_of(covariance: Array, mean: Array) -> Array:
-        """Return R95 of covariances (N, 9, 9) and means (N, 9), (N,) m."""
+        """Return the radius of the circle that holds 95 % of the horizontal errors.
+
+        Args:
+            covariance: (N, 9, 9) SI.
+            mean: (N, 9) SI.
+
+        Returns:
+            (N,) m.
+        """
         return radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], 0.95)

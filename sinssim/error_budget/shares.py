@@ -144,7 +144,8 @@ class Shares:
             propagation.sensitivity[:CORE, column] = start
         for noise in self.noises:
             if noise.process is not None:
-                propagation.add(noise.source.name, noise.process, np.full(3, noise.size), noise.triad)
+                sizes = np.full(3, noise.size) if noise.sizes is None else noise.sizes
+                propagation.add(noise.source.name, noise.process, sizes, noise.triad)
         for sensor in self.sensors:
             if isinstance(sensor, SensorProcess):
                 from sinssim.error_budget.inputs.processes import GaussMarkov

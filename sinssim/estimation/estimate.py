@@ -26,6 +26,7 @@ import numpy as np
 from sinssim.arguments import doubles, number
 from sinssim.checks import checked_initial
 from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.checks.cure import vibration_untold
@@ -40,7 +41,9 @@ from sinssim.estimation.result import Estimate
 from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.sensors.from_readings.vibration import AddedNoise
+from sinssim.sensors.imu.encoder import Encoders
 from sinssim.strapdown import navigate
+from sinssim.strapdown.disturbance import navigate_in_field
 from sinssim.strapdown.polar import axes_of
 from sinssim.strapdown.segments import Segments
 from sinssim.system.memory import give_back_memory
@@ -72,6 +75,8 @@ def estimate(
     route: tuple[float, float, float, float] | None = None,
     axes: str | None = None,
     added_noise: AddedNoise | None = None,
+    field: DisturbingField | None = None,
+    encoders: Encoders | None = None,
 ) -> Estimate:
     """Estimate the errors of inertial navigation from aiding measurements, and correct it.
 
@@ -98,6 +103,9 @@ def estimate(
             pure inertial solution and the position readings.
         added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
             (`sinssim.sensors.from_readings.vibration`).
+        field: disturbing field that the engine knows beside normal gravity.
+        encoders: of a block that turns in the vehicle: the state is that of the block, the readings are those of the
+            vehicle.
 
     Returns:
         The estimate; if the filter diverges, it ends there.
@@ -123,8 +131,11 @@ def estimate(
     own_route = route
     if route is None and FRAME_REGISTRY[frame].takes_route:  # one for all segments
         own_route = route_along(latitude, longitude, velocity)
-    engine = Segments(imu, **options, route=own_route)
+    engine = Segments(imu, **options, route=own_route, field=field)
     unaided = partial(navigate, imu, initial, **options, route=route)
+    if field is not None:
+        on = partial(navigate, initial=initial, **options, route=route)
+        unaided = partial(navigate_in_field, imu, field, ellipsoid_by_name(ellipsoid), on)
     failure, reached = [], [np.asarray(latitude)]
     try:
         reached.append(unaided().latitude)
@@ -147,6 +158,7 @@ def estimate(
         ellipsoid_by_name(ellipsoid),
         added=added_noise,
         long_rows=len(engine.time) - 1 < len(imu),
+        encoders=encoders,
     )
     loops = Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history, row_s)
     divergence = loops.run(initial, feedback_s if loop == "closed" else None)

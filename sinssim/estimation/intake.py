@@ -76,6 +76,22 @@ class CheckedMeasurements:
         noise = measurement_kind(self.data.kind).noise(model, np.maximum(self.interval[rows], _SAME))
         return np.asarray(self.data.sigma[rows] ** 2 + noise[:, None])
 
+    def covariance(self, row: int, variance: Array) -> Array:
+        """Return R of a reading.
+
+        Args:
+            row: number of the reading.
+            variance: its diagonal, of `variance`, (k,).
+
+        Returns:
+            R, (k, k); the correlations are those of the sensor's own errors.
+        """
+        r = np.diag(variance)
+        if self.data.correlation is not None:
+            sigma = self.data.sigma[row]
+            r += np.outer(sigma, sigma) * (self.data.correlation[row] - np.eye(len(sigma)))
+        return r
+
 
 @dataclass(frozen=True)
 class Epochs:
@@ -212,6 +228,8 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
             f"measurements of {label!r}: sigma[{row}] = {sigma[row]} at t = {time[row]:.6g} s; every 1σ must be a "
             "positive number, or R is not positive definite."
         )
+    if m.correlation is not None:
+        _check_correlation(doubles(f"measurements of {label!r}: correlation", m.correlation), label, sigma.shape)
     if np.any(arrival < time):
         row = int(np.argmax(arrival < time))
         raise InputError(
@@ -221,13 +239,47 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
     if np.any(time[1:] < time[:-1]):
         order = np.argsort(time, kind="stable")
         time, arrival, value, sigma = time[order], arrival[order], value[order], sigma[order]
+        m = m if m.correlation is None else replace(m, correlation=m.correlation[order])
     data = replace(m, time=time, arrival=arrival, value=value, sigma=sigma, lever_arm=arm)
     interval = np.broadcast_to(0.0, count)
     if kind.mean_rate and count:
-        interval = np.diff(time, prepend=imu_time[0])
-        usual = float(np.min(interval[interval > _SAME], initial=np.inf))
-        interval = np.where(interval > 1.5 * usual, usual, interval)  # after a pause, the usual interval
+        interval = averaging_intervals(time, float(imu_time[0]))
     return CheckedMeasurements(data, _reasons(data, imu_time), np.full(count, -1, dtype=np.int32), interval)
+
+
+def averaging_intervals(time: Array, start: float) -> Array:
+    """Return the time over which the gyros are averaged for each zero-rate reading: that since the previous one.
+
+    Args:
+        time: instants of the readings, in order, (M,) s.
+        start: start of the data, s.
+
+    Returns:
+        (M,) s; after a pause, the usual interval.
+    """
+    interval = np.diff(time, prepend=start)
+    usual = float(np.min(interval[interval > _SAME], initial=np.inf))
+    return np.where(interval > 1.5 * usual, usual, interval)
+
+
+def _check_correlation(correlation: Array, label: str, shape: tuple[int, ...]) -> None:
+    """Raise for correlations that are none."""
+    if correlation.shape != (*shape, shape[-1]):
+        raise InputError(
+            f"measurements of {label!r}: correlation has the shape {correlation.shape}; with sigma it is "
+            f"{(*shape, shape[-1])}."
+        )
+    if not len(correlation):
+        return
+    unit = np.abs(np.einsum("mii->mi", correlation) - 1.0).max(axis=1) < 1e-9
+    even = np.abs(correlation - np.swapaxes(correlation, 1, 2)).max(axis=(1, 2)) < 1e-9
+    bad = ~(unit & even & (np.linalg.eigvalsh(np.nan_to_num(correlation)).min(axis=1) > 0.0))
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(
+            f"measurements of {label!r}: correlation[{row}] is no correlation matrix: it must be symmetric and "
+            "positive definite, with ones on the diagonal."
+        )
 
 
 def _is_one_row(sigma: Array) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from sinssim.estimation.measurements.kind import Prediction, delays, measurement
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, at, motion, near, rows_of
 from sinssim.sensors.from_readings.vibration import AddedNoise
+from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.strapdown.polar import POLAR_LIMIT, carried
 
@@ -85,6 +86,7 @@ class Surroundings:
         gravity: name of the engine's gravity model.
         ellipsoid: reference ellipsoid.
         added: noise of the inertial sensors in addition to the model's; None for none.
+        encoders: of a block that turns in the vehicle, whose readings are those of the vehicle; None for another.
         long_rows: whether a row of the engine has several samples; between rows the attitude then follows the gyros.
     """
 
@@ -97,6 +99,7 @@ class Surroundings:
     ellipsoid: Ellipsoid
     added: AddedNoise | None = None
     long_rows: bool = False
+    encoders: Encoders | None = None
 
 
 class Before(NamedTuple):
@@ -254,7 +257,10 @@ def _observe(
             rate = around.gyros.mean(instant - readings.interval[rows], instant, calibration)
         elif turns:
             rate = around.gyros.at(instant, calibration)
-        return observe(some, Prediction(state, rate, around.ellipsoid), around.model, parameters)
+        seen = Prediction(state, rate, around.ellipsoid)
+        if around.encoders is not None:
+            seen = of_vehicle(seen, around.encoders, instant)
+        return observe(some, seen, around.model, parameters)
 
     if late:
         delay = sum(float(parameters[name][0]) for name in late)
@@ -276,6 +282,23 @@ def _observe(
         variance = variance + around.added.variance(time - interval)[:, :3] / interval[:, None]
     for at_epoch, *one in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
         observed.setdefault(at_epoch, []).append(Observed(sensor, *one))
+
+
+def of_vehicle(block: Prediction, encoders: Encoders, time: Array) -> Prediction:
+    """Return the prediction of the vehicle's motion from that of a block that turns in it.
+
+    Args:
+        block: inertial navigation of the block.
+        encoders: of the block.
+        time: instants of the readings, (M,) s.
+
+    Returns:
+        The prediction with the vehicle's attitude and rate, as the encoders give them.
+    """
+    q_vb = encoders.attitude(time)
+    state = replace(block.state, q_nb=rotation.multiply(block.state.q_nb, rotation.conjugate(q_vb)))
+    rate = rotation.rotate(q_vb, block.rate_b - encoders.mean_rate(time))
+    return Prediction(state, rate, block.ellipsoid, (block.rate_b, rotation.dcm_from_quaternion(q_vb)))
 
 
 _SLOPE = 0.05

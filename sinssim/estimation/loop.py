@@ -223,7 +223,7 @@ class Loop:
         readings = self.around.readings[one.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
         interval, gate, main = one.interval, self.gates[one.sensor], self.branches.main
-        r = np.diag(one.variance)
+        r = readings.covariance(one.row, one.variance)
         innovation = main.innovation(one, r, interval)
         name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
         if not np.isfinite(innovation.nis):
@@ -240,7 +240,9 @@ class Loop:
         self._taken = name
         if self._history:
             seen = one.h @ self._transition
-            self._information += seen.T @ (seen / one.variance[:, None])
+            self._information += seen.T @ (
+                seen / one.variance[:, None] if data.correlation is None else np.linalg.solve(r, seen)
+            )
             self._decay = self._decay - self.filter.gain @ (one.h @ self._decay)
         check_covariance(self.filter.covariance, self._varying, now, name)
 

@@ -29,6 +29,7 @@ from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
 from sinssim.sensors.imu.terms import FIELDS, SLOTS
 from sinssim.sensors.noise import flicker
+from sinssim.system.short_repr import short_repr
 
 _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")
@@ -135,6 +136,7 @@ class Block:
         return np.broadcast_to(np.asarray(self.random_walk, dtype=np.float64), self.size)
 
 
+@short_repr
 @dataclass(frozen=True)
 class ErrorModel:
     """An error model: its blocks of states, and the white noise of the inertial sensors.

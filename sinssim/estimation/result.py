@@ -16,6 +16,7 @@ from sinssim.errors import RunError
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.polar import carried
+from sinssim.system.short_repr import short_repr
 
 Mask = NDArray[np.bool_]
 Rows = slice | NDArray[np.integer[Any]]
@@ -50,6 +51,7 @@ class Reasons(Sequence[str]):
         return (self.told.get(k, "") for k in range(self._count))
 
 
+@short_repr
 @dataclass(frozen=True)
 class Innovations:
     """The innovations of one aiding sensor, in the order of validity, and which of its readings were used.
@@ -83,7 +85,14 @@ class Innovations:
         return self.covariance_at(slice(None))
 
     def covariance_at(self, rows: Rows) -> Array:
-        """Return the covariance S of R readings, (R, k, k)."""
+        """Return the covariance S of some readings.
+
+        Args:
+            rows: which R of them.
+
+        Returns:
+            (R, k, k), in the square of the readings' units.
+        """
         lower, k = self.lower[rows], self.value.shape[1]
         full = np.empty((len(lower), k, k))
         for column, (i, j) in enumerate(zip(*np.tril_indices(k), strict=True)):
@@ -91,7 +100,14 @@ class Innovations:
         return full
 
     def sigma_at(self, rows: Rows) -> Array:
-        """Return 1σ of the innovation of R readings, (R, k)."""
+        """Return 1σ of the innovation of some readings.
+
+        Args:
+            rows: which R of them.
+
+        Returns:
+            (R, k), in the readings' units.
+        """
         first, second = np.tril_indices(self.value.shape[1])
         return np.asarray(np.sqrt(self.lower[rows][:, first == second]))
 
@@ -112,6 +128,7 @@ class Divergence:
     reason: str
 
 
+@short_repr
 @dataclass(frozen=True)
 class Smoothed:
     """The smoothed estimate, from all earlier and later measurements.
@@ -134,6 +151,7 @@ class Smoothed:
         return np.asarray(np.sqrt(np.einsum("kii->ki", self.covariance)))
 
 
+@short_repr
 @dataclass(frozen=True)
 class History:
     """History of the filter from one stored row to the next, for smoothing and observability.
@@ -165,6 +183,7 @@ class History:
     compensated: Array
 
 
+@short_repr
 @dataclass(frozen=True)
 class Estimate:
     """The aided solution as known at each instant, with covariances and diagnostics.
@@ -183,6 +202,8 @@ class Estimate:
         divergence: divergence of the filter, at which the rows end; None if there is none.
         remarks: remarks for the user, for example that there was no fix; whole sentences.
         unaided: function that navigates without the filter; see `inertial`.
+        backward: the estimate of the same filter in reverse time, from readings at each instant and later, if there is
+            one.
     """
 
     model: ErrorModel
@@ -198,6 +219,7 @@ class Estimate:
     divergence: Divergence | None
     remarks: tuple[str, ...]
     unaided: Callable[[], NavSolution]
+    backward: Estimate | None = None
 
     @property
     def inertial(self) -> NavSolution | None:

@@ -13,7 +13,7 @@ from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.standing import AtRest
 from sinssim.logs.streams import Clock
 from sinssim.sensors.imu.grades import GRADE_TABLE
-from sinssim.units import DEG, DEG_SQRT_H, G0
+from sinssim.units import DEG, DEG_H, DEG_SQRT_H, G0
 
 _EPOCH = datetime(1980, 1, 6)
 
@@ -23,6 +23,8 @@ def suggested_scenario(
     inertial: tuple[Path, dict[str, Any], Clock],
     fixes: tuple[Path, dict[str, Any], Clock] | None,
     folder: Path,
+    *,
+    land: bool = False,
 ) -> str:
     """Return a scenario to start from.
 
@@ -31,6 +33,7 @@ def suggested_scenario(
         inertial: path of the unit's file, the keys that describe its columns (none for a known format), its clock.
         fixes: the same of the receiver; None without.
         folder: of the scenario, to which the files' paths are relative.
+        land: whether the vehicle is known to move on wheels.
 
     Returns:
         Text of a scenario's file, with the reason beside each number.
@@ -56,10 +59,10 @@ def suggested_scenario(
             lines.append(f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions")
         if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
             lines.append("# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level")
-        lines += list(_tables("log.gnss", fixes[1]))
+        lines += [*_quality(inspection), *_tables("log.gnss", fixes[1])]
     lines += ["", *_imu(inspection)]
     if fixes is not None:
-        lines += ["", *_filter(inspection)]
+        lines += ["", *_filter(inspection, land)]
     return "\n".join(lines) + "\n"
 
 
@@ -128,37 +131,62 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         yield 'grade = "mems-industrial"  # not known from the data: give the nearest of `sinssim list grades`'
         yield "# gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz, gyro_bias_sigma_deg_h, accel_bias_sigma_ug: its data sheet"
         return
-    yield f'grade = "{_grade(quiet)}"  # nearest in noise; the lines below replace its own'
-    gyro, accel = (float(np.max(d)) for d in (quiet.gyro_density, quiet.accel_density))
-    yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # of the worst axis in quiet spans"
-    yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # of the worst axis in quiet spans"
+    grade = _grade(quiet)
+    yield f'grade = "{grade}"  # nearest in noise; the lines below replace its own'
+    # vibration_noise adds the shaking of each axis, that of an engine at rest included: it must not count twice
+    shaken = _shaken(inspection)
+    which = "calmest" if shaken else "worst"
+    gyro, accel = (float(np.min(d) if shaken else np.max(d)) for d in (quiet.gyro_density, quiet.accel_density))
+    yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # of the {which} axis in quiet spans"
+    yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # of the {which} axis in quiet spans"
     bias = float(np.max(np.abs(quiet.rate))) / DEG * 3600.0
     yield f"gyro_bias_sigma_deg_h = {max(bias, 0.01):.3g}  # as large as the readings at rest"
     size = abs(float(np.linalg.norm(quiet.specific_force)) - _gravity(inspection)) / (1e-6 * G0)
     yield f"accel_bias_sigma_ug = {max(size, 100.0):.4g}  # as large as the departure from gravity at rest"
+    floor = GRADE_TABLE[grade].gyro.instability
+    if floor:
+        yield "gyro_instability_deg_h = 0.0  # the grade's in-run stability is a floor of the Allan deviation:"
+        yield f"gyro_flicker_deg_h = {floor / DEG_H:.4g}  # flicker, which makes the bias wander within minutes"
 
 
-def _filter(inspection: Inspection) -> Iterator[str]:
-    """Yield the table [filter], and what a land vehicle may add."""
-    shaken = any(f.subject == "vibration" and f.grade == "doubt" for f in inspection.findings)
+def _shaken(inspection: Inspection) -> bool:
+    """Return whether the readings shake more in motion than at rest."""
+    return any(f.subject == "vibration" and f.grade == "doubt" for f in inspection.findings)
+
+
+def _quality(inspection: Inspection) -> Iterator[str]:
+    """Yield the codes of quality that are used, if steps of the position contradict what others claim."""
+    codes: list[int] = []
+    doubtful: list[int] = []
+    for finding in inspection.findings:
+        codes += finding.numbers.get("codes", ())
+        doubtful += finding.numbers.get("doubtful_codes", ())
+    if doubtful:
+        used = ", ".join(f'"{code}" = 1.0' for code in codes if code not in doubtful)
+        yield f"quality_factors = {{ {used} }}  # steps contradict the precision that the other codes claim"
+
+
+def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
+    """Yield the table [filter], and what a land vehicle adds."""
     yield "[filter]"
-    if shaken:
+    if _shaken(inspection):
         yield "vibration_noise = 0.5  # the readings shake more in motion than at rest: the filter follows it"
     yield "smooth = true"
     if inspection.mounting is None or inspection.quiet is None or inspection.inertial is None:
         return
     begin, end = (t - float(inspection.inertial.time[0]) for t in inspection.quiet.spans[0])
     learn = f"learn_s = [[{max(begin, 0.0):.1f}, {end:.1f}]]"
-    yield "# For a land vehicle whose first quiet span is a stop (docs/estimation.md):"
-    yield "# [aiding.land_vehicle]"
-    yield "# mounting_sigma_deg = 2.0"
-    yield "# lever_arm_sigma_m = 1.0"
-    yield "# slip_sigma_deg_per_g = 3.0"
-    for table in ("zero_velocity", "zero_rate"):
-        yield f"# [aiding.{table}]"
-        yield "# detect = true"
-        yield f"# {learn}"
-        yield "# rate_hz = 10.0"
+    off = "" if land else "# "
+    if not land:
+        yield "# For a land vehicle (--vehicle land) whose first quiet span is a stop, see docs/estimation.md:"
+    for table, keys in (
+        ("land_vehicle", ("mounting_sigma_deg = 2.0", "lever_arm_sigma_m = 1.0", "slip_sigma_deg_per_g = 3.0")),
+        ("zero_velocity", ("detect = true", learn, "rate_hz = 10.0")),
+        ("zero_rate", ("detect = true", learn, "rate_hz = 10.0")),
+    ):
+        yield ""
+        yield f"{off}[aiding.{table}]"
+        yield from (f"{off}{key}" for key in keys)
 
 
 def _grade(quiet: AtRest) -> str:

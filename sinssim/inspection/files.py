@@ -5,21 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
+from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.inspection.columns import Layout, guess_layout, other_gyro_units
 from sinssim.inspection.description import suggested_scenario
 from sinssim.inspection.finding import doubt, fact
-from sinssim.inspection.inspection import Inspection, inspect_streams
+from sinssim.inspection.inspection import Described, Inspection, inspect_streams
 from sinssim.inspection.text_table import TextTable, read_table
+from sinssim.logs.aiding import quality_factor
 from sinssim.logs.clocks import file_clock, gps_instant
-from sinssim.logs.files import fix_stream, inertial_stream
+from sinssim.logs.files import fix_stream, inertial_stream, solution_stream
 from sinssim.logs.read import candidates, read_file
-from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
-from sinssim.scenario.sections.log import LogFile
+from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.scenario.sections.log import LogFile, LogReference
+from sinssim.truth.source import block_mounting
 
-_Stream = TypeVar("_Stream", InertialStream, FixStream)
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+_Stream = TypeVar("_Stream", InertialStream, FixStream, SolutionStream)
 
 
 @dataclass(frozen=True)
@@ -37,12 +45,13 @@ class Inspected:
     scenario: str | None
 
 
-def inspect(paths: Sequence[Path | str], folder: Path | str = ".") -> Inspected:
+def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool = False) -> Inspected:
     """Inspect recorded files before anybody relies on them.
 
     Args:
         paths: files of one inertial unit, one satellite receiver, or both; or a scenario (.toml) that describes them.
         folder: where the suggested scenario will be; its paths are relative to it.
+        land: whether the vehicle moves on wheels; the scenario then has the constraint of wheels, and stops.
 
     Returns:
         What the data are, what is doubtful, and a scenario to start from.
@@ -53,10 +62,12 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".") -> Inspected:
     if not paths:
         raise InputError("inspect needs at least one file.")
     files: list[Streams] = []
+    said = Described()
     guessed: dict[Path, tuple[TextTable, Layout]] = {}
     for path in map(Path, paths):
         if path.suffix == ".toml":
-            files += _described(path)
+            described, said = _described(path)
+            files += described
             continue
         if candidates(path):
             known = read_file(path)
@@ -67,19 +78,20 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".") -> Inspected:
             clock = Clock("machine", None, "times without a date")
             known = Streams(path, "text", clock, inertial={"imu": layout.stream(table)})
         files.append(known)
-    result = inspect_streams(files)
+    result = inspect_streams(files, said)
     for path, (table, layout) in guessed.items():
         result, layout = _decided(result, files, path, table, layout)
         guessed[path] = table, layout
         result.findings.insert(1, fact(str(path), _words(table, layout)))
-    return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder)))
+    return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
 
 
-def _described(path: Path) -> list[Streams]:
-    """Return the streams that a scenario with [log] describes."""
+def _described(path: Path) -> tuple[list[Streams], Described]:
+    """Return the streams that a scenario with [log] describes, without refused fixes, and what else it says."""
     from sinssim.scenario import load_scenario
 
-    log = load_scenario(str(path)).log
+    scenario = load_scenario(str(path))
+    log = scenario.log
     if log is None:
         raise InputError(f"{path} has no table [log]: inspect recorded files, or a scenario that describes them.")
     stream, clock, notes = inertial_stream(log.imu)
@@ -88,8 +100,20 @@ def _described(path: Path) -> list[Streams]:
     if log.gnss is not None:
         fixes, clock, notes = fix_stream(log.gnss)
         clock, fixes = _on_described_clock(log.gnss, clock, fixes)
+        fixes = fixes.rows(np.isfinite(quality_factor(fixes, log.gnss)))
         found.append(Streams(Path(log.gnss.file), "text", clock, fixes={"gnss": fixes}, notes=notes))
-    return found
+    delay = 0.0 if log.gnss is None else log.gnss.velocity_delay_s
+    return found, Described(delay, None if log.reference is None else _reference(log.reference, scenario))
+
+
+def _reference(section: LogReference, scenario: Scenario) -> tuple[Clock, SolutionStream] | None:
+    """Return the clock of a reference, and the solution with the attitude of the unit; None without attitude."""
+    stream, clock, _ = solution_stream(section)
+    if not isinstance(stream, SolutionStream) or stream.q_nb is None:
+        return None
+    clock, stream = _on_described_clock(section, clock, stream)
+    assert stream.q_nb is not None
+    return clock, replace(stream, q_nb=rotation.multiply(stream.q_nb, block_mounting(scenario)))
 
 
 def _on_described_clock(section: LogFile, clock: Clock, stream: _Stream) -> tuple[Clock, _Stream]:
@@ -143,7 +167,7 @@ def _words(table: TextTable, layout: Layout) -> str:
 
 
 def _scenario(
-    result: Inspection, files: list[Streams], guessed: dict[Path, tuple[TextTable, Layout]], folder: Path
+    result: Inspection, files: list[Streams], guessed: dict[Path, tuple[TextTable, Layout]], folder: Path, land: bool
 ) -> str | None:
     unit = next((f for f in files if f.inertial), None)
     if unit is None or (unit.format == "text" and unit.path not in guessed):  # described already
@@ -154,4 +178,4 @@ def _scenario(
         table, layout = guessed[unit.path]
         keys |= layout.description(table)
     of_receiver = None if receiver is None else (receiver.path, {"format": receiver.format}, receiver.clock)
-    return suggested_scenario(result, (unit.path, keys, unit.clock), of_receiver, folder)
+    return suggested_scenario(result, (unit.path, keys, unit.clock), of_receiver, folder, land=land)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.logs.streams import FixStream
+
+Mask = NDArray[np.bool_]
 
 _SIGMAS = 6.0
 """A step of this many σ of the claimed precision of two fixes contradicts it: by chance once in 5e8."""
@@ -119,14 +122,40 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
     beyond = np.flatnonzero(size > limit)
     if len(beyond):
         at, order = time[1:][short], np.argsort(size[beyond])[::-1][:_SHOWN]
+        codes = _doubtful_codes(fixes, good, short, beyond)
+        of_codes = f" They are at fixes of quality {', '.join(map(str, codes))}." if codes else ""
         named = ", ".join(f"{100.0 * size[k]:.3g} cm at {at[k]:.6g} s" for k in sorted(beyond[order]))
         found.append(
             doubt(
                 "fixes",
                 f"{len(beyond)} step{'s' * (len(beyond) > 1)} of the position contradict{'s' * (len(beyond) == 1)} the "
-                f"claimed precision and the velocities; the largest: {named}.",
+                f"claimed precision and the velocities; the largest: {named}.{of_codes}",
                 "The filter's gate has to refuse such fixes, or their standard deviations have to be larger.",
                 steps=len(beyond),
+                doubtful_codes=codes,
             )
         )
     return found
+
+
+def _doubtful_codes(fixes: FixStream, good: Mask, short: Mask, beyond: NDArray[np.intp]) -> list[int]:
+    """Return the codes of quality at whose beginning or end a step contradicts the claimed precision.
+
+    Of the two codes at such a step the rarer one is doubtful.
+
+    Args:
+        fixes: the fixes.
+        good: usable fixes, (M,).
+        short: usable steps between good fixes, (G−1,).
+        beyond: numbers of the contradicting steps among the short ones.
+
+    Returns:
+        The codes, in order.
+    """
+    if fixes.quality is None:
+        return []
+    quality = fixes.quality[good]
+    before, after = quality[:-1][short][beyond], quality[1:][short][beyond]
+    count = {int(code): int(np.sum(quality == code)) for code in np.unique(quality)}
+    changed = [(int(a), int(b)) for a, b in zip(before, after, strict=True) if a != b]
+    return sorted({min(pair, key=lambda code: count[code]) for pair in changed})

@@ -16,7 +16,7 @@ from sinssim.inspection.clocks import Offset, coarse_offset, fine_offset, veloci
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.fixes import fix_findings
 from sinssim.inspection.hypotheses import judge_reading
-from sinssim.inspection.mounting import Mounting, mounting
+from sinssim.inspection.mounting import Mounting, attitude_finding, mounting
 from sinssim.inspection.stamps import time_findings
 from sinssim.inspection.standing import (
     AtRest,
@@ -27,7 +27,7 @@ from sinssim.inspection.standing import (
     vibration_finding,
 )
 from sinssim.inspection.velocity_match import pushed, seen
-from sinssim.logs.streams import FixStream, InertialStream, Streams
+from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.units import DEG, G0
 
 _UNKNOWN_GRAVITY = 9.80665
@@ -75,11 +75,25 @@ class Inspection:
         }
 
 
-def inspect_streams(files: Sequence[Streams]) -> Inspection:
+@dataclass(frozen=True)
+class Described:
+    """What a scenario says beside the streams of its files.
+
+    Attributes:
+        delay: of the velocities, s.
+        reference: clock of a reference solution, and the solution with the attitude of the unit; None if there is none.
+    """
+
+    delay: float = 0.0
+    reference: tuple[Clock, SolutionStream] | None = None
+
+
+def inspect_streams(files: Sequence[Streams], described: Described | None = None) -> Inspection:
     """Inspect recorded files together: an inertial unit, a satellite receiver, or both.
 
     Args:
         files: the streams of each file.
+        described: what a scenario says beside the streams.
 
     Returns:
         The findings.
@@ -87,7 +101,7 @@ def inspect_streams(files: Sequence[Streams]) -> Inspection:
     Raises:
         InputError: no file has inertial readings or fixes.
     """
-    result = Inspection()
+    result, said = Inspection(), described or Described()
     for streams in files:
         result.findings += _of_file(streams)
     inertial = [(s, name, i) for s in files for name, i in s.inertial.items()]
@@ -99,14 +113,14 @@ def inspect_streams(files: Sequence[Streams]) -> Inspection:
         result.fixes = fixes[0][2]
         result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")
         result.velocity_delay = velocity_delay(result.fixes)
-        result.findings += _delay_findings(result.fixes, result.velocity_delay)
+        result.findings += _delay_findings(result.fixes, result.velocity_delay, said.delay)
         result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
     if inertial:
         result.inertial = inertial[0][2]
         result.findings += time_findings(inertial[0][1], result.inertial.time)
         _inspect_readings(result)
     if inertial and fixes and result.usable:
-        _inspect_together(result, inertial[0][0], fixes[0][0])
+        _inspect_together(result, inertial[0][0], fixes[0][0], described)
     return result
 
 
@@ -125,14 +139,18 @@ def _clock(streams: Streams) -> str:
     return f"Clock: {words}{f', {clock.note}' if clock.note else ''}."
 
 
-def _delay_findings(fixes: FixStream, delay: float | None) -> list[Finding]:
-    """Return the finding on the delay of the velocities."""
+def _delay_findings(fixes: FixStream, delay: float | None, described: float) -> list[Finding]:
+    """Return the finding on the delay of the velocities, which a description may give already."""
     if delay is None:
         return []
     step = float(np.median(np.diff(fixes.time)))
     text = f"The velocities are {1e3 * delay:.0f} ms older than the positions of the same stamp"
     numbers = {"velocity_delay_s": delay}
-    if abs(delay) < 0.1 * step:
+    if described and abs(delay - described) < 0.1 * step:
+        return [fact("fixes", f"{text}; {1e3 * described:.0f} ms are described.", **numbers)]
+    if described:
+        text += f"; {1e3 * described:.0f} ms are described"
+    elif abs(delay) < 0.1 * step:
         return [fact("fixes", f"{text}, a tenth of their interval at most.", **numbers)]
     why = " (half an interval: they are means over it)" if abs(delay / step - 0.5) < 0.15 else ""
     return [doubt("fixes", f"{text}{why}.", f"Describe a velocity delay of {delay:.3f} s.", **numbers)]
@@ -172,8 +190,8 @@ def _clean(stream: InertialStream) -> tuple[Array, Array, Array]:
     return time[good], rate[good], force[good]
 
 
-def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams) -> None:
-    """Add what unit and receiver say of each other: clocks, units and axes, mounting."""
+def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams, described: Described | None) -> None:
+    """Add what unit and receiver say of each other: clocks, units and axes, mounting, attitude of a reference."""
     assert result.inertial is not None
     assert result.fixes is not None
     curve_of_fixes = seen(result.fixes)
@@ -187,8 +205,8 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
         assert origins[0] is not None
         assert origins[1] is not None
         about = float(origins[1] - origins[0])
-    elif of_unit.path == of_receiver.path:
-        about = 0.0
+    elif of_unit.path == of_receiver.path or (described is not None and origins == (None, None)):
+        about = 0.0  # files of a scenario without dates count from the same instant
     known = about is not None
     if about is None:
         about = coarse_offset(time, rate, curve_of_fixes)
@@ -215,6 +233,13 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
     result.mounting = mounting(pushed(time, rate, force), curve_of_fixes, offset.match, offset.value)
     if result.mounting is not None:
         result.findings.append(_mounting_finding(result.mounting))
+    reference = None if described is None else described.reference
+    if reference is not None and reference[1].q_nb is not None:
+        clock, given = reference
+        shift = clock.origin_gps_s - origins[0] if clock.origin_gps_s is not None and origins[0] is not None else 0
+        curve, q_nb = pushed(time, rate, force), reference[1].q_nb
+        found = attitude_finding(curve, curve_of_fixes, offset.match, offset.value, given.time + shift, q_nb)
+        result.findings += [] if found is None else [found]
 
 
 def _offset_finding(offset: Offset, value: float, stated: float | None) -> Finding:

@@ -1,4 +1,8 @@
-"""The mounting of a unit in its vehicle, from the direction of motion in the unit's axes and from gravity."""
+"""What follows from the attitude that the match gives: the mounting of the unit, and whether a reference is right.
+
+The mounting follows from the direction of motion in the unit's axes and from gravity. The attitude of a reference is
+compared with that of the match, which no filter and no magnetometer has touched.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +10,19 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array
+from sinssim.inspection.finding import Finding, doubt, fact
 from sinssim.inspection.velocity_match import Match, Pushed, Seen
 
 _FAST = 5.0  # m/s, at which the direction of a velocity of 0.05 m/s noise is good to 0.6°
 _STRAIGHT = np.radians(3.0)  # rad/s; in turns the body of a vehicle does not point along the velocity
+_LASTING = 2.0  # s, over which the residuals of a match are alike: biases, scale factors and the receiver's filter
+_SURE = 5.0  # °, uncertainty of a window's attitude up to which a reference is compared with it
+_NEAR = 0.1  # s, from a fix to the nearest row of a reference
+_AGREES = 2.0  # °, difference of a reference up to which nothing is doubtful: mounting and flexure make as much
 _DIRECTIONS = {(0, 1): "forward", (0, -1): "backward", (1, 1): "right", (1, -1): "left", (2, 1): "down", (2, -1): "up"}
 
 
@@ -51,14 +61,7 @@ def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mou
     """
     if not len(agreement.centre):
         return None
-    at = np.clip(fixes.time + offset, curve.time[0], curve.time[-1])
-    row = np.clip(np.searchsorted(curve.time, at), 1, len(curve.time) - 1)
-    window = np.argmin(np.abs(fixes.time[:, None] - agreement.centre[None, :]), axis=1)
-    inside = np.abs(fixes.time - agreement.centre[window]) <= 0.5 * agreement.window
-    middle = np.searchsorted(curve.time, np.clip(agreement.centre + offset, curve.time[0], curve.time[-1]))
-    since = curve.by_accel_bias[row] - curve.by_accel_bias[np.minimum(middle, len(curve.time) - 1)[window]]
-    drift = rotation.quaternion_from_rotation_vector(-since @ agreement.bias[:3])
-    q_ib = rotation.multiply(agreement.q_ib0[window], rotation.multiply(drift, curve.q_b0b[row]))
+    q_ib, row, window, inside = _attitudes(curve, fixes, agreement, offset)
     step = np.maximum(curve.time[row] - curve.time[row - 1], 1e-9)
     lag = max(round(1.0 / float(np.median(step))), 1)  # rate over a second
     before = np.maximum(row - lag, 0)
@@ -78,6 +81,67 @@ def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mou
     right /= np.linalg.norm(right)
     c_bv = np.column_stack([forward, right, np.cross(forward, right)])
     return _named(c_bv, of_window)
+
+
+def _attitudes(
+    curve: Pushed, fixes: Seen, agreement: Match, offset: float
+) -> tuple[Array, NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+    """Return the unit's attitude in inertial axes at each fix, its row in the curve, its window, and if it is in it."""
+    at = np.clip(fixes.time + offset, curve.time[0], curve.time[-1])
+    row = np.clip(np.searchsorted(curve.time, at), 1, len(curve.time) - 1)
+    window = np.argmin(np.abs(fixes.time[:, None] - agreement.centre[None, :]), axis=1)
+    inside = np.abs(fixes.time - agreement.centre[window]) <= 0.5 * agreement.window
+    middle = np.searchsorted(curve.time, np.clip(agreement.centre + offset, curve.time[0], curve.time[-1]))
+    since = curve.by_accel_bias[row] - curve.by_accel_bias[np.minimum(middle, len(curve.time) - 1)[window]]
+    drift = rotation.quaternion_from_rotation_vector(-since @ agreement.bias[:3])
+    q_ib = rotation.multiply(agreement.q_ib0[window], rotation.multiply(drift, curve.q_b0b[row]))
+    return q_ib, row, window, inside
+
+
+def attitude_finding(
+    curve: Pushed, fixes: Seen, agreement: Match, offset: float, time: Array, q_nb: Array
+) -> Finding | None:
+    """Compare the attitude of a reference with that of the match, which takes gyros, accelerometers and fixes alone.
+
+    Args:
+        curve: the inertial curve.
+        fixes: the curve of the fixes.
+        agreement: the match at the right offset.
+        offset: the unit's clock minus that of the fixes, s.
+        time: instants of the reference on the unit's clock, (R,) s.
+        q_nb: attitude of the unit, (R, 4).
+
+    Returns:
+        The finding; None if no window determines the attitude.
+    """
+    if not len(agreement.centre):
+        return None
+    q_ib, _, window, inside = _attitudes(curve, fixes, agreement, offset)
+    alike = np.sqrt(max(_LASTING / float(np.median(np.diff(fixes.time))), 1.0))
+    uncertain = np.degrees(alike * agreement.each / np.sqrt(np.maximum(agreement.turning, 1e-12)))
+    at = fixes.time + offset
+    near = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
+    near -= at - time[near - 1] < time[near] - at
+    used = inside & (uncertain[window] < _SURE) & (np.abs(time[near] - at) < _NEAR)
+    if int(used.sum()) < 20:
+        return None
+    c_ni = np.stack([fixes.north, np.cross(fixes.north, fixes.up), -fixes.up], axis=1)[used]
+    c_nb = c_ni @ rotation.dcm_from_quaternion(q_ib[used])
+    other = rotation.dcm_from_quaternion(q_nb[near[used]])
+    error = rotation.rotation_vector_from_quaternion(rotation.quaternion_from_dcm(other @ np.swapaxes(c_nb, -1, -2)))
+    off = np.degrees(np.sqrt(np.mean(np.square(error), axis=0)))
+    tilt, heading, count = float(np.hypot(off[0], off[1])), float(off[2]), len(np.unique(window[used]))
+    own = float(np.sqrt(np.mean(uncertain[window[used]] ** 2)))
+    text = (
+        f"The attitude of the reference departs from that of the readings and the fixes, which needs no filter, by "
+        f"{tilt:.2f}° in tilt and {heading:.2f}° in heading (rms over {count} windows of {agreement.window:g} s, "
+        f"uncertain by about {own:.2g}°)."
+    )
+    numbers = {"tilt_deg": tilt, "heading_deg": heading, "uncertain_deg": own, "windows": count}
+    if max(tilt, heading) < max(_AGREES, 3.0 * own):
+        return fact("reference", text, **numbers)
+    fix = "Its axes or its clock are other ones than described, or it is wrong: do not judge attitudes by it."
+    return doubt("reference", text, fix, **numbers)
 
 
 def _mean_direction(along: Array, weight: Array, window: Array) -> tuple[Array, Array]:

@@ -62,6 +62,7 @@ class Seen:
         beta: velocity minus the integral of gravitation, (M, 3) m/s.
         relative: velocity relative to the Earth, in the inertial axes, (M, 3) m/s.
         up: direction of the vertical, in the inertial axes, (M, 3).
+        north: direction of north, in the inertial axes, (M, 3).
         speed: (M,) m/s.
         sigma: typical 1σ of a component of the velocity, m/s.
     """
@@ -70,6 +71,7 @@ class Seen:
     beta: Array
     relative: Array
     up: Array
+    north: Array
     speed: Array
     sigma: float
 
@@ -162,8 +164,11 @@ def seen(fixes: FixStream) -> Seen | None:
     fallen = np.zeros_like(pull)
     fallen[1:] = np.cumsum(0.5 * (pull[1:] + pull[:-1]) * np.diff(time)[:, None], axis=0)
     speed = np.linalg.norm(velocity, axis=1)
-    up = earth.ecef_to_eci(rotation.rotate(q_en, np.array([0.0, 0.0, -1.0])), since, _EARTH)
-    return Seen(time, earth.ecef_to_eci(carried, since, _EARTH) - fallen, relative, up, speed, max(sigma, 1e-3))
+    up, north = (
+        earth.ecef_to_eci(rotation.rotate(q_en, np.array(axis)), since, _EARTH)
+        for axis in ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
+    )
+    return Seen(time, earth.ecef_to_eci(carried, since, _EARTH) - fallen, relative, up, north, speed, max(sigma, 1e-3))
 
 
 def match(

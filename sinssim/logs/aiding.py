@@ -17,10 +17,23 @@ Spans = Sequence[tuple[float, float]]
 Mask = NDArray[np.bool_]
 
 
+_NO_FIX = ("no fix", "none")
+"""Words of formats for codes with which a receiver says that it has no position."""
+_CLAIM = 0.1
+"""1σ of a float fix that is doubted if it is smaller, m: wrong ambiguities are of decimetres."""
+
+
 def quality_factor(fixes: FixStream, section: LogGnss | LogReference) -> Array:
-    """Return the factor of σ of each fix, NaN for one whose quality is refused, (M,)."""
+    """Return the factor of σ of each fix, NaN for one whose quality is refused, (M,).
+
+    Without factors a fix counts as its own σ says, unless its code says that there is none.
+    """
     if section.quality_factors is None:
-        return np.ones(len(fixes))
+        found = np.ones(len(fixes))
+        for number, word in fixes.quality_words.items():
+            if fixes.quality is not None and word in _NO_FIX:
+                found[fixes.quality == number] = np.nan
+        return found
     if fixes.quality is None:
         raise InputError(
             f"{section.file} has no codes of quality, but quality_factors are given: describe the column of the codes "
@@ -42,11 +55,23 @@ def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator
     for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
         word = fixes.quality_words.get(code)
         what = f"{count} of quality {code}" + (f" ({word})" if word else "")
-        if factors is not None:
+        if factors is None:
+            what += ", refused" if word in _NO_FIX else ""
+        else:
             factor = factors.get(str(code))
             what += ", refused" if factor is None else f", σ times {factor:g}" if factor != 1.0 else ""
         parts.append(what)
     yield f"The satellites give {'; '.join(parts)}."
+    own = fixes.position_sigma if section.position_sigma_m is None else None
+    floats = [code for code in codes.tolist() if fixes.quality_words.get(code) == "float"]
+    if factors is None and floats and own is not None:
+        claimed = float(np.nanmedian(own[np.isin(fixes.quality, floats)][:, :2]))
+        if claimed < _CLAIM:
+            codes_text = ", ".join(f'"{code}" = 10.0' for code in floats)
+            yield (
+                f"Float fixes claim {claimed:.2g} m (1σ, median), but float ambiguities may be wrong by decimetres. "
+                f"Every fix counts as it claims; quality_factors = {{ …, {codes_text} }} would trust them less."
+            )
 
 
 def gnss_readings(fixes: FixStream, section: LogGnss, outages: Spans) -> list[AidingReadings]:
@@ -71,7 +96,8 @@ def gnss_readings(fixes: FixStream, section: LogGnss, outages: Spans) -> list[Ai
         )
         sigma = np.maximum(sigma * section.sigma_factor, max(section.least_sigma_m, 1e-9)) * factor[:, None]
         value = np.column_stack((fixes.latitude, fixes.longitude, fixes.height))
-        found.append(_readings("gnss-position", fixes.time, value, sigma, section, outages))
+        correlation = None if section.position_sigma_m is not None else _correlation(fixes.covariance)
+        found.append(_readings("gnss-position", fixes.time, value, sigma, section, outages, correlation))
     if "velocity" in section.use and fixes.velocity_ned is not None:
         sigma = _sigma(
             fixes.velocity_sigma, section.velocity_sigma_mps, len(fixes), section.file,
@@ -94,15 +120,46 @@ def _sigma(own: Array | None, given: tuple[float, float, float] | None, count: i
     return own
 
 
-def _readings(kind: str, time: Array, value: Array, sigma: Array, section: LogGnss, outages: Spans) -> AidingReadings:
+_MOST = 0.999
+"""Largest correlation that is believed: the last digits of a file's numbers make larger ones."""
+
+
+def _correlation(covariance: Array | None) -> Array | None:
+    """Return the correlations of covariances, (M, 3, 3); those of a fix without a covariance are zero."""
+    if covariance is None:
+        return None
+    variance = np.einsum("mii->mi", covariance)
+    known = np.isfinite(covariance).all(axis=(1, 2)) & (variance > 0.0).all(axis=1)
+    found = np.tile(np.eye(3), (len(covariance), 1, 1))
+    sigma = np.sqrt(variance[known])
+    own = np.clip(covariance[known] / (sigma[:, :, None] * sigma[:, None, :]), -_MOST, _MOST)
+    own[:, range(3), range(3)] = 1.0
+    own = 0.5 * (own + np.swapaxes(own, 1, 2))
+    sound = np.linalg.eigvalsh(own).min(axis=1) > 1.0 - _MOST if len(own) else np.zeros(0, dtype=bool)
+    found[np.flatnonzero(known)[sound]] = own[sound]
+    return found
+
+
+def _readings(
+    kind: str,
+    time: Array,
+    value: Array,
+    sigma: Array,
+    section: LogGnss,
+    outages: Spans,
+    correlation: Array | None = None,
+) -> AidingReadings:
     sound = np.isfinite(value).all(axis=1) & np.isfinite(sigma).all(axis=1)
     time, value, sigma = time[sound], value[sound], sigma[sound]
     kept = ~withheld(time, outages)
+    if correlation is not None:
+        correlation = np.ascontiguousarray(correlation[sound][kept])
     arrival = time + section.latency_s + (section.velocity_delay_s if kind == "gnss-velocity" else 0.0)
     arm = np.array(section.lever_arm_m)
     given = Measurements(
-        kind, time[kept], np.maximum(arrival, time)[kept], value[kept], np.ascontiguousarray(sigma[kept]), arm, kind
-    )
+        kind, time[kept], np.maximum(arrival, time)[kept], value[kept], np.ascontiguousarray(sigma[kept]), arm, kind,
+        correlation,
+    )  # fmt: skip
     return AidingReadings(given, time, {})
 
 

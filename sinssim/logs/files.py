@@ -104,8 +104,13 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
         if section.stream is None and found.solutions:
             return _one(found.solutions, section, found, "solution"), found.clock, found.notes
         return _one(both, section, found, "solution"), found.clock, found.notes
-    stream, clock, notes = fix_stream(section)
     table, c = _table(section), section
+    if (c.heading or c.quaternion) and not (c.latitude or c.longitude or c.height):
+        time = _times(table, c)  # attitude alone
+        unknown = np.full(len(time), np.nan)
+        stream, clock, notes = FixStream(time, unknown, unknown, unknown), _OWN_TIMES, tuple[str, ...]()
+    else:
+        stream, clock, notes = fix_stream(section)
     q_nb = None
     if c.quaternion is not None:
         q_nb = np.column_stack([table.column(column, gaps=True) for column in c.quaternion])
@@ -157,8 +162,12 @@ def other_stream(section: LogOther) -> tuple[OtherStream, Clock]:
 
 
 def _describes(section: LogFile, of: type[LogDescription] | type[FixColumns], also: tuple[str, ...] = ()) -> list[str]:
-    """Return the keys of columns that a table gives."""
-    return [name for name in of.model_fields if name in section.model_fields_set and name not in also]
+    """Return the keys of columns that a table gives, other than the defaults that a run writes out."""
+    return [
+        name
+        for name, field in of.model_fields.items()
+        if name in section.model_fields_set and name not in also and getattr(section, name) != field.default
+    ]
 
 
 def _formatted(section: LogFile, described: list[str]) -> Streams | None:

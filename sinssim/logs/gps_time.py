@@ -126,16 +126,18 @@ def parse_date(text: str, key: str) -> int:
     return gps_from_date(date)
 
 
-def week_and_seconds(gps: int) -> tuple[int, int]:
+def week_and_seconds(gps: float) -> tuple[int, float]:
     """Return the GPS week, counted without overflow since 1980, and the seconds of the week.
 
     Args:
-        gps: whole seconds since 1980-01-06 00:00:00 GPST.
+        gps: seconds since 1980-01-06 00:00:00 GPST.
 
     Returns:
-        Week, and seconds of the week.
+        Week, and seconds of the week: whole if `gps` is, otherwise to the microsecond.
     """
-    return divmod(gps, WEEK)
+    week = int(gps // WEEK)
+    seconds = gps - week * WEEK
+    return week, seconds if isinstance(gps, int) else round(seconds, 6)
 
 
 def unrolled(seconds: Array, period: float) -> Array:

@@ -48,6 +48,7 @@ class RecordedLog:
         fixes: all fixes of the satellites within the run, outages included; None without a receiver.
         reference: what solutions are compared with; None if there is none.
         outages: injected outages, s.
+        passes: injected outages of each further pass of the filter, s.
         zero: GPS time of the run's time 0; None if the clocks have no date.
         notes: sentences on what was found and done.
     """
@@ -58,6 +59,7 @@ class RecordedLog:
     fixes: FixStream | None
     reference: Reference | None
     outages: tuple[tuple[float, float], ...]
+    passes: tuple[tuple[tuple[float, float], ...], ...]
     zero: Instant | None
     notes: tuple[str, ...]
 
@@ -97,6 +99,7 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
         _check_scale(imu, section.imu.file)
     span = (float(imu.time[0]), float(imu.time[-1]))
     outages = () if section.outages is None else section.outages.spans(*span)
+    passes = () if section.outages is None else section.outages.passes(*span)
     found = [*notes, *gap_words(made.gaps), *_clock_words(own, zero)]
     sensed: list[AidingReadings] = []
     fixes = reference = None
@@ -123,7 +126,7 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
         reference = _reference(section.reference, own, zero, span, whole, mounting_deg)
     rate = 1.0 / float(np.median(np.diff(imu.time)))
     start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
-    return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, start, tuple(found))
+    return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found))
 
 
 def _check_scale(imu: ImuData, file: str) -> None:
@@ -197,23 +200,8 @@ def _fixes(
 
 
 def _picked(stream: FixStream, at: Array, rows: Rows, geoid_height: float) -> FixStream:
-    def part(values: Array | None) -> Array | None:
-        return None if values is None else values[rows]
-
-    return replace(
-        stream,
-        time=at[rows],
-        latitude=stream.latitude[rows],
-        longitude=stream.longitude[rows],
-        height=stream.height[rows] + geoid_height,
-        position_sigma=part(stream.position_sigma),
-        velocity_ned=part(stream.velocity_ned),
-        velocity_sigma=part(stream.velocity_sigma),
-        quality=None if stream.quality is None else stream.quality[rows],
-        heading=part(stream.heading),
-        heading_sigma=part(stream.heading_sigma),
-        covariance=part(stream.covariance),
-    )
+    picked = stream.rows(rows)
+    return replace(picked, time=at[rows], height=picked.height + geoid_height)
 
 
 def _reference(
@@ -231,6 +219,11 @@ def _reference(
     if isinstance(stream, FixStream):
         sound &= np.isfinite(quality_factor(stream, section))
     rows = rows[sound[rows]]
+    if not sound.any():
+        raise InputError(
+            f"log.reference: {section.file} has no positions. Attitude alone is for `sinssim inspect`: "
+            "describe latitude, longitude and height, or remove the table."
+        )
     if len(rows) < 2:
         raise InputError(f"log.reference: {section.file} has {len(rows)} usable rows during the run; two are needed.")
     q_nb = None

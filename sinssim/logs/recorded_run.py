@@ -33,12 +33,11 @@ class RecordedRun:
     path: Path
 
     def __post_init__(self) -> None:
+        if self.of_log:
+            if not self.streams("nav_"):
+                raise InputError(f"{self.path} has no solution: streams/nav_*.parquet are missing.")
+            return
         if not (self.path / "streams" / "truth.parquet").is_file():
-            if (self.path / "summary.json").is_file() and "log" in self.summary:
-                raise InputError(
-                    f"{self.path} is a run on recorded sensors, which has no true motion: export and score take "
-                    "simulated runs. Its solutions are in streams/nav_*.parquet."
-                )
             what = "does not exist" if not self.path.exists() else "holds no run: streams/truth.parquet is missing"
             raise InputError(f"{self.path} {what}. Give the directory of a run, for example runs/first_flight.")
         if "latitude_rad" not in self._names("truth"):
@@ -59,6 +58,30 @@ class RecordedRun:
         if not isinstance(found, dict):
             raise InputError(f"{self.path / 'summary.json'} is not the summary of a run.")
         return found
+
+    @cached_property
+    def of_log(self) -> bool:
+        """Whether it is a run on recorded sensors, which has no true motion."""
+        if (self.path / "streams" / "truth.parquet").is_file() or not (self.path / "summary.json").is_file():
+            return False
+        return "log" in self.summary
+
+    @cached_property
+    def motion(self) -> str:
+        """Name of the solution that stands for the motion: the truth; of a log the reference, if it is whole, or else
+        the best solution."""
+        if not self.of_log:
+            return "truth"
+        found = self.solutions
+        return next((name for name in ("reference", "smoothed", "aided") if name in found), found[0])
+
+    @property
+    def start_gps_s(self) -> float | None:
+        """GPS time of the run's time 0 to the microsecond; None if its clock has no date, as a simulation's."""
+        if not self.of_log:
+            return None
+        zero = self.summary["log"].get("time_0_gps_s")
+        return None if zero is None else float(zero)
 
     @cached_property
     def scenario(self) -> dict[str, Any]:
@@ -83,10 +106,28 @@ class RecordedRun:
 
     @property
     def solutions(self) -> list[str]:
-        """Names of the solutions: "truth", then the algorithms in the order of the summary."""
+        """Names of the solutions: "truth", or a log's "reference", then the algorithms in the order of the summary."""
+        return [*(["reference"] if self._whole_reference else [] if self.of_log else ["truth"]), *self.algorithms]
+
+    @property
+    def algorithms(self) -> list[str]:
+        """Names of the computed solutions, in the order of the summary."""
         found = self.streams("nav_")
-        order = [*self.summary.get("algorithms", {}), "aided", "smoothed"]
-        return ["truth", *sorted(found, key=lambda name: (order.index(name) if name in order else len(order), name))]
+        order = [*self.summary.get("algorithms", {}), "aided", "backward", "smoothed"]
+        return sorted(found, key=lambda name: (order.index(name) if name in order else len(order), name))
+
+    @cached_property
+    def _whole_reference(self) -> bool:
+        """Whether it is a run of a log whose reference has velocity and attitude."""
+        if not {"velocity", "attitude"} <= set(self.knows):
+            return False
+        return not self.scenario["log"]["reference"].get("velocity_delay_s", 0.0)  # all at the same instants
+
+    @property
+    def knows(self) -> list[str]:
+        """What the reference of a log's run has: "position", "velocity", "attitude"; nothing without a reference."""
+        about = self.summary.get("log", {})
+        return [] if about.get("reference_file") is None else list(about["knows"])
 
     @cached_property
     def inertial(self) -> list[str]:
@@ -109,7 +150,11 @@ class RecordedRun:
         """
         if name not in self.solutions:
             raise unknown_name(f"solution of {self.path}", name, self.solutions)
-        rows = self._table(name if name == "truth" else f"nav_{name}", ("time_s", *_STATE))
+        own = name in ("truth", "reference") and name not in self.streams("nav_")
+        rows = self._table(name if own else f"nav_{name}", ("time_s", *_STATE))
+        if own and name == "reference":
+            whole = np.isfinite(rows[1:]).all(axis=0)  # velocities have instants of their own, and end before
+            rows = [values[whole] for values in rows]
         return SolutionStream(
             rows[0], rows[1], rows[2], rows[3], "ellipsoid", np.stack(rows[4:7], 1), np.stack(rows[7:11], 1)
         )
@@ -125,9 +170,18 @@ class RecordedRun:
         """
         if kind not in self.inertial:
             raise unknown_name(f"inertial readings of {self.path}", kind, self.inertial)
+        if (self.path / "streams" / "rotation.parquet").exists():
+            raise InputError(
+                f"the sensor block of {self.path} turns in the vehicle, and no format has its angles: without them the "
+                "readings cannot be used. They are in streams/imu_*.parquet, and the angles in "
+                "streams/rotation.parquet; --solution exports solutions in formats without inertial readings."
+            )
         columns = ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps")
         rows = self._table(f"imu_{kind}", ("time_s", *columns))
-        start = float(self._table("truth", ("time_s",))[0][0])
+        if self.of_log:
+            start = min(float(self._table(f"nav_{name}", ("time_s",))[0][0]) for name in self.algorithms)
+        else:
+            start = float(self._table("truth", ("time_s",))[0][0])
         edges = np.concatenate(([start], rows[0]))
         interval = np.diff(edges)
         return InertialStream(
@@ -168,7 +222,8 @@ class RecordedRun:
         Args:
             name: one of `fixes`.
         """
-        arm = self.scenario.get("aiding", {}).get(name, {}).get("lever_arm_m", (0.0, 0.0, 0.0))
+        receivers = self.scenario.get("log" if self.of_log else "aiding", {})
+        arm = receivers.get(name, {}).get("lever_arm_m", (0.0, 0.0, 0.0))
         return float(arm[0]), float(arm[1]), float(arm[2])
 
     def errors(self, name: str) -> Array:
@@ -182,6 +237,18 @@ class RecordedRun:
         """
         columns = ("position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
         return np.stack(self._table(f"error_{name}", ("time_s", *columns, "phi_n_rad", "phi_e_rad", "phi_d_rad")))
+
+    def table(self, name: str) -> dict[str, Array]:
+        """Return all columns of a stream.
+
+        Args:
+            name: of the stream.
+
+        Returns:
+            By name.
+        """
+        names = self._names(name)
+        return dict(zip(names, self._table(name, tuple(names)), strict=True))
 
     def _names(self, name: str) -> list[str]:
         """Return the names of a stream's columns."""

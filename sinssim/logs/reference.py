@@ -20,6 +20,7 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.coordinates import ecef_to_geodetic, geodetic_to_ecef
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.system.short_repr import short_repr
 
 _DENSE = 0.34
 """Longest interval of rows between which every instant counts as known, s: a car's jerk changes by 15 m/s⁴, so that the
@@ -32,6 +33,7 @@ _GAPS = 3.0
 """Ratio to the usual interval from which a longer one is a gap."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Reference:
     """A solution that others are compared with.

@@ -6,9 +6,9 @@ readings that are doubtful. What the data are worth is judged afterwards.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +98,13 @@ class FixStream:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def rows(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> FixStream:
+        """Return some of the fixes, by their numbers or by a mask."""
+        arrays: dict[str, Any] = {
+            f.name: getattr(self, f.name)[rows] for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray)
+        }
+        return replace(self, **arrays)
 
 
 @dataclass(frozen=True)

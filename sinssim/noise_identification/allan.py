@@ -22,6 +22,7 @@ from sinssim.arguments import POSITIVE, doubles, number
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 from sinssim.noise_identification.terms import NoiseTerm
+from sinssim.system.short_repr import short_repr
 
 PER_DECADE = 10
 """Maximum number of averaging times per decade."""
@@ -30,6 +31,7 @@ _LAGS = 1500  # number of lags at which a long covariance is sampled
 _REACH = 12  # averaging times after which the covariance of second differences is neglected
 
 
+@short_repr
 @dataclass(frozen=True)
 class AllanDeviation:
     """Overlapping Allan deviation of one channel.

@@ -15,7 +15,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.text.samples import SUFFIXES, Samples, read_samples, slow
+from sinssim.logs.text.samples import SUFFIXES, Samples, TriadName, read_samples, slow
 from sinssim.noise_identification.allan import AllanDeviation, allan_deviation, confidence_band, degrees_of_freedom
 from sinssim.noise_identification.channels import LogChannel, chosen_channels, clock, even_increments, part
 from sinssim.noise_identification.fit import NoiseFit, fit_noise, is_constant
@@ -66,6 +66,11 @@ class ChannelNoise:
         return [symbol for symbol in SYMBOLS if symbol in self.fit.estimates]
 
     @property
+    def described(self) -> bool:
+        """Whether the noise terms describe the spectrum of the record."""
+        return self.fit.misfit <= _NOT_THESE
+
+    @property
     def lowest(self) -> tuple[float, float]:
         """Lowest Allan deviation, which data sheets call in-run bias stability, rad/s or m/s², and its τ, s.
 
@@ -94,7 +99,7 @@ class ChannelNoise:
         steady = "the sensor stood still" if inertial else "the quantity was steady"
         moves = fit.likely["N"] * math.sqrt(fit.interval)
         # readings of other quantities are rounded themselves instead of their integral, which gives white noise, not Q
-        if inertial and moves < 0.5 * pulse and fit.misfit <= _NOT_THESE:
+        if inertial and moves < 0.5 * pulse and self.described:
             moved = moves / pulse
             by = f"by {moved:.2g} pulses only" if moved > 0.0 else "by less than half a pulse, if at all"
             yield (
@@ -113,7 +118,7 @@ class ChannelNoise:
                 f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) does not fit these terms and "
                 "was left out: vibration, a filter or a resonance."
             )
-        if fit.misfit > _NOT_THESE:
+        if not self.described:
             yield (
                 "These terms do not describe this record: bands of its spectrum depart from them by "
                 f"{100.0 * fit.misfit:.0f} % rms. Use a part in which {steady} (--from, --to)."
@@ -217,8 +222,8 @@ def noise_report(
     """Identify the noise of a log's channels.
 
     Args:
-        log: a log of sensors at rest or of other quantities (`sinssim.logs.text.samples.SUFFIXES`), or a run directory,
-            whose measured stream is used.
+        log: a log of sensors at rest or of other quantities (`sinssim.logs.text.samples.SUFFIXES`), a run directory,
+            whose measured stream is used, or a scenario with [log], whose inertial unit is used.
         columns: TOML file that names a log's columns, units and axes.
         channels: as for `chosen_channels`; by default those of the triads that `columns` describes.
         start, end: part of the log to use, in its own time, s.
@@ -235,18 +240,13 @@ def noise_report(
     wanted = chosen_channels(channels)
     triads = list(dict.fromkeys(channel.triad for channel in wanted if channel.triad is not None)) if channels else None
     others = [channel.name for channel in wanted if channel.triad is None]
-    path = log / "streams" / "imu_measured.parquet" if log.is_dir() else log
-    if log.is_dir() and not path.is_file():
-        raise InputError(
-            f"{log} is not a run directory: it has no {path.relative_to(log)}. A log ends in {', '.join(SUFFIXES)}."
-        )
 
     def tell(what: str, fraction: float) -> None:
         if progress is not None:
             progress(what, fraction)
 
-    tell(f"Reading {path.name}", 0.0)
-    samples = part(read_samples(path, columns, triads, others), start, end, str(log))
+    tell(f"Reading {log.name}", 0.0)
+    samples = part(_samples(log, columns, triads, others), start, end, str(log))
     wanted = [channel for channel in wanted if channel.triad is None or channel.triad in samples.triads]
     timing = clock(samples, str(log))
     remarks = []
@@ -288,6 +288,43 @@ def noise_report(
         raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
     tell("", 1.0)
     return NoiseReport(str(log), samples, timing.interval, tuple(found), tuple(remarks))
+
+
+def _samples(log: Path, columns: Path | None, triads: Sequence[TriadName] | None, others: Sequence[str]) -> Samples:
+    """Return the samples of a log, of a run's measured stream, or of the recorded unit of a scenario."""
+    if log.suffix == ".toml":
+        return _of_scenario(log, columns, others)
+    path = log / "streams" / "imu_measured.parquet" if log.is_dir() else log
+    if log.is_dir() and not path.is_file():
+        raise InputError(
+            f"{log} is not a run directory: it has no {path.relative_to(log)}. A log ends in {', '.join(SUFFIXES)}; "
+            "a scenario with [log] in .toml."
+        )
+    return read_samples(path, columns, triads, others)
+
+
+def _of_scenario(path: Path, columns: Path | None, others: Sequence[str]) -> Samples:
+    """Return the increments of the inertial unit that a scenario with [log] describes, in the run's time."""
+    from sinssim.logs.load import load_log
+    from sinssim.scenario.load import load_scenario
+
+    if columns is not None:
+        raise InputError(f"--columns describes a log; {path} is a scenario, which describes its own log: leave it out.")
+    if others:
+        raise InputError(
+            f"{path}: of a scenario gyros and accelerometers are analysed; for the column {others[0]!r} give the file "
+            "itself, and its description with --columns."
+        )
+    scenario = load_scenario(path)
+    if scenario.log is None:
+        raise InputError(
+            f"{path} is a scenario without [log], so it has no recorded sensors; run it, and give its run directory."
+        )
+    only = scenario.log.model_copy(
+        update={"gnss": None, "others": (), "reference": None, "outages": None, "from_s": None, "to_s": None}
+    )
+    imu = load_log(only, scenario.imu.mounting_deg).imu
+    return Samples("increments", imu.time, {"gyro": imu.dtheta, "accel": imu.dvel})
 
 
 def _spike(increments: Array, time: Array) -> tuple[float, float] | None:

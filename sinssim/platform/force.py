@@ -29,7 +29,9 @@ class Forces(NamedTuple):
     q_ib: Array
 
 
-def inertial_forces(time: Array, truth: NavState, gravity: str, ellipsoid: Ellipsoid) -> Forces:
+def inertial_forces(
+    time: Array, truth: NavState, gravity: str, ellipsoid: Ellipsoid, disturbance: Array | None = None
+) -> Forces:
     """Return the specific force along a motion and the vehicle's attitude in inertial axes.
 
     Args:
@@ -37,6 +39,7 @@ def inertial_forces(time: Array, truth: NavState, gravity: str, ellipsoid: Ellip
         truth: true states there.
         gravity: gravity model of the truth, one of `GRAVITY_MODELS`.
         ellipsoid: ellipsoid of the truth.
+        disturbance: of the true gravity at the edges, north, east, down, (N+1, 3) m/s²; None for none.
 
     Returns:
         Forces and attitudes.
@@ -52,4 +55,7 @@ def inertial_forces(time: Array, truth: NavState, gravity: str, ellipsoid: Ellip
     at_edges = earth.gravitation_ecef(position, gravity, ellipsoid)
     between = earth.gravitation_ecef(middle, gravity, ellipsoid)
     push = np.diff(velocity, axis=0) - dt / 6.0 * (at_edges[1:] + 4.0 * between + at_edges[:-1])
+    if disturbance is not None:
+        felt = rotation.rotate(q_in, disturbance)
+        push -= 0.5 * dt * (felt[1:] + felt[:-1])
     return Forces(push, rotation.multiply(q_in, truth.q_nb))

@@ -25,6 +25,7 @@ from sinssim.strapdown.frames.radii import FORMS
 from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, checked_channel, height_reference
 from sinssim.strapdown.navigate import check_used
 from sinssim.strapdown.polar import POLAR_LIMIT
+from sinssim.system.short_repr import short_repr
 from sinssim.transverse import route_pole, too_near
 
 _RULES = {
@@ -37,6 +38,7 @@ _RULES = {
 """Rule for the azimuth in each frame; "level" is the transverse frame of the Earth's pole."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class PlatformSolution(NavSolution):
     """The solution of a platform's navigator, and the platform itself.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from sinssim.data import Array
 from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale
 
 EDGE = 6.0
@@ -15,3 +18,17 @@ NAVIGATION: tuple[tuple[str, Scale, tuple[str, str, str], float], ...] = (
     ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
 )
 """The blocks of navigation: scale, names of the components, and sign of the third (down to up)."""
+
+
+def settled(kind: str, time: Array, span: tuple[float, float]) -> slice:
+    """Return the rows of a solution after the filter has settled, to which the axes are fitted.
+
+    Args:
+        kind: name of the solution; the backward one begins at the end of the run.
+        time: (K,) s.
+        span: first and last instant of the run, s.
+    """
+    least = SETTLED * (span[1] - span[0])
+    if kind == "backward":
+        return slice(0, int(np.searchsorted(time, span[1] - least, side="right")))
+    return slice(int(np.searchsorted(time, span[0] + least)), None)

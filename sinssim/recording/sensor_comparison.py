@@ -11,6 +11,7 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData
 from sinssim.recording.scales import ANGLES, SPEEDS, Scale
+from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.sensors.sets.reading import Readings
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 
 
+@short_repr
 @dataclass(frozen=True)
 class SensorComparison:
     """Readings of one kind of sensor against the truth, along a run.

@@ -45,6 +45,7 @@ COLORS: dict[str, Rgb] = {
     # estimates of a filter
     "aided": (0, 114, 178),
     "smoothed": (204, 121, 167),
+    "backward": (213, 94, 0),
     "bound": (150, 150, 150),
     "refused": (225, 30, 110),
     # aiding sensors, and the blocks of a filter's states

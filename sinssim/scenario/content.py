@@ -1,4 +1,4 @@
-"""Finds content, which is files in folders: aircraft, scenarios, studies and views.
+"""Finds content, which is files in folders: aircraft, scenarios, studies, grades of sensors and views.
 
 The lookup is the same for a checkout, an installed package and a user's folder. It tries, in this order, the given
 path, the folder KIND below the current folder, and the content of the package.
@@ -20,23 +20,30 @@ from sinssim.errors import InputError, shortened, unknown_name
 
 logger = logging.getLogger(__name__)
 
-Kind = Literal["aircraft", "scenarios", "studies", "viz"]
+Kind = Literal["aircraft", "scenarios", "studies", "grades", "viz"]
 
 _FOLDERS: dict[Kind, str] = {
     "aircraft": "aircraft",
     "scenarios": "scenarios",
     "studies": "scenarios/studies",
+    "grades": "scenarios/grades",
     "viz": "viz",
 }
-_SUFFIXES: dict[Kind, str] = {"aircraft": "", "scenarios": ".toml", "studies": ".toml", "viz": ".py"}
-_SINGULAR: dict[Kind, str] = {"aircraft": "aircraft", "scenarios": "scenario", "studies": "study", "viz": "view"}
+_SUFFIXES: dict[Kind, str] = {"aircraft": "", "scenarios": ".toml", "studies": ".toml", "grades": ".toml", "viz": ".py"}
+_SINGULAR: dict[Kind, str] = {
+    "aircraft": "aircraft",
+    "scenarios": "scenario",
+    "studies": "study",
+    "grades": "grade",
+    "viz": "view",
+}
 
 
 def package_content(kind: Kind) -> Path:
     """Return the folder of the package's own content: inside a wheel, or beside the package in a checkout.
 
     Args:
-        kind: "aircraft", "scenarios", "studies" or "viz".
+        kind: "aircraft", "scenarios", "studies", "grades" or "viz".
 
     Returns:
         The folder; it exists in every sound installation.
@@ -90,7 +97,7 @@ def list_content(kind: Kind) -> dict[str, Path]:
     environment variable `SINSSIM_VIEWS` names.
 
     Args:
-        kind: "aircraft", "scenarios", "studies" or "viz".
+        kind: "aircraft", "scenarios", "studies", "grades" or "viz".
 
     Returns:
         File by name, sorted by name: a scenario's or study's TOML file, a view's Python file, an aircraft's
@@ -121,7 +128,7 @@ def find_content(kind: Kind, name: str) -> Path:
     """Find one scenario, study, view or aircraft by path or by name.
 
     Args:
-        kind: "aircraft", "scenarios", "studies" or "viz".
+        kind: "aircraft", "scenarios", "studies", "grades" or "viz".
         name: a path (of a file, or of an aircraft's folder), or a name as in `sinssim list`; a path such as
             "scenarios/first_flight.toml" that does not exist also finds the package's file.
 

@@ -13,7 +13,7 @@ from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.system.memory import machine_memory
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
-from sinssim.truth.flight.leg import LegBase
+from sinssim.truth.flight.leg import LegBase, check_landing
 from sinssim.units import KNOT
 
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
@@ -38,6 +38,7 @@ def plan_at_start(flight: FlightSection) -> DeadReckoning:
         InputError: the aircraft's description is invalid.
     """
     aircraft = load_aircraft(flight.aircraft)
+    check_landing(flight.legs, flight.aircraft, aircraft.performance)
     start = flight.start
     airspeed = 0.0 if start.on == "runway" else start.airspeed_kt or aircraft.performance.cruise_kt
     return DeadReckoning(
@@ -49,6 +50,7 @@ def plan_at_start(flight: FlightSection) -> DeadReckoning:
         latitude=math.radians(start.latitude_deg),
         longitude=math.radians(start.longitude_deg),
         wind=(flight.wind.north_mps, flight.wind.east_mps),
+        engines=start.on == "air" or start.engines == "running",
     )
 
 
@@ -191,6 +193,11 @@ def expected_duration(scenario: Scenario) -> float:
         from sinssim.truth.track.prepare import prepared
 
         return prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).duration
+    vehicle = scenario.drive or scenario.voyage
+    if vehicle is not None:
+        from sinssim.truth.vehicles.motion import profile_of
+
+        return profile_of(vehicle).duration
     if scenario.log is not None:
         if scenario.log.to_s is None:
             raise InputError(
@@ -198,6 +205,6 @@ def expected_duration(scenario: Scenario) -> float:
                 "are read, as `sinssim run` and `sinssim check` do; nothing else uses such a scenario."
             )
         return scenario.log.to_s - (scenario.log.from_s or 0.0)
-    source = scenario.parked or scenario.great_circle or scenario.motion or scenario.one_component
-    assert source is not None  # a scenario always has one of the six
+    source = scenario.parked or scenario.great_circle or scenario.motion or scenario.turntable or scenario.one_component
+    assert source is not None  # a scenario always has one of the seven
     return source.duration_s

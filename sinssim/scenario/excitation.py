@@ -42,7 +42,7 @@ def excitation(scenario: Scenario) -> Excitation:
     """Estimate the rotation and acceleration of a scenario's motion.
 
     The estimate contains the Earth's rate and the transport rate, a flight's manoeuvres and turbulence or the rates of
-    another motion, angular vibration, and gravity. It is accurate to a factor of a few.
+    another motion, the turning of the block, angular vibration, and gravity. It is accurate to a factor of a few.
 
     Args:
         scenario: the scenario.
@@ -65,8 +65,14 @@ def excitation(scenario: Scenario) -> Excitation:
 
         track = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid)
         turning = track.fit.turning
+    elif (vehicle := scenario.drive or scenario.voyage) is not None:
+        from sinssim.truth.vehicles.motion import profile_of
+
+        turning = profile_of(vehicle).turning
     elif scenario.motion is not None:
         turning = _of_motion(scenario.motion)
+    if scenario.imu.rotation is not None:
+        turning += scenario.imu.rotation.mean_square_rate_deg2_s2 * DEG**2 * lasts
     for vibration in scenario.vibration:
         middle = math.sqrt(vibration.low_hz * (vibration.high_hz or vibration.low_hz))
         turning += ((vibration.rms_arcsec or 0.0) * ARCSEC * 2.0 * math.pi * middle) ** 2 * lasts

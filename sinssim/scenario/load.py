@@ -13,6 +13,8 @@ from sinssim.scenario.content import find_content
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.log import files_from
 from sinssim.scenario.toml_file import read_toml, validate
+from sinssim.sensors.imu.grade_file import SUFFIX
+from sinssim.sensors.imu.grades import find_grade
 
 
 def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scenario:
@@ -41,15 +43,28 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
         raise InputError(f'overrides = {shown} must be a list of settings, for example ["imu.rate_hz=200"].')
     overridden = {override(data, setting) for setting in overrides}
     _files_from(data, Path.cwd())
+    _check_grade(data.get("imu"))
     return validate(Scenario, data, text, str(path), overridden)
 
 
+def _check_grade(imu: Any) -> None:
+    """Read a grade's file first, so that its mistakes are told by its own lines."""
+    grade = imu.get("grade") if isinstance(imu, dict) else None
+    if isinstance(grade, str) and grade.endswith(SUFFIX):
+        find_grade(grade)
+
+
 def _files_from(data: dict[str, Any], folder: Path) -> None:
-    """Replace relative paths of a scenario's views, track and log by absolute paths."""
+    """Replace relative paths of a scenario's views, track, gravity, log, calibration and grades by absolute paths."""
     files_from(data.get("log"), folder)
-    track = data.get("track")
-    if isinstance(track, dict) and isinstance(track.get("file"), str):
-        track["file"] = str(folder.resolve() / track["file"])
+    aiding = data.get("aiding")
+    for table in (data.get("imu"), aiding.get("master") if isinstance(aiding, dict) else None):
+        grade = table.get("grade") if isinstance(table, dict) else None
+        if isinstance(table, dict) and isinstance(grade, str) and grade.endswith(SUFFIX):
+            table["grade"] = str(folder.resolve() / Path(grade).expanduser())
+    for table in (data.get("track"), data.get("gravity"), data.get("compensation")):
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            table["file"] = str(folder.resolve() / table["file"])
     views = data.get("views")
     if isinstance(views, list):
         data["views"] = [str(folder.resolve() / view) if isinstance(view, str) else view for view in views]
@@ -76,7 +91,7 @@ def override(data: dict[str, Any], setting: str) -> str:
     try:
         value = tomllib.loads(f"value = {written}")["value"]
     except (ValueError, RecursionError) as error:
-        if not re.fullmatch(r"[A-Za-z][\w.-]*", written):
+        if not re.fullmatch(r"(\d+-)?[A-Za-z][\w.-]*", written):
             raise InputError(
                 f'--set {setting}: {shortened(written)!r} is not a TOML value. A number, true, a word, "text in '
                 "quotes\" or an array such as [1, 2, 3] would be; mind the shell's own quotes."

@@ -119,7 +119,7 @@ def describe(
         correct form; and the number of further mistakes.
     """
     # pydantic also reports an array with a bad entry as too short, a misspelt key as missing, and a number that may be
-    # whole or not as both.
+    # whole or not as both; of an array or a text, it names the mistakes of either.
     parents = {error["loc"][:length] for error in errors for length in range(len(error["loc"]))}
     meant = {
         (*error["loc"][:-1], key)
@@ -127,12 +127,14 @@ def describe(
         if error["type"] == "extra_forbidden" and (key := _nearest(*_walk(error["loc"], model)))
     }
     found = {error["loc"] for error in errors}
+    arrays = {loc[:-1] for loc in {*parents, *found} if loc and str(loc[-1]).startswith("tuple[")}
     kept = [
         error
         for error in errors
         if not (error["type"] == "too_short" and error["loc"] in parents)
         and not (error["type"] == "missing" and error["loc"] in meant)
         and not (error["loc"][-1:] == ("int",) and (*error["loc"][:-1], "float") in found)
+        and not (error["loc"][-1:] == ("str",) and error["loc"][:-1] in arrays)
     ]
     return [_place(error, model, lines, overridden) for error in kept[:_DESCRIBED]], len(kept[_DESCRIBED:])
 
@@ -226,14 +228,16 @@ def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | Non
 
 def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
     name, table, meant = ".".join(path), ".".join(path[:-1]), _nearest(path, holders)
+    fields = {field for holder in holders for field in holder.model_fields}
+    if not _same_quantity(path[-1], meant) and (words := datasheet.in_words(path[-1], fields)):
+        return f"unknown key '{name}' (= {_show(value)}): {words}"
     try:
         datasheet.line(path[-1])
     except InputError as error:  # an error of the sensor block, with an unknown unit
         return f"unknown key '{name}' (= {_show(value)}): {str(error).removesuffix('.')}"
     if meant is None:
         place = f"[{table}]" if table else "The file's top level"
-        known = sorted({field for holder in holders for field in holder.model_fields})
-        return f"unknown key '{name}'. {place} may have: {', '.join(known)}"
+        return f"unknown key '{name}'. {place} may have: {', '.join(sorted(fields))}"
     (stem, unit), (meant_stem, meant_unit) = _split_unit(path[-1]), _split_unit(meant)
     if stem != meant_stem or not meant_unit:
         return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], meant))}'?"
@@ -242,6 +246,11 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
     if same and isinstance(value, int | float) and not isinstance(value, bool):
         converted = f" ({meant} = {value * _UNITS[unit][1] / _UNITS[meant_unit][1]:.10g})"
     return f"unknown key '{name}': the unit is part of the name, use '{meant}'{converted}"
+
+
+def _same_quantity(key: str, meant: str | None) -> bool:
+    """Return whether two keys differ in the unit only."""
+    return meant is not None and _split_unit(key)[0] == _split_unit(meant)[0]
 
 
 def _split_unit(key: str) -> tuple[str, str]:
@@ -290,6 +299,8 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
             path.append(str(part + 1))
         elif part in ("int", "float") and float in here and int in here:
             pass  # a number that may be whole or not
+        elif _array_of(here, part):
+            pass  # an array or a text
         elif any(part in kind.model_fields for kind in models) or not any(part in _tags(kind) for kind in models):
             path.append(shortened(part))
             holders = models or holders
@@ -298,8 +309,18 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str
     return tuple(path), holders
 
 
+def _array_of(here: list[Any], part: int | str) -> list[Any]:
+    """Return the members of a union of an array and a text that pydantic means by the name of one of the two."""
+    arrays = [kind for kind in here if get_origin(kind) is tuple]
+    if not arrays or str not in here:
+        return []
+    return [str] if part == "str" else arrays if str(part).startswith("tuple[") else []
+
+
 def _below(here: list[Any], part: int | str) -> list[Any]:
     """Return the types of an entry, a field or a union's member."""
+    if member := _array_of(here, part):
+        return member
     if isinstance(part, int):
         return [entry for kind in here for entry in _entries(kind)]
     models = _models(here)

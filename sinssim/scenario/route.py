@@ -92,7 +92,7 @@ def _step(scenario: Scenario) -> float:
 
 
 def _approaches(scenario: Scenario, pole: Array) -> Iterator[_Approach]:
-    rest = scenario.parked or scenario.motion
+    rest = scenario.parked or scenario.motion or scenario.turntable
     if rest is not None:
         yield _Approach(math.radians(rest.latitude_deg), math.radians(rest.longitude_deg), 0.0, 0.0, "all the time")
     elif scenario.great_circle is not None:

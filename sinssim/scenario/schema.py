@@ -9,12 +9,10 @@ from typing import Any, Self
 from pydantic import Field, field_validator, model_validator
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
+from sinssim.calibration.section import CalibrationSection
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.frames import (
-    BARO_TIME_CONSTANT,
-    check_correctable,
-    listed,
-)
+from sinssim.frames import BARO_TIME_CONSTANT, check_correctable, listed
+from sinssim.scenario.combinations import check_filter, check_platform, check_rotation
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.ensemble import EnsembleSection
@@ -24,23 +22,25 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.isolator import IsolatorSection
 from sinssim.scenario.sections.log import LogSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
-from sinssim.scenario.sections.navigation import NavigationSection
+from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
 from sinssim.scenario.sections.one_component import OneComponentSection
-from sinssim.scenario.sections.output import OF_FRAME, OutputSection
+from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
-from sinssim.scenario.sections.within_imu.sensor_set import Platform
+from sinssim.scenario.sections.within_truth.gravity import GravitySection, check_gravity, check_gravity_of_log
 from sinssim.scenario.variation import check_variation
-from sinssim.section import (
-    Name,
-    Section,
-    Sentence,
-)
+from sinssim.section import Name, Section, Sentence
 from sinssim.sensors.aiding.gnss import GnssSection
-from sinssim.sensors.imu.terms import of_triad
 from sinssim.truth.track.section import TrackSection
+from sinssim.truth.turntable.section import TurntableSection
+from sinssim.truth.vehicles.section import DriveSection, VoyageSection
 
-_SOURCES = ("flight", "parked", "great_circle", "motion", "track", "log", "one_component")
+_SOURCES = (
+    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "log", "one_component",
+)  # fmt: skip
 """The tables of which a scenario has exactly one."""
+
+_MOVING = ("flight", "great_circle", "track", "drive", "voyage")
+"""Those whose vehicle goes somewhere, which holds its height by the baro loop by default."""
 
 _NOT_OF_A_LOG = {
     "vibration": "would add a motion to a recorded one",
@@ -49,9 +49,6 @@ _NOT_OF_A_LOG = {
 }
 """Tables that do not apply to recorded sensors, with the reason."""
 
-_OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
-"""Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
-
 _BESIDE_PLATFORM = (PLATFORM, "quaternion")
 """The default algorithms of a scenario with a platform."""
 
@@ -59,6 +56,7 @@ _IN_SPACE = (
     "vibration",
     "isolator",
     "truth",
+    "gravity",
     "imu",
     "compensation",
     "aiding",
@@ -73,8 +71,9 @@ _IN_SPACE = (
 class Scenario(Section):
     """One run: a true motion, the IMU that measures it, and the algorithms that navigate on its readings.
 
-    Exactly one of `flight`, `parked`, `great_circle`, `motion` and `track` gives the true motion, or `log` has recorded
-    sensors, or `one_component` describes a run in a vertical plane, with sensors of its own.
+    Exactly one of `flight`, `parked`, `great_circle`, `motion`, `track`, `drive`, `voyage` and `turntable` gives the
+    true motion, or `log` has recorded sensors, or `one_component` describes a run in a vertical plane, with sensors of
+    its own.
     """
 
     name: Name = Field(description="short name, also the name of the run directory")
@@ -85,6 +84,10 @@ class Scenario(Section):
     great_circle: GreatCircleSection | None = None
     motion: MotionSection | None = None
     track: TrackSection | None = None
+    drive: DriveSection | None = None
+    voyage: VoyageSection | None = None
+    turntable: TurntableSection | None = None
+    calibration: CalibrationSection | None = None
     log: LogSection | None = None
     one_component: OneComponentSection | None = None
     vibration: tuple[VibrationSection, ...] = Field(
@@ -92,12 +95,14 @@ class Scenario(Section):
     )
     isolator: IsolatorSection | None = None
     truth: TruthSection = Field(default=TruthSection())
+    gravity: GravitySection | None = None
     imu: ImuSection = Field(default_factory=ImuSection)
     compensation: CompensationSection | None = None
     aiding: AidingSection | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
     filter: FilterSection | None = None
     output: OutputSection = Field(default=OutputSection())
+    recording: RecordingSection = Field(default=RecordingSection())
     ensemble: EnsembleSection | None = None
     views: tuple[str, ...] = Field(
         default=(),
@@ -122,7 +127,7 @@ class Scenario(Section):
             return data
         aiding, navigation = data.get("aiding"), data.get("navigation", {})
         barometer = aiding.get("baro") if isinstance(aiding, dict) else getattr(aiding, "baro", None)
-        if barometer is None and all(data.get(name) is None for name in ("flight", "great_circle", "track")):
+        if barometer is None and all(data.get(name) is None for name in _MOVING):
             return data
         if isinstance(navigation, dict):
             navigation = {"vertical": "baro-loop", **navigation}
@@ -148,11 +153,13 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _one_source_of_truth(self) -> Self:
-        given = [f"[{name}]" for name in _SOURCES if getattr(self, name) is not None]
+        sources = [name for name in _SOURCES if name != "turntable" or self.log is None]  # it describes a log, too
+        given = [f"[{name}]" for name in sources if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                "exactly one of [flight], [parked], [great_circle], [motion], [track], [log] and [one_component] must "
-                "give the motion; here " + (f"there are {' and '.join(given)}" if given else "all of them are missing")
+                "exactly one of [flight], [parked], [great_circle], [motion], [track], [drive], [voyage], [turntable], "
+                "[log] and [one_component] must give the motion; here "
+                + (f"there are {' and '.join(given)}" if given else "all of them are missing")
             )
         return self
 
@@ -175,6 +182,7 @@ class Scenario(Section):
         for name, why in _NOT_OF_A_LOG.items():
             if name in self.model_fields_set and getattr(self, name):
                 raise ValueError(f"[{name}] {why} ([log]): remove it")
+        check_gravity_of_log(self.gravity, self.navigation)
         if "grade" not in self.imu.model_fields_set:
             raise ValueError(
                 "imu.grade: say which unit recorded the log, by the nearest grade (`sinssim list grades`) and the "
@@ -192,27 +200,24 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _calibration_has_a_table(self) -> Self:
+        if self.calibration is not None and self.turntable is None:
+            raise ValueError("[calibration] needs the sequence that it works on: add [turntable]")
+        if self.turntable is not None and self.log is not None and self.calibration is None:
+            raise ValueError(
+                "[turntable] beside [log] says what a calibration works on: add [calibration], or remove it"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _filter_has_what_it_needs(self) -> Self:
-        recorded = self.log is not None and (self.log.gnss is not None or bool(self.log.others))
-        if self.filter is not None and self.aiding is None and not recorded:
-            where = "aiding.gnss" if self.log is None else "log.gnss"
-            raise ValueError(f"[filter] needs an aiding sensor: add one, for example [{where}]")
-        if self.aiding is not None and self.filter is None:
-            if list(self.aiding.sensors()) != ["baro"]:
-                raise ValueError("[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults")
-            if self.navigation.vertical != "baro-loop":
-                raise ValueError('[aiding.baro] is not used: add [filter], or navigation.vertical = "baro-loop"')
-        if self.filter is not None and self.imu.sensor_set.type == PLATFORM:
-            raise ValueError(
-                "[filter] estimates the errors of gyros and accelerometers fixed to the vehicle; on a platform they "
-                "act about its axes, and the filter would have to torque it: remove [filter], or sensor_set.type = "
-                '"platform"'
-            )
-        if self.filter is not None and self.imu.sensor_set.type != "gyros":
-            raise ValueError(
-                f"[filter] needs three gyros and three accelerometers; imu.sensor_set.type = "
-                f'"{self.imu.sensor_set.type}" is another set'
-            )
+        check_rotation(self.imu, self.filter, self.aiding, {"log": self.log, "one_component": self.one_component})
+        check_filter(self.filter, self.imu, self.aiding, self.log, self.navigation.vertical)
+        return self
+
+    @model_validator(mode="after")
+    def _own_alignment_is_possible(self) -> Self:
+        check_alignment(self.navigation, self.imu.sensor_set.type, self.log is not None, self.filter is not None)
         return self
 
     @model_validator(mode="after")
@@ -256,7 +261,7 @@ class Scenario(Section):
                 'filter.alignment = "in-motion" needs positions and velocities of the same instants: set '
                 "aiding.gnss.velocity_averaging_s = 0"
             )
-        source = self.parked or self.great_circle or self.motion
+        source = self.parked or self.great_circle or self.motion or self.turntable
         if source is not None and wanted >= source.duration_s:
             raise ValueError(
                 f"filter.alignment_s = {wanted:g} must be less than duration_s = {source.duration_s:g}: the filter "
@@ -274,6 +279,10 @@ class Scenario(Section):
                     f'output.coordinates: "{name}" needs the frame {listed(able, "or")}; navigation.frame is "{frame}"'
                 )
         return self
+
+    def __repr__(self) -> str:
+        there = [name for name in type(self).model_fields if name in self.model_fields_set and name != "name"]
+        return f"Scenario({self.name}: {', '.join(there)}; print(scenario.to_toml()) shows all)"
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -309,40 +318,14 @@ class Scenario(Section):
                 f'(with navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{kind}" and '
                 f"navigation.algorithms = {list(self.navigation.algorithms)}"
             )
-        self._platform_as_it_can_be(kind)
+        check_platform(self.imu, self.navigation)
+        check_gravity(self.gravity, self.navigation, self.truth, kind)
         if self.compensation is not None and kind != "gyros":
             raise ValueError(
                 f"[compensation] is for three gyros and three accelerometers; imu.sensor_set.type = "
                 f'"{kind}" is another set'
             )
         return self
-
-    def _platform_as_it_can_be(self, kind: str) -> None:
-        """Raise for a platform without its algorithm, and for keys without effect on one."""
-        algorithms, own = self.navigation.algorithms, self.imu.sensor_set
-        if (kind == PLATFORM) != (PLATFORM in algorithms):
-            raise ValueError(
-                f'imu.sensor_set.type = "platform" requires "{PLATFORM}" among navigation.algorithms, and vice versa; '
-                f'here imu.sensor_set.type = "{kind}" and navigation.algorithms = {list(algorithms)}'
-            )
-        if not isinstance(own, Platform):
-            return
-        torquer = [key for key in ("torquer_scale_ppm", "torquer_scale_sigma_ppm") if getattr(own, key) is not None]
-        if torquer and self.navigation.frame == "inertial":
-            raise ValueError(
-                f'imu.sensor_set.{torquer[0]} would have no effect: with navigation.frame = "inertial" the platform '
-                "keeps its direction in inertial space and is not torqued; remove it, or choose another frame"
-            )
-        if len(algorithms) > 1:
-            return
-        for term in of_triad("gyro"):
-            for key in term.keys if term.stage in _OF_TURNS or term.field in ("scale", "misalignment") else ():
-                if getattr(self.imu, key) is not None and not (key == "gyro_scale_sigma_ppm" and not torquer):
-                    raise ValueError(
-                        f"imu.{key} would have no effect: the gyros hold the platform and sense no turns; remove it, "
-                        'or add a strapdown algorithm for the same sensors, for example "quaternion", to '
-                        "navigation.algorithms"
-                    )
 
     @model_validator(mode="after")
     def _ensemble_is_possible(self) -> Self:

@@ -21,6 +21,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.imu.grades import grade_name
 from sinssim.truth.track.section import TrackSection
 
 
@@ -62,6 +63,8 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"great circle  {given(scenario.great_circle)}"
     elif scenario.motion is not None:
         yield f"motion      {scenario.motion.type}, {given(scenario.motion, 'type')}"
+    elif scenario.turntable is not None and scenario.log is None:
+        yield f"turntable   {given(scenario.turntable)}"
     elif scenario.track is not None:
         yield from _track_lines(scenario, scenario.track)
     elif scenario.log is not None:
@@ -74,10 +77,13 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
     if scenario.isolator is not None:
         yield f"isolator    {values_of(scenario.isolator)}"
+    if scenario.gravity is not None:
+        yield f"gravity     {field_words(scenario)}"
     navigation = scenario.navigation
     yield f"duration    about {_clock(duration)}, {int(float(f'{samples:.2g}')):,} samples"
     yield f"sensors     {sensor_words(scenario.imu)}"
-    yield f"imu         {scenario.imu.grade}, {given(scenario.imu, 'grade', 'sensor_set') or 'as in the grade'}"
+    deviations = given(scenario.imu, "grade", "sensor_set")
+    yield f"imu         {grade_name(scenario.imu.grade)}, {deviations or 'as in the grade'}"
     if scenario.compensation is not None:
         yield f"calibrated  {given(scenario.compensation) or 'perfect'}"
     if scenario.aiding is not None:
@@ -200,6 +206,26 @@ def redundant_words(section: Redundant) -> str:
     number = {4: "four", 5: "five", 6: "six"}.get(count, str(count))
     where = "along given directions" if section.directions is not None else _LAYOUTS[section.layout or "dodecahedron"]
     return f"{number} single gyros and {number} single accelerometers {where}"
+
+
+def field_words(scenario: Scenario) -> str:
+    """Return the true gravity field, and what the navigator knows of it.
+
+    Args:
+        scenario: with [gravity].
+
+    Returns:
+        One line.
+    """
+    gravity, known = scenario.gravity, scenario.navigation.gravity_degree
+    assert gravity is not None
+    model = gravity.coefficients()
+    if scenario.log is not None and model is not None:
+        return f"as recorded; the navigator knows {model.name} to degree {known}"
+    field = "normal" if model is None else f"{model.name} to degree {model.degree}"
+    if gravity.remainder is not None:
+        field += f", random remainder of order {gravity.remainder.order}"
+    return f"{field}; the navigator knows " + ("normal gravity" if known is None else f"it to degree {known}")
 
 
 def given(section: BaseModel, *without: str) -> str:

@@ -16,8 +16,10 @@ from sinssim.errors import SinssimError
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summaries.filter_summary import filter_markdown, filter_numbers
+from sinssim.recording.store.summaries.phase_summary import phase_numbers, phases_of
 from sinssim.recording.store.summaries.platform_summary import platform_numbers
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_numbers
+from sinssim.recording.store.summaries.rotation_summary import rotation_numbers
 from sinssim.recording.store.summary import (
     NO_NUMBERS,
     diverged,
@@ -106,13 +108,16 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         check_memory(run.scenario, recorded=run.recorded)
         map_large_arrays()  # so that what the stages before the filter free leaves no gaps
     check_route(run.scenario)
-    cached = _fly(run, folder is not None, stages)
+    kept = run.scenario.recording
+    cached = _fly(run, folder is not None and kept.has_streams, stages)
     check_route_flown(run.scenario, run.time, run.truth)
     of_filter = drawn = None
     of_set: dict[str, Any] = {}
+    phases = phases_of(run.trajectory.events, driven=run.scenario.flight is None)
+    of_phases: dict[str, Any] = {}
     with ExitStack() as stack:
         writer = None
-        if folder is not None:
+        if folder is not None and kept.has_streams:
             with stages("record"):
                 from sinssim.recording.rerun.writer import RunWriter
 
@@ -132,6 +137,9 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                 for name in run.scenario.navigation.algorithms
             }
             run.failures = {**run.failures, **diverged(run.errors)}
+            if phases:
+                for name, error in run.errors.items():
+                    of_phases[name] = phase_numbers(phases, error.time, error.rows)
             section = run.scenario.imu.sensor_set
             if isinstance(section, Redundant):
                 found = redundancy_numbers(section, run.readings.monitored, run.without_monitoring)
@@ -142,15 +150,19 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                 simulated = run.errors[PLATFORM]
                 of = platform_numbers(run.platform, own, run.ideal, run.strapdown, without, by_cause, simulated)
                 of_set = {"platform": plain(of)}
+            if run.encoders is not None:
+                of_set = {"rotation": plain(rotation_numbers(run.without_rotation))}
         if writer is not None:
             with stages("record"):
+                if run.encoders is not None:
+                    writer.turned(run.encoders, run.without_rotation)
                 writer.navigated(run.solutions, run.errors, run.failures, run.without_monitoring)
                 if run.platform is not None:
                     without = run.without_errors_of_turns
                     writer.on_platform(run.platform, run.errors[PLATFORM], run.strapdown, without, run.ideal)
         passages = singularities(run.solutions)
         if run.scenario.filter is not None:
-            if writer is not None:
+            if folder is not None and kept.has_report:
                 with stages("record"):
                     drawn = draw_sections(run)
             run.forget()  # the filter needs none of it, and takes the most memory itself
@@ -158,6 +170,11 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             with stages("filter"):
                 run.aided = _aid(run)
                 of_filter = plain(filter_numbers(run.aided, run.scenario))
+                if phases:
+                    fine = run.scenario.aiding is not None and "zero_velocity" in run.scenario.aiding.sensors()
+                    of_phases["aided"] = phase_numbers(
+                        phases, run.aided.estimate.solution.time, run.aided.error_at, fine
+                    )
             give_back_memory()
             if writer is not None:
                 with stages("record"):
@@ -175,11 +192,14 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "singularities": plain(passages),
         "failures": failures(run.failures),
         **_about_track(run.scenario),
+        **_about_gravity(run.trajectory),
         **of_set,
+        **({"phases": plain(of_phases)} if of_phases else {}),
         **({} if of_filter is None else {"filter": of_filter}),
     }
     give_back_memory()
-    run.directory = None if folder is None else keep(folder, run, run_report(run, run.summary, drawn))
+    if folder is not None:
+        run.directory = keep(folder, run, run_report(run, run.summary, drawn) if kept.has_report else None)
     return run
 
 
@@ -211,11 +231,19 @@ def _about_track(scenario: Scenario) -> dict[str, Any]:
     return {"track": plain(fit_numbers(track.fit))}
 
 
+def _about_gravity(trajectory: Trajectory) -> dict[str, Any]:
+    """Return the entry of the true gravity field in the summary."""
+    from sinssim.truth.gravity.disturbed import Disturbed
+    from sinssim.truth.gravity.values import gravity_numbers
+
+    return {"gravity": plain(gravity_numbers(trajectory))} if isinstance(trajectory, Disturbed) else {}
+
+
 def _follow(run: Run, trajectory: Trajectory) -> None:
     """Fill in the true motion and its ideal increments."""
-    ideal = trajectory.increments(run.scenario.imu.rate_hz)
-    truth = trajectory.state(ideal.time)
-    run.trajectory, run.time, run.ideal, run.truth = trajectory, ideal.time, ideal, truth
+    run.trajectory = trajectory
+    ideal = run.block.increments(run.scenario.imu.rate_hz)
+    run.time, run.ideal, run.truth = ideal.time, ideal, trajectory.state(ideal.time)
 
 
 def _sense(run: Run) -> None:
@@ -224,7 +252,7 @@ def _sense(run: Run) -> None:
     from sinssim.sensors.sets.reading import read
 
     section, true = run.scenario.imu, run.true_errors
-    run.perfect, run.readings = read(run.trajectory, run.ideal, section, run.scenario.seed, true)
+    run.perfect, run.readings = read(run.block, run.ideal, section, run.scenario.seed, true)
     run.compensated = run.measured if true.calibration is None else compensate(run.measured, true.calibration)
 
 
@@ -271,7 +299,9 @@ def _aid(run: Run) -> Aided:
 
 def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:
     """Keep the recorded part of a run that ended early, if the flight was done; otherwise remove it."""
-    if not (folder.path / "recording.rrd").exists():
+    kept = run.scenario.recording
+    begun = folder.path / ("recording.rrd" if kept.has_recording else "streams")
+    if not (begun.exists() if kept.has_streams else run.has("time")):
         folder.discard()
         return
     status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
@@ -279,8 +309,8 @@ def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException)
     run.summary = about(run.scenario, stages, status, message)
     try:
         simulated = run.scenario.one_component is None and run.scenario.log is None
-        report = run_report(run, run.summary) if simulated else None
+        report = run_report(run, run.summary) if simulated and kept.has_report else None
     except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
     place = keep(folder, run, report, beside=status)
-    error.add_note(f"The recording until then is in {place}.")
+    error.add_note(f"The {'recording' if kept.has_recording else 'run'} until then is in {place}.")

@@ -14,8 +14,8 @@ from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.recording.store.summary import NO_NUMBERS, failures, known_error_numbers_of, plain, singularities
 from sinssim.simulation.finish import about, keep
-from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.navigation import solve
+from sinssim.simulation.outages import first_of, judged_outages
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 if TYPE_CHECKING:
@@ -122,15 +122,19 @@ def compute_log(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "compared_with": whose,
         "knows": [] if run.reference is None else list(run.reference.knows),
         "notes": [*log.notes, prepared.start.words],
+        "time_0_gps_s": None if log.zero is None else round(log.zero.seconds + log.zero.fraction, 6),
     }
     found: dict[str, Any] = {"log": about_log, "algorithms": plain(numbers)}
     if run.aided is not None:
         from sinssim.recording.store.summaries.filter_summary import filter_numbers
 
         found["filter"] = plain(filter_numbers(run.aided, run.scenario))
-        if log.outages:
-            found["outages"] = plain(_outages(run, prepared))
-    if folder is not None:
+        with stages("filter"):
+            run.outages = judged_outages(run, prepared)
+        if run.outages is not None:
+            found["outages"] = plain(run.outages.numbers)
+    kept = run.scenario.recording
+    if folder is not None and kept.has_streams:
         _record(run, folder, motion, found, stages)
     run.summary = {
         **about(run.scenario, stages, "finished"),
@@ -144,7 +148,7 @@ def compute_log(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
     if folder is not None:
         from sinssim.recording.report.log_report import log_report
 
-        run.directory = keep(folder, run, log_report(run, run.summary))
+        run.directory = keep(folder, run, log_report(run, run.summary) if kept.has_report else None)
     return run
 
 
@@ -179,11 +183,8 @@ def _aid(run: Run, prepared: Prepared, trajectory: Trajectory) -> RecordedAided:
         as_reference,
         compare_recorded,
     )
-    from sinssim.estimation.initial_alignment.start import Start
 
-    error = run.scenario.navigation.initial_error
-    first = initial_state_with_errors(prepared.start.state, error, WGS84, run.scenario.seed, "north")
-    estimate = aid_recorded(prepared, run.compensated, Start(run.compensated, first, None))
+    estimate = aid_recorded(prepared, run.compensated, first_of(run, prepared))
     reference = prepared.log.reference
     if reference is None and estimate.smoothed is not None:
         reference = as_reference("the smoothed solution", estimate.smoothed.solution)
@@ -214,28 +215,6 @@ def _error(reference: Reference | None, solution: NavSolution) -> Any:
     return reference.error_of(solution)
 
 
-def _outages(run: Run, prepared: Prepared) -> dict[str, Any]:
-    """Return the errors at the end of each outage, against the reference or else the withheld fixes."""
-    from sinssim.logs.reference import Reference
-    from sinssim.recording.store.summaries.log_summary import outage_numbers
-
-    aided, log, section = run.aided, prepared.log, run.scenario.log
-    assert aided is not None
-    assert section is not None
-    reference = log.reference
-    if reference is None and log.fixes is not None and section.gnss is not None:
-        f = log.fixes
-        reference = Reference(
-            "the withheld fixes", f.time, f.latitude, f.longitude, f.height, lever_arm=section.gnss.lever_arm_m
-        )
-    if reference is None:
-        return {"each": []}
-    estimate = aided.estimate
-    smoothed = None if estimate.smoothed is None else reference.error_of(estimate.smoothed.solution)
-    error = reference.error_of(estimate.solution)
-    return {"against": reference.name, **outage_numbers(aided, error, smoothed, log.outages)}
-
-
 def _record(run: Run, folder: RunDirectory, motion: RecordedMotion, found: dict[str, Any], stages: Stages) -> None:
     """Write recording and streams."""
     from sinssim.recording.rerun.writer import RunWriter
@@ -258,6 +237,7 @@ def _record(run: Run, folder: RunDirectory, motion: RecordedMotion, found: dict[
         )
         compensated = None if run.compensated is run.measured else run.compensated
         writer.recorded(run.measured, compensated, prepared.log.reference)
+        writer.without_satellites(solution.time, shown, prepared.log.outages)
         writer.navigated(run.solutions, run.errors, run.failures, None)
         if run.aided is not None:
             writer.filtered(run.aided, filter_markdown(found["filter"]))

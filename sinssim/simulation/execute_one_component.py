@@ -36,16 +36,19 @@ def compute_one_component(run: Run, folder: RunDirectory | None, stages: Stages)
 
         run.one_component = result = compute(scenario.one_component, scenario.seed)
         found = numbers(result)
-    if folder is not None:
+    kept = scenario.recording
+    if folder is not None and kept.has_streams:
         with stages("record"), folder.writing():
-            from sinssim.recording.rerun.one_component import record
             from sinssim.recording.store.parquet import write_stream
 
             (folder.path / "streams").mkdir()
             streams = one_component_streams(result)
             for stream in streams:
                 write_stream(stream, folder.path / "streams")
-            record(folder.path / "recording.rrd", scenario, result, found, streams)
+            if kept.has_recording:
+                from sinssim.recording.rerun.one_component import record
+
+                record(folder.path / "recording.rrd", scenario, result, found, streams)
     run.summary = {
         **about(scenario, stages, "finished"),
         "start_s": float(result.truth.time[0]),
@@ -55,5 +58,6 @@ def compute_one_component(run: Run, folder: RunDirectory | None, stages: Stages)
     if folder is not None:
         from sinssim.recording.report.one_component import one_component_report
 
-        run.directory = keep(folder, run, one_component_report(scenario, result, run.summary))
+        report = one_component_report(scenario, result, run.summary) if kept.has_report else None
+        run.directory = keep(folder, run, report)
     return run

@@ -9,6 +9,7 @@ import numpy as np
 
 from sinssim.algorithms import PLATFORM
 from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, RunError
 from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.sensors.aiding.barometer import BarometerSection
@@ -67,7 +68,7 @@ def solve(
 
     Args:
         scenario: the scenario.
-        trajectory: the true motion, for the initial state.
+        trajectory: the true motion of the vehicle, for the initial state.
         imu: compensated increments.
         attitude: measured q_ib of a set with an attitude sensor, (N+1, 4).
         height: result of `height_reference`.
@@ -75,26 +76,46 @@ def solve(
         truth: true states at the samples' edges, if they are known.
 
     Returns:
-        The solutions of the successful algorithms, and the errors of the others.
+        The solutions of the successful algorithms, with the vehicle's attitude, and the errors of the others.
 
     Raises:
-        InputError: the data or the engine do not admit an option, or a platform has no errors.
+        InputError: the data or the engine do not admit an option, a platform has no errors, or the navigator's own
+            alignment fails.
         RunError: no algorithm has a solution.
     """
+    from sinssim.sensors.imu.encoder import encoders_of, turned_in
+    from sinssim.strapdown.disturbance import navigate_in_field
     from sinssim.strapdown.measured_attitude import navigate_set
+    from sinssim.truth.gravity.disturbed import Disturbed
+    from sinssim.truth.gravity.from_scenario import known_field
+    from sinssim.truth.motions.turning_block import block_of
 
     section = scenario.navigation
     axes = axes_along(section.frame, trajectory.state, trajectory.start, trajectory.end)
     initial = initial_state_with_errors(
         trajectory.state(imu.time[0]), section.initial_error, trajectory.ellipsoid, scenario.seed, axes
     )
+    encoders = None
+    if scenario.imu.rotation is not None:
+        block = block_of(trajectory, scenario.imu)
+        initial = turned_in(initial, block, float(imu.time[0]))
+        encoders = encoders_of(block, None if errors is None else errors.encoders, imu.time)
     route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
     vertical = "free" if height is None else section.vertical
+    if section.alignment is not None:
+        from sinssim.simulation.own_alignment import align_itself, without_alignment
 
+        own = ellipsoid_by_name(section.ellipsoid_over(trajectory.ellipsoid.name))
+        count, initial = align_itself(scenario, imu, initial, own)
+        imu = without_alignment(imu, count)
+        height = height[count:] if isinstance(height, np.ndarray) else height
+
+    name = section.ellipsoid_over(trajectory.ellipsoid.name)
+    field = known_field(scenario)
     common: dict[str, Any] = {
         "frame": section.frame,
         "gravity": section.gravity,
-        "ellipsoid": section.ellipsoid_over(trajectory.ellipsoid.name),
+        "ellipsoid": name,
         "curvature": section.curvature,
         "vertical": vertical,
         "height": None if vertical == "free" else height,
@@ -114,19 +135,25 @@ def solve(
                         "errors of the run."
                     )
                 true = trajectory.state(imu.time) if truth is None else truth
-                forces = inertial_forces(imu.time, true, trajectory.gravity, trajectory.ellipsoid)
+                felt = trajectory.disturbance_ned(imu.time, true) if isinstance(trajectory, Disturbed) else None
+                forces = inertial_forces(imu.time, true, trajectory.gravity, trajectory.ellipsoid, felt)
                 return navigate_platform(
                     imu.time, forces, initial, errors.imu, errors.platform, scenario.seed, **common
                 )
-            return navigate_set(
-                imu,
-                attitude,
-                initial,
-                algorithm=algorithm,
-                rates_hz=section.rates_hz,
-                slow_quantities=section.slow_quantities,
-                **common,
-            )
+
+            def on(felt: ImuData) -> NavSolution:
+                return navigate_set(
+                    felt,
+                    attitude,
+                    initial,
+                    algorithm=algorithm,
+                    rates_hz=section.rates_hz,
+                    slow_quantities=section.slow_quantities,
+                    **common,
+                )
+
+            found = on(imu) if field is None else navigate_in_field(imu, field, ellipsoid_by_name(name), on)
+            return found if encoders is None else encoders.turned_out(found)
         except RunError as error:
             return error
 

@@ -33,6 +33,7 @@ from sinssim.strapdown.one_component_errors import (
     error_first_order,
     error_pendulum,
 )
+from sinssim.system.short_repr import short_repr
 from sinssim.truth.one_component import PlaneIncrements, PlaneMotion, PlaneState
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM, UG
 
@@ -55,6 +56,7 @@ class SourceErrors:
     closed: PlaneErrors
 
 
+@short_repr
 @dataclass(frozen=True)
 class OneComponentResult:
     """A one-component run.

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sinssim.algorithms import PLATFORM
+from sinssim.lazy import from_later_stage
+from sinssim.system.short_repr import html_table
 from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavSolution, NavState
     from sinssim.errors import RunError
-    from sinssim.estimation.from_scenario.recorded_run import Prepared
+    from sinssim.estimation.from_scenario.recorded_run import JudgedOutages, Prepared
     from sinssim.estimation.from_scenario.truth_comparison import Aided
     from sinssim.logs.reference import Reference
     from sinssim.platform.error_equations import ErrorsByCause
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.recording.sensor_comparison import SensorComparison
     from sinssim.scenario import Scenario
+    from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.reading import Readings
     from sinssim.sensors.sets.true_errors import TrueErrors
     from sinssim.simulation.one_component import OneComponentResult
@@ -35,6 +38,8 @@ _MADE_OF = {
 }  # fmt: skip
 """Sources of the computed properties."""
 
+_SHOWN = ("horizontal_error_m", "velocity_error_mps", "attitude_error_arcsec")
+
 
 @dataclass(eq=False, repr=False)
 class Run:
@@ -47,7 +52,7 @@ class Run:
         scenario: the scenario; the states of its filter are written out.
         recorded: whether the run is written to a run directory.
         about_filter: lines that explain the filter's default states.
-        trajectory: the true motion.
+        trajectory: the true motion of the vehicle at the block's place, in the axes of its mounting.
         time: edges of the IMU's intervals, (N+1,) s.
         readings: readings of the sensors.
         compensated: compensated increments; the measured ones without a calibration.
@@ -55,6 +60,7 @@ class Run:
         aided: the aided solution with its errors, of a scenario with a filter.
         one_component: the run in a vertical plane, of a scenario with [one_component].
         prepared: the recorded sensors of a scenario with [log]; such a run has no `trajectory`.
+        outages: the errors of injected outages of a run on recorded sensors; None without any.
         reference: what its inertial solutions are compared with: a recorded reference, or its best solution.
         summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
@@ -72,8 +78,47 @@ class Run:
     one_component: OneComponentResult | None = field(init=False, default=None)
     prepared: Prepared | None = field(init=False, default=None)
     reference: Reference | None = field(init=False, default=None)
+    outages: JudgedOutages | None = field(init=False, default=None)
     summary: dict[str, Any] = field(init=False, default_factory=dict)
     directory: Path | None = field(init=False, default=None)
+
+    def __repr__(self) -> str:
+        state = self.summary.get("status", "not finished")
+        parts = [str(state), *([f"{self.time[0]:g} … {self.time[-1]:g} s"] if self.has("time") else [])]
+        parts += [", ".join(self.summary.get("algorithms", ()))] if self.summary.get("algorithms") else []
+        parts += ["with a filter"] if self.aided is not None else []
+        return f"Run({self.scenario.name}: {'; '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, *(f"{one.get(f'{kind}_{what}', float('nan')):.4g}" for what in _SHOWN for kind in ("final", "max")))
+            for name, one in self.summary.get("algorithms", {}).items()
+            if isinstance(one.get(f"final_{_SHOWN[0]}"), float)
+        ]
+        heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",
+                 "attitude error at the end, arcsec", "largest")  # fmt: skip
+        return html_table(repr(self), rows, heads if rows else ())
+
+    def plot(self) -> Any:
+        """Return a figure of the errors of the solutions over time.
+
+        Returns:
+            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
+
+        Raises:
+            InputError: the run has no solution with errors.
+        """
+        return from_later_stage("sinssim.recording.figures.results", "plot_run")(self)
+
+    @property
+    def streams(self) -> Mapping[str, Any]:
+        """The streams by name, as arrays, Arrow, pandas or polars: `run.streams["truth"].pandas()`.
+
+        Raises:
+            InputError: the run is one in a vertical plane, whose streams are in its run directory alone.
+        """
+        found: Mapping[str, Any] = from_later_stage("sinssim.recording.store.run_streams", "RunStreams")(self)
+        return found
 
     @cached_property
     def truth(self) -> NavState:
@@ -81,9 +126,16 @@ class Run:
         return self.trajectory.state(self.time)
 
     @cached_property
+    def block(self) -> Trajectory:
+        """The motion that the sensors feel: that of the turning block with [imu.rotation], else `trajectory`."""
+        from sinssim.truth.motions.turning_block import block_of
+
+        return block_of(self.trajectory, self.scenario.imu)
+
+    @cached_property
     def ideal(self) -> ImuData:
         """Ideal increments."""
-        return replace(self.trajectory.increments(self.scenario.imu.rate_hz), time=self.time)
+        return replace(self.block.increments(self.scenario.imu.rate_hz), time=self.time)
 
     @cached_property
     def perfect(self) -> Readings:
@@ -92,7 +144,7 @@ class Run:
 
         if all(one is None for one in (self.readings.accelerometers, self.readings.attitude, self.readings.single)):
             return Readings(self.ideal)
-        return read(self.trajectory, self.ideal, self.scenario.imu, self.scenario.seed, self.true_errors)[0]
+        return read(self.block, self.ideal, self.scenario.imu, self.scenario.seed, self.true_errors)[0]
 
     @cached_property
     def sensed(self) -> Sequence[SensorComparison]:
@@ -160,6 +212,42 @@ class Run:
         truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
         return navigation_error(truth, solution, self.trajectory.ellipsoid, self.axes)
 
+    @cached_property
+    def encoders(self) -> Encoders | None:
+        """The encoders of a block that turns; None for another."""
+        from sinssim.sensors.imu.encoder import encoders_of
+
+        return encoders_of(self.block, self.true_errors.encoders, self.time)
+
+    @cached_property
+    def without_rotation(self) -> NavError | None:
+        """Errors of the first algorithm with a solution if the block, with the same errors, did not turn.
+
+        None without [imu.rotation], or if there is no solution.
+        """
+        from sinssim.errors import RunError
+        from sinssim.sensors.imu.compensation import compensate
+        from sinssim.sensors.sets.reading import read
+        from sinssim.simulation.navigation import height_reference, solve
+        from sinssim.strapdown.nav_error import navigation_error
+
+        if self.scenario.imu.rotation is None:
+            return None
+        imu_section = self.scenario.imu.model_copy(update={"rotation": None})
+        alone = self.scenario.navigation.model_copy(update={"algorithms": tuple(self.solutions)[:1]})
+        scenario = self.scenario.model_copy(update={"imu": imu_section, "navigation": alone})
+        true = self.true_errors
+        ideal = self.trajectory.increments(imu_section.rate_hz)
+        imu = read(self.trajectory, ideal, imu_section, scenario.seed, true)[1].imu
+        imu = imu if true.calibration is None else compensate(imu, true.calibration)
+        height = height_reference(self.scenario, self.trajectory, self.truth.height)
+        try:
+            (solution,) = solve(scenario, self.trajectory, imu, None, height)[0].values()
+        except RunError:
+            return None
+        truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
+        return navigation_error(truth, solution, self.trajectory.ellipsoid, self.axes)
+
     @property
     def platform(self) -> PlatformSolution | None:
         """The solution of a platform's navigator, with the platform itself; None without a platform or its solution."""
@@ -206,18 +294,20 @@ class Run:
         """Position errors of a platform's solution by cause, from the linear error equations; None without one."""
         from sinssim.platform.error_equations import errors_by_cause
         from sinssim.platform.force import inertial_forces
+        from sinssim.truth.gravity.disturbed import Disturbed
 
         solution, own = self.platform, self.true_errors.platform
         if solution is None or own is None:
             return None
         true = self.trajectory
-        forces = inertial_forces(self.time, self.truth, true.gravity, true.ellipsoid)
+        felt = true.disturbance_ned(self.time, self.truth) if isinstance(true, Disturbed) else None
+        forces = inertial_forces(self.time, self.truth, true.gravity, true.ellipsoid, felt)
         return errors_by_cause(self.truth, forces, solution, own, true.ellipsoid)
 
     def forget(self) -> None:
         """Free what can be computed again; the next access computes it, with the same bits."""
         computed = ("truth", "ideal", "perfect", "sensed", "solutions", "errors", "platform_errors_by_cause")
-        for name in (*computed, "without_monitoring", "without_errors_of_turns"):
+        for name in (*computed, "without_monitoring", "without_errors_of_turns", "without_rotation"):
             vars(self).pop(name, None)
 
     @cached_property

@@ -15,8 +15,10 @@ import numpy as np
 from sinssim.arguments import doubles, number
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.system.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True)
 class Band:
     """Band of a mean normalised square per degree of freedom, whose expectation is 1.

@@ -24,11 +24,13 @@ import numpy as np
 from sinssim.arguments import doubles, number
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.system.short_repr import short_repr
 
 CEP_SHARE, R95_SHARE = 0.5, 0.95
 """Shares of the runs within CEP, the circular error probable, and within R95."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Percentile:
     """A percentile over runs.

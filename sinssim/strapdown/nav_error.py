@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
@@ -14,10 +15,12 @@ from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
 from sinssim.frames import AXES
 from sinssim.strapdown.polar import turn_of_north, turned, turned_attitude
+from sinssim.system.short_repr import short_repr
 
 _BLOCK = 65536  # rows per block, to avoid a temporary as long as the run
 
 
+@short_repr
 @dataclass(frozen=True)
 class NavError:
     """Errors of a navigation solution, row by row, in the local level of the true position.
@@ -41,6 +44,10 @@ class NavError:
 
     def at(self, rows: slice) -> NavError:
         """Return the errors in some rows, views of the arrays."""
+        return NavError(self.time[rows], self.position_ned[rows], self.velocity_ned[rows], self.attitude[rows])
+
+    def rows(self, rows: NDArray[np.intp]) -> NavError:
+        """Return the errors in some rows, copies."""
         return NavError(self.time[rows], self.position_ned[rows], self.velocity_ned[rows], self.attitude[rows])
 
     @cached_property

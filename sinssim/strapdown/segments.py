@@ -13,6 +13,7 @@ from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
 from sinssim.checks import checked_increments, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number
+from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.kernels import parameters
 from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, check_name
@@ -24,6 +25,7 @@ from sinssim.frames import (
     check_correctable,
     check_three_rates,
 )
+from sinssim.strapdown.disturbance import disturbance_of_segment
 from sinssim.strapdown.files import frame_file, three_rate_file
 from sinssim.strapdown.frames.problem import Problem, check_solution
 from sinssim.strapdown.frames.vertical import FREE
@@ -48,6 +50,7 @@ class Segments:
             segment they have no earlier value and are held for one slow interval.
         route: for the transverse frame, latitude and longitude of A and of B, rad; without it the frame follows the
             great circle along the velocity at the start of each segment.
+        field: the disturbing field that the navigator knows beside normal gravity; None for none.
 
     Attributes:
         time: times of the rows at which segments may begin and end, (N+1,) s.
@@ -70,6 +73,7 @@ class Segments:
         rates_hz: tuple[float, ...] | None = None,
         slow_quantities: str = "hold",
         route: tuple[float, float, float, float] | None = None,
+        field: DisturbingField | None = None,
     ) -> None:
         for kind, name, known in (
             ("algorithm", algorithm, ALGORITHMS),
@@ -83,7 +87,8 @@ class Segments:
         self._time, self._dtheta, self._dvel = checked_increments(imu)
         self._algorithm, self._frame, self._route = algorithm, frame, route
         self._gravity, self._curvature = gravity_number(gravity), curvature
-        self._earth = parameters(ellipsoid_by_name(ellipsoid))
+        self._ellipsoid, self._field = ellipsoid_by_name(ellipsoid), field
+        self._earth = parameters(self._ellipsoid)
         self._uniform = is_uniform(self._time)
         entry = REGISTRY[algorithm]
         if entry.needs_equal_intervals and not self._uniform:
@@ -139,6 +144,20 @@ class Segments:
             InputError: the state is invalid.
             RunError: the frame cannot follow the flight (over a pole), or the numbers overflow.
         """
+        if self._field is None:
+            return self._navigate(first, last, state, samples)
+        latitude, longitude, height = (np.atleast_1d(x) for x in (state.latitude, state.longitude, state.height))
+        nominal = NavSolution(
+            self.time[first : first + 1], latitude, longitude, height, np.atleast_2d(state.velocity_ned),
+            np.atleast_2d(state.q_nb), np.zeros(1), self._algorithm,
+        )  # fmt: skip
+        for _ in range(2):  # the path from the disturbance at the start, and the disturbance along this path
+            felt = disturbance_of_segment(self._field, self._ellipsoid, samples, nominal)
+            nominal = self._navigate(first, last, state, ImuData(samples.time, samples.dtheta, samples.dvel + felt))
+        return nominal
+
+    def _navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
+        """Navigate over one segment with normal gravity; see `navigate`."""
         start, rows = self._start(first), last - first + 1
         latitude, longitude, height, defect = (np.empty(rows) for _ in range(4))
         velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))

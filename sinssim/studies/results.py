@@ -9,6 +9,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.frames import OF_TRUTH
+from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.studies.attitude_cost import AttitudeCost
@@ -249,6 +250,7 @@ class Pick:
     numbers: dict[str, float] = field(default_factory=dict)
 
 
+@short_repr
 @dataclass
 class StudyResult:
     """A study and its results so far.

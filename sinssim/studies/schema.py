@@ -288,6 +288,12 @@ class Study(Section):
 
     @model_validator(mode="after")
     def _known_sensors(self) -> Self:
+        for name, block in self.blocks.items():
+            if block.rotation is not None:
+                raise ValueError(
+                    f"blocks.{name}.rotation: a study compares algorithms on a block that does not turn in the "
+                    "vehicle; `sinssim run` turns it"
+                )
         for number, part in enumerate(self.parts, start=1):
             for name in part.sensors:
                 if name not in self.blocks and name not in GRADES:

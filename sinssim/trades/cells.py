@@ -15,7 +15,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.trades.keys import toml_text
 from sinssim.trades.schema import TradeStudy
 
-_WITHOUT_EFFECT = ("name", "description", "views", "output")
+_WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of a cell."""
 
 
@@ -188,10 +188,9 @@ def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
         words.append("--inertial")
     for setting in (*study.set, *cell.settings):
         words += ["--set", setting]
-    if study.cell == "budget":
-        judged = {one.time for one in study.requirements}
-        for time in study.instants:
-            words += [] if time in judged else ["--at", f"{time:.15g}"]
+    judged = {one.time for one in study.requirements}
+    for time in study.instants:
+        words += [] if time in judged else ["--at", f"{time:.15g}"]
     for text in study.require:
         words += ["--require", text]
     return " ".join(map(shlex.quote, words))

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.lazy import from_later_stage
 from sinssim.requirements.quantity import Quantity, parse_quantity
+from sinssim.system.short_repr import short_repr
 from sinssim.trades.cells import Cell, command_of, digest_of, name_of
 from sinssim.trades.keys import value_text
 from sinssim.trades.measure import CellNumbers, CellVerdict
@@ -20,6 +22,7 @@ from sinssim.trades.schema import Axis, TradeStudy
 Status = Literal["finished", "failed", "open"]
 
 
+@short_repr
 @dataclass(frozen=True)
 class CellResult:
     """What became of a cell.
@@ -83,6 +86,20 @@ class TradeResult:
     def __repr__(self) -> str:
         grid = " × ".join(map(str, self.shape))
         return f"TradeResult({self.study.name}: {grid} {self.study.cell} cells, {len(self.failures)} failed)"
+
+    def plot(self, quantity: str | None = None) -> Any:
+        """Return a figure of a quantity over the grid.
+
+        Args:
+            quantity: for example "r95(end)"; by default the first one that the report draws.
+
+        Returns:
+            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
+
+        Raises:
+            InputError: the study does not have the quantity.
+        """
+        return from_later_stage("sinssim.recording.figures.results", "plot_trade")(self, quantity)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -223,7 +240,14 @@ class TradeResult:
         return command_of(self.study, self._cell(number).cell, program)
 
     def digest(self, number: int) -> str:
-        """Return the digest of a cell's scenario and of what is asked for; "" if the cell has no scenario."""
+        """Return the digest of a cell's scenario and of what is asked for.
+
+        Args:
+            number: its number, from 1.
+
+        Returns:
+            SHA-256 in hexadecimal; "" if the cell has no scenario.
+        """
         cell = self._cell(number).cell
         return "" if cell.scenario is None else digest_of(self.study, cell)
 

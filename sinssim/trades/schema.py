@@ -23,6 +23,7 @@ _WITHOUT_EFFECT = {
     "description": "it changes no number",
     "views": "it changes no number",
     "output": "a cell writes no streams",
+    "recording": "a cell writes no run directory",
     "one_component": "a one-component run has no budget and no ensemble",
 }
 """Keys of a scenario that a study cannot vary, and why."""

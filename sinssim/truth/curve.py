@@ -340,8 +340,21 @@ class Curve:
         knots = self._curve.time
         return np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
+
     def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`.
+
+        Args:
+            t: instants, () or (N,) s.
+
+        Returns:
+            The state at those instants, in arrays of the same leading shape.
+
+        Raises:
+            InputError: an instant lies outside [start, end].
+        """
         instants = check_instants(t, self.start, self.end)
         times = np.atleast_1d(instants)
         panel = self._panel(times)
@@ -373,7 +386,17 @@ class Curve:
         )
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`.
+
+        Args:
+            t: instants, () or (N,) s.
+
+        Returns:
+            Angular rate, (3,) or (N, 3) rad/s, and specific force, (3,) or (N, 3) m/s², in the block's axes.
+
+        Raises:
+            InputError: an instant lies outside [start, end].
+        """
         instants = check_instants(t, self.start, self.end)
         times = np.atleast_1d(instants)
         omega, force = np.empty((len(times), 3)), np.empty((len(times), 3))
@@ -381,7 +404,17 @@ class Curve:
         return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Return exact increments by Gauss-Legendre quadrature between knots; see `Trajectory.increments`."""
+        """Return exact increments by Gauss-Legendre quadrature between knots; see `Trajectory.increments`.
+
+        Args:
+            rate_hz: samples per second.
+
+        Returns:
+            Integrals of inertial angular rate and specific force; edges at start + k/rate_hz up to `end`.
+
+        Raises:
+            InputError: the rate is not positive and finite, or an interval is longer than the trajectory.
+        """
         edges = sample_edges(self.start, self.end, rate_hz)
         return ImuData(edges, *self._integrals(edges, _POINTS))
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.models import ELLIPSOIDS, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.units import ARCSEC, DEG, G0
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sinssim.truth.motions.analytic import AnalyticMotion
     from sinssim.truth.motions.vibration import Tone
     from sinssim.truth.trajectory import Trajectory
+    from sinssim.truth.turntable.section import TurntableSection
 
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -32,8 +33,8 @@ def fly(
     """Return the true motion of a scenario's sensor block.
 
     Args:
-        scenario: the scenario, with its source of truth: [flight], [parked], [great_circle], [motion] or
-            [track].
+        scenario: the scenario, with its source of truth: [flight], [parked], [great_circle], [motion],
+            [track], [drive], [voyage] or [turntable].
         progress: called with the fraction of a flight flown, 0…1.
         meanwhile: called once while another process flies; not called if there is nothing to fly.
 
@@ -50,14 +51,23 @@ def fly(
         raise InputError(
             f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a place on the "
             "Earth: `sinssim run` runs it; nothing else uses it. Give a scenario with [flight], [parked], "
-            "[great_circle], [motion] or [track]."
+            "[great_circle], [motion], [track] or [turntable]."
         )
     if scenario.log is not None:
         raise InputError(
             f"the scenario {scenario.name} has recorded sensors ([log]) and no true motion: `sinssim run` runs it. "
             "Give a scenario with [flight], [parked], [great_circle] or [motion]."
         )
-    trajectory = _source(scenario, progress, meanwhile)
+    trajectory = _vibrating(scenario, _source(scenario, progress, meanwhile))
+    if scenario.gravity is None:
+        return trajectory
+    from sinssim.truth.gravity.from_scenario import in_true_gravity
+
+    return in_true_gravity(scenario, trajectory)
+
+
+def _vibrating(scenario: Scenario, trajectory: Trajectory) -> Trajectory:
+    """Return a motion with the vibration that a scenario adds."""
     if not scenario.vibration:
         return trajectory
     from sinssim.truth.motions.vibration import Vibrating
@@ -132,6 +142,12 @@ def _source(
         track = prepared(scenario.track, gravity, scenario.truth.ellipsoid)
         return track_curve(track.knots, track.fit, lever_arm, q_bs, gravity, ellipsoid, track.events, track.channels)
 
+    vehicle = scenario.drive or scenario.voyage
+    if vehicle is not None:
+        from sinssim.truth.vehicles.motion import vehicle_curve
+
+        return vehicle_curve(vehicle, scenario.seed, lever_arm, q_bs, gravity, ellipsoid)
+
     if scenario.motion is not None:
         from sinssim.truth.motions.analytic import OnEarth
         from sinssim.truth.motions.vibration import Vibrating
@@ -140,6 +156,9 @@ def _source(
         place, q_nm = _place(motion), _attitude(motion)
         centre = OnEarth(_analytic(motion), *place, q_nm, motion.duration_s, gravity, ellipsoid)
         return Vibrating(centre, (), lever_arm, q_bs) if imu.lever_arm_m or imu.mounting_deg else centre
+
+    if scenario.turntable is not None:
+        return _on_table(scenario.turntable, scenario.seed, lever_arm, q_bs, gravity, ellipsoid)
 
     from sinssim.truth.motions.great_circle import GreatCircle
 
@@ -157,7 +176,23 @@ def _source(
     )
 
 
-def _place(section: ParkedSection | MotionSection | GreatCircleSection) -> tuple[float, float, float]:
+def _on_table(
+    table: TurntableSection, seed: int, lever_arm: Vector3, q_bs: Array, gravity: str, ellipsoid: Ellipsoid
+) -> Trajectory:
+    """Return the motion on a turntable, whose errors are drawn from the scenario's seed."""
+    from sinssim.truth.motions.analytic import OnEarth
+    from sinssim.truth.motions.vibration import Vibrating
+    from sinssim.truth.turntable.table import draw_table_errors, table_motion
+
+    q_first, motion = table_motion(table, draw_table_errors(table, seed))
+    centre = OnEarth(motion, *_place(table), q_first, motion.duration, gravity, ellipsoid)
+    bare = lever_arm == _NOWHERE and q_bs[0] == 1.0
+    return centre if bare else Vibrating(centre, (), lever_arm, q_bs)
+
+
+def _place(
+    section: ParkedSection | MotionSection | GreatCircleSection | TurntableSection,
+) -> tuple[float, float, float]:
     """Return latitude and longitude, rad, and height, m."""
     return np.radians(section.latitude_deg), np.radians(section.longitude_deg), section.altitude_m
 

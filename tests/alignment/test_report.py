@@ -158,6 +158,7 @@ def test_a_swaying_scenario_is_compared_with_its_last_instant(scenario, monkeypa
     assert abs(report.error.heading) < 1e-6
 
 
+@pytest.mark.rendered
 def test_figures_are_written_whole_or_not_at_all(scenario, tmp_path, capsys):
     code, _, _ = run(capsys, scenario, "--plot", str(tmp_path / "expected.svg"))
     assert code == 0

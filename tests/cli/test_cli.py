@@ -133,6 +133,18 @@ def test_list_shows_a_broken_view_beside_the_others(
     assert views["flight"].startswith("The flight: its path")
 
 
+def test_a_grade_for_one_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "my_unit.toml"
+    file.write_text('description = "mine"\nsource = "certificate 12"\ngyro_arw = 1\n', encoding="utf-8")
+    assert call("run", "parked", "--grade", str(file), "-o", str(tmp_path / "run")) == 2
+    assert "my_unit.toml, line 3: unknown key 'gyro_arw'" in capsys.readouterr().err
+    assert call("sensors", str(file)) == 2
+    assert "my_unit.toml, line 3: unknown key 'gyro_arw'" in capsys.readouterr().err
+    file.write_text('description = "mine"\nsource = "certificate 12"\ngyro_arw_deg_sqrt_h = 1\n', encoding="utf-8")
+    assert call("sensors", str(file)) == 0
+    assert capsys.readouterr().out.startswith("my_unit: mine\nSource: certificate 12; not given and therefore zero:")
+
+
 def test_list_of_grades_says_where_they_are_explained(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("list", "grades") == 0
     assert "sinssim sensors GRADE" in capsys.readouterr().err

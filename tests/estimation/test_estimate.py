@@ -378,3 +378,18 @@ def test_the_covariance_stays_one(hours: float) -> None:
     correlation = p / (scale[:, :, None] * scale[:, None, :])
     assert np.abs(correlation - correlation.transpose(0, 2, 1)).max() <= 1e-12
     assert np.linalg.eigvalsh(correlation).min() > 0.0
+
+
+def test_a_fix_with_correlated_errors() -> None:
+    """The covariance after one fix is that of Bayes for two Gaussian variables, (P⁻¹ + R⁻¹)⁻¹."""
+    flight, ideal = weaving(2.0, 20.0)
+    sigma = np.array([2.0, 3.0, 4.0])
+    rho = np.array([[1.0, 0.7, -0.3], [0.7, 1.0, 0.2], [-0.3, 0.2, 1.0]])
+    start = flight.state(0.0)
+    value = np.array([[start.latitude, start.longitude, start.height]])
+    zero = np.zeros(1)
+    fix = Measurements("gnss-position", zero, zero, value, sigma[None], correlation=rho[None])
+    found = estimate(ideal, start, [fix], MODEL, rate_hz=20.0)
+    r = rho * np.outer(sigma, sigma)
+    expected = np.linalg.inv(np.eye(3) / 5.0**2 + np.linalg.inv(r))
+    np.testing.assert_allclose(found.covariance[0][:3, :3], expected, rtol=1e-9)

@@ -189,3 +189,21 @@ def test_a_sensors_block_needs_its_sensor_and_its_size() -> None:
 def test_a_place_that_is_none_is_left_out() -> None:
     (readings,), _ = take_in([replace(PLACE, value=np.full((2, 3), 50.0))], MODEL, IMU_TIME, 10.0)
     assert list(readings.reason) == ["a latitude beyond a pole (radians are expected)"] * 2
+
+
+def test_correlations_are_part_of_the_noise() -> None:
+    """R has σᵢσⱼρᵢⱼ; what is no correlation is refused."""
+    time = np.array([3.0, 1.0])
+    rho = np.array([[1.0, 0.6, -0.2], [0.6, 1.0, 0.1], [-0.2, 0.1, 1.0]])
+    sigma = np.array([[1.0, 2.0, 3.0], [0.1, 0.2, 0.3]])
+    given = Measurements("gnss-position", time, time, np.zeros((2, 3)), sigma, correlation=np.array([np.eye(3), rho]))
+    (readings,), _ = take_in([given], MODEL, IMU_TIME, 10.0)
+    variance = readings.variance(np.arange(2), MODEL)
+    expected = [[0.01, 0.012, -0.006], [0.012, 0.04, 0.006], [-0.006, 0.006, 0.09]]
+    np.testing.assert_allclose(readings.covariance(0, variance[0]), expected, rtol=1e-12)  # in the order of time
+    np.testing.assert_allclose(readings.covariance(1, variance[1]), np.diag([1.0, 4.0, 9.0]), rtol=1e-12)
+    for wrong in (2.0 * rho, np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]])):
+        with pytest.raises(InputError, match="no correlation matrix"):
+            take_in([replace(given, correlation=np.array([rho, wrong]))], MODEL, IMU_TIME, 10.0)
+    with pytest.raises(InputError, match="has the shape"):
+        take_in([replace(given, correlation=np.eye(3))], MODEL, IMU_TIME, 10.0)

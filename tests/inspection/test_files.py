@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.inspection.columns import guess_layout
 from sinssim.inspection.files import inspect
 from sinssim.inspection.text_table import read_table
+from sinssim.scenario import load_scenario
 from tests.inspection import worlds
 
 _DEG = np.pi / 180.0
@@ -132,3 +134,100 @@ def test_a_scenario_with_its_clocks_described_has_nothing_left_to_describe(tmp_p
     (said,) = (f for f in again.findings if f.subject == "clocks")
     assert said.grade == "fact"
     assert abs(float(said.text.split(" are ")[1].split(" ms")[0].split(" ")[0])) < 10.0
+
+
+def test_a_described_delay_and_refused_qualities_are_not_found_again(tmp_path: Path) -> None:
+    """Float fixes that claim centimetres lie 0.3 m off: the suggested scenario refuses them, and nothing is left."""
+    unit = worlds.readings()
+    log, seen = tmp_path / "imu.csv", _pos(tmp_path / "gnss.pos", 0.125)
+    np.savetxt(log, np.column_stack([unit.time + 70.0, unit.gyro, unit.accel]), delimiter=",", fmt="%.6f")
+    lines = seen.read_text().splitlines()
+    for k in range(200, 212):
+        words = lines[k].split(" ")
+        words[2], words[5] = f"{float(words[2]) + np.degrees(0.3 / 6.38e6):.9f}", "2"
+        lines[k] = " ".join(words)
+    seen.write_text("\n".join(lines) + "\n")
+    first = inspect([log, seen], tmp_path)
+    assert first.scenario is not None
+    assert tomllib.loads(first.scenario)["log"]["gnss"]["quality_factors"] == {"1": 1.0}
+    (tmp_path / "drive.toml").write_text(first.scenario)
+    again = inspect([tmp_path / "drive.toml"]).inspection
+    assert not any("contradict" in f.text for f in again.findings)
+    (said,) = (f for f in again.findings if "velocity_delay_s" in f.numbers)
+    assert said.grade == "fact"
+    assert "are described" in said.text
+    wrong = (tmp_path / "drive.toml").read_text().replace("velocity_delay_s = 0.1", "velocity_delay_s = 0.2")
+    (tmp_path / "drive.toml").write_text(wrong)
+    (said,) = (f for f in inspect([tmp_path / "drive.toml"]).inspection.findings if "velocity_delay_s" in f.numbers)
+    assert said.grade == "doubt"
+
+
+def test_a_vehicle_on_wheels_that_shakes(tmp_path: Path) -> None:
+    """The noise is that of the calmest axis, since the filter adds the shaking of each, and the tables are on."""
+    unit = worlds.readings()
+    rng = np.random.default_rng(3)
+    moving = (unit.time > 32.0)[:, None]
+    gyro = unit.gyro + rng.normal(0.0, 1.0, unit.gyro.shape) * np.where(moving, 0.02, 0.002) * (0.2, 1.0, 0.2)
+    log = tmp_path / "imu.csv"
+    np.savetxt(log, np.column_stack([unit.time, gyro, unit.accel]), delimiter=",", fmt="%.6f")
+    found = inspect([log, _pos(tmp_path / "gnss.pos", 0.0)], tmp_path, land=True)
+    assert found.scenario is not None
+    told = tomllib.loads(found.scenario)
+    calm = np.hypot(np.radians(0.05), 0.0004) * np.sqrt(0.01)  # rad/√s, of the axes that hardly shake
+    assert told["imu"]["gyro_arw_deg_sqrt_h"] == pytest.approx(np.degrees(calm) * 60.0, rel=0.1)
+    assert told["filter"]["vibration_noise"] == 0.5
+    assert set(told["aiding"]) == {"land_vehicle", "zero_velocity", "zero_rate"}
+    assert told["imu"]["gyro_flicker_deg_h"] > 0.0
+    assert load_scenario(str(_written(tmp_path / "drive.toml", found.scenario))).aiding is not None
+    without = inspect([log, _pos(tmp_path / "gnss.pos", 0.0)], tmp_path).scenario
+    assert without is not None
+    assert "aiding" not in tomllib.loads(without)
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("off_deg", [0.0, 6.0])
+def test_the_attitude_of_a_reference_is_judged_without_a_filter(tmp_path: Path, off_deg: float) -> None:
+    """The true attitude agrees with readings and fixes; one whose heading is off by 6° does not."""
+    unit = worlds.readings()
+    np.savetxt(tmp_path / "imu.csv", np.column_stack([unit.time, unit.gyro, unit.accel]), delimiter=",", fmt="%.6f")
+    seen = worlds.fixes()
+    assert seen.velocity_ned is not None
+    place = np.degrees(np.column_stack([seen.latitude, seen.longitude]))
+    rows = np.column_stack([seen.time, place, seen.height, seen.velocity_ned])
+    np.savetxt(tmp_path / "gnss.csv", rows, delimiter=",", fmt="%.10f")
+    time = np.arange(1.0, worlds.DURATION - 1.0, 0.05)
+    angles = np.degrees(rotation.euler_from_quaternion(worlds.drive().state(time).q_nb))
+    rows = np.column_stack([time, angles[0], angles[1], angles[2] + off_deg])
+    np.savetxt(tmp_path / "attitude.csv", rows, delimiter=",", fmt="%.6f")
+    to_unit = np.degrees(rotation.euler_from_quaternion(rotation.quaternion_from_dcm(worlds.TO_UNIT)))
+    (tmp_path / "drive.toml").write_text(_DESCRIBED.format(*to_unit))
+    (said,) = (f for f in inspect([tmp_path / "drive.toml"]).inspection.findings if f.subject == "reference")
+    assert said.grade == ("doubt" if off_deg else "fact")
+    assert said.numbers["heading_deg"] == pytest.approx(off_deg, abs=0.5)
+    assert said.numbers["tilt_deg"] < 0.3
+
+
+_DESCRIBED = """
+name = "drive"
+log.imu = {{ file = "imu.csv", kind = "rates", time = 1, gyro = {{ columns = [2, 3, 4], unit = "rad/s" }}, accel = {{ columns = [5, 6, 7], unit = "m/s^2" }} }}
+imu = {{ grade = "mems-industrial", mounting_deg = [{}, {}, {}] }}
+[log.gnss]
+file = "gnss.csv"
+time = 1
+latitude = {{ column = 2, unit = "deg" }}
+longitude = {{ column = 3, unit = "deg" }}
+height = {{ column = 4, unit = "m" }}
+velocity = {{ columns = [5, 6, 7], unit = "m/s" }}
+position_sigma_m = [0.01, 0.01, 0.02]
+velocity_sigma_mps = [0.05, 0.05, 0.05]
+[log.reference]
+file = "attitude.csv"
+time = 1
+roll = {{ column = 2, unit = "deg" }}
+pitch = {{ column = 3, unit = "deg" }}
+heading = {{ column = 4, unit = "deg" }}
+"""  # noqa: E501

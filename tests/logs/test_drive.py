@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import sinssim
+from sinssim.logs.files import fix_stream, solution_stream
 from sinssim.logs.load import load_log
 
 DRIVE = Path(__file__).parents[1] / "data" / "drive" / "drive.toml"
@@ -59,3 +60,15 @@ def test_outages_of_fifteen_seconds_in_three_phases() -> None:
     assert np.percentile(ends, 90.0) <= 20.0
     assert np.median(smoothed) <= 0.3
     assert np.percentile(smoothed, 90.0) <= 0.8
+
+
+def test_a_written_scenario_describes_a_named_format_again(tmp_path: Path) -> None:
+    """A run writes every default out, columns of text included, which a named format does not use."""
+    named = ['log.gnss.format="rtklib-pos"', 'log.reference.format="rtklib-pos"']
+    (tmp_path / "again.toml").write_text(sinssim.load_scenario(DRIVE, named).to_toml())
+    log = sinssim.load_scenario(tmp_path / "again.toml").log
+    assert log is not None
+    assert log.gnss is not None
+    assert log.reference is not None
+    assert "delimiter" in log.gnss.model_fields_set
+    assert len(fix_stream(log.gnss)[0]) == len(solution_stream(log.reference)[0]) > 100

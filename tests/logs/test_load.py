@@ -182,11 +182,26 @@ def test_regular_outages_lie_within_the_run() -> None:
         LogOutages(length_s=45.0, every_s=45.0)
 
 
+def test_several_beginnings_are_further_passes() -> None:
+    several = LogOutages(length_s=15.0, every_s=45.0, first_s=(30.0, 45.0))
+    assert several.spans(0.0, 100.0) == ()
+    assert several.passes(0.0, 100.0) == (((30.0, 45.0), (75.0, 90.0)), ((45.0, 60.0),))
+    assert LogOutages(length_s=15.0, every_s=45.0, first_s=30.0).passes(0.0, 100.0) == ()
+    for wrong, message in (
+        ({"at_s": ((1.0, 2.0),), "first_s": (30.0, 45.0)}, "give length_s and every_s"),
+        ({"length_s": 1.0, "every_s": 9.0, "first_s": (5.0, 5.0)}, "give each beginning once"),
+        ({"length_s": 1.0, "every_s": 9.0, "first_s": (5.0, 6.0), "at_s": ((1.0, 2.0),)}, "exclude each other"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            LogOutages.model_validate(wrong)
+
+
 def test_outages_as_people_write_them() -> None:
     assert outage_settings(["40:55", "100:110.5", "15/45@60"]) == [
         "log.outages.at_s=[[40.0, 55.0], [100.0, 110.5]]",
         "log.outages.length_s=15.0", "log.outages.every_s=45.0", "log.outages.first_s=60.0",
     ]  # fmt: skip
-    for wrong in (["40-55"], ["15/45", "20/60"]):
+    assert outage_settings(["15/45@30,45,60.5"])[2:] == ["log.outages.first_s=[30.0, 45.0, 60.5]"]
+    for wrong in (["40-55"], ["15/45", "20/60"], ["15/45@30,"]):
         with pytest.raises(InputError, match="Write 40:55"):
             outage_settings(wrong)

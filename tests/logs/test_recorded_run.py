@@ -145,6 +145,69 @@ def test_the_filter_does_the_same_on_recorded_as_on_simulated_readings(tmp_path:
         np.testing.assert_allclose(mine_one.nis, theirs_one.nis, rtol=1e-3)
 
 
+def test_a_known_field_compensates_recorded_readings(tmp_path: Path) -> None:
+    """Perfect sensors in EGM2008: with the field the recorded run closes; without, it is off by δg t²/2."""
+    field = {"gravity": {"model": "egm2008"}}
+    simulated = sinssim.run(_simulated(imu={"grade": "ideal"}, **field))
+    felt = np.hypot(*simulated.trajectory.disturbance_ned(np.array([30.0]))[0, :2])  # type: ignore[attr-defined]
+    assert felt > 1e-4
+    for known in (True, False):
+        folder = tmp_path / str(known)
+        folder.mkdir()
+        tables = {**field, "navigation": {"gravity_degree": 120}} if known else {}
+        off = _recorded_again(simulated, folder, imu={"grade": "ideal"}, **tables).errors["quaternion"].horizontal
+        end = off[np.isfinite(off)][-1]
+        if known:
+            assert end < 1e-4
+        else:
+            assert end == pytest.approx(0.5 * felt * 60.0**2, rel=0.1)
+
+
+def test_the_filter_of_a_log_knows_the_field_as_that_of_a_simulation(tmp_path: Path) -> None:
+    own_filter = {
+        "states": ["gyro bias", "accelerometer bias"],
+        "initial_sigma": {
+            "position_m": 2.0, "height_m": 2.0, "velocity_mps": 0.1, "tilt_arcmin": 5.0, "heading_arcmin": 20.0,
+        },
+    }  # fmt: skip
+    known = {"gravity": {"model": "egm2008"}, "navigation": {"gravity_degree": 120, "vertical": "free"}}
+    gnss = {"lever_arm_m": [0.0, 0.0, 0.0]}
+    himalaya = {
+        "latitude_deg": 27.5, "longitude_deg": 86.0, "altitude_m": 9000.0, "course_deg": 60.0, "speed_mps": 200.0,
+        "duration_s": 60.0,
+    }  # fmt: skip
+    simulated = sinssim.run(_simulated(great_circle=himalaya, aiding={"gnss": gnss}, filter=own_filter, **known))
+    assert simulated.aided is not None
+    off = []
+    for tables in (known, {}):
+        folder = tmp_path / str(len(off))
+        folder.mkdir()
+        recorded = _recorded_again(simulated, folder, filter=own_filter, **tables)
+        assert recorded.aided is not None
+        error, true = recorded.aided.error, simulated.aided.error
+        rows = np.isfinite(error.position_ned).all(axis=1)
+        assert rows.sum() > 580
+        off.append(np.abs(error.position_ned[rows] - true.position_ned[rows]).max())
+    assert off[0] < 1e-7  # it is 3e-9 m
+    assert off[1] > 1e-3  # normal gravity: most of the disturbance goes into the accelerometers' biases
+
+
+@pytest.mark.parametrize(
+    ("tables", "says"),
+    [
+        ({"gravity": {"model": "egm2008"}}, "would have no effect: recorded readings"),
+        (
+            {"gravity": {"model": "egm2008", "remainder": {}}, "navigation": {"gravity_degree": 60}},
+            r"\[gravity\.remainder\] is a random part of the true field",
+        ),
+        ({"navigation": {"gravity_degree": 60}}, "gravity_degree = 60 needs the model"),
+    ],
+)
+def test_gravity_of_a_log_that_is_refused(tmp_path: Path, tables: dict[str, Any], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        scenario({"imu": {"file": str(tmp_path / "imu.csv"), **INCREMENTS}}, **tables)
+
+
 def _with_fixes(folder: Path, *, reference: bool, seconds: float = 70.0, **more: Any) -> Scenario:
     truth = drive(seconds)
     write_rates(folder / "imu.csv", truth, np.arange(0.0, seconds - 0.01, 0.01))
@@ -180,9 +243,36 @@ def test_outages_are_withheld_and_judged(tmp_path: Path) -> None:
     )
 
 
+def test_passes_with_several_beginnings_are_those_of_single_runs(tmp_path: Path) -> None:
+    """The outages of three passes are those of three runs, and the run itself has all satellites."""
+    regular = {"length_s": 5.0, "every_s": 20.0}
+    single = []
+    for first in (22.0, 29.0):
+        run = sinssim.run(_with_fixes(tmp_path, reference=True, log={"outages": {**regular, "first_s": first}}))
+        single += run.summary["outages"]["each"]
+    pooled = sinssim.run(
+        _with_fixes(tmp_path, reference=True, log={"outages": {**regular, "first_s": (22.0, 29.0)}}), tmp_path / "run"
+    )
+    found = pooled.summary["outages"]
+    assert [one.pop("pass") for one in found["each"]] == [1, 1, 1, 2, 2]
+    assert found["each"] == single
+    ends = [one["horizontal_error_m"] for one in single]
+    assert found["median"]["horizontal_error_m"] == pytest.approx(np.median(ends), rel=1e-12)
+    ratio = [one["horizontal_error_m"] / one["horizontal_sigma_m"] for one in single]
+    assert found["error_over_sigma"] == pytest.approx(np.sqrt(np.mean(np.square(ratio))), rel=1e-12)
+    assert pooled.aided is not None
+    assert all(len(one.time) == len(one.measurements) for one in pooled.aided.sensed)  # nothing is withheld
+    assert "5 outages of 5 s in 2 passes" in (tmp_path / "run" / "report.html").read_text()
+
+
 def test_without_a_reference_solutions_are_compared_with_the_smoothed_one(tmp_path: Path) -> None:
     run = sinssim.run(
-        _with_fixes(tmp_path, reference=False, navigation={"algorithms": ["quaternion", "two-quaternions"]}),
+        _with_fixes(
+            tmp_path,
+            reference=False,
+            navigation={"algorithms": ["quaternion", "two-quaternions"]},
+            filter={"smooth": True, "backward": True},
+        ),
         tmp_path / "run",
     )
     assert run.summary["log"]["compared_with"] == "the smoothed solution"
@@ -194,6 +284,9 @@ def test_without_a_reference_solutions_are_compared_with_the_smoothed_one(tmp_pa
     assert "nan" not in page.split("<pre>")[0].split("</style>")[1].replace("navigation", "")
     streams = {file.stem for file in (tmp_path / "run" / "streams").iterdir()}
     assert {"imu_measured", "nav_aided", "nav_smoothed", "filter", "aiding_gnss_position"} <= streams
+    assert {"nav_backward", "error_backward"} <= streams
+    assert run.summary["filter"]["backward"]["rms_horizontal_error_m"] < 1.0
+    assert "backward" in page
     assert "truth" not in streams
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert summary["status"] == "finished"

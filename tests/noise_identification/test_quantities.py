@@ -138,6 +138,7 @@ def test_what_there_is_not_is_said(weather: Path, tmp_path: Path) -> None:
         noise_report(weather, columns=weather.with_suffix(".toml"), channels=["q=hPa"])
 
 
+@pytest.mark.rendered
 def test_command(weather: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["allan", str(weather), "--columns", str(weather.with_suffix(".toml")), "--channel", "p=hPa"]
     plot = tmp_path / "allan.svg"

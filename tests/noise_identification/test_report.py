@@ -270,6 +270,7 @@ def test_known_correlation_time(log, capsys):
     assert channel["correlation_time_band_s"] is None
 
 
+@pytest.mark.rendered
 @pytest.mark.parametrize("suffix", [".svg", ".png", ".pdf"])
 def test_plot(log, capsys, tmp_path, suffix):
     file = tmp_path / f"allan{suffix}"

@@ -73,13 +73,14 @@ def _unit(rows):
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
-def scenario(algorithms: tuple[str, ...] = ALGORITHMS) -> Scenario:
+def scenario(algorithms: tuple[str, ...] = ALGORITHMS, keep: str = "all", detail: str = "light") -> Scenario:
     return Scenario.model_validate(
         {
             "name": "fake",
             "seed": 3,
             "parked": {"latitude_deg": 60.0, "duration_s": 30.0},
             "navigation": {"algorithms": algorithms},
+            "recording": {"keep": keep, "detail": detail},
         }
     )
 
@@ -114,7 +115,7 @@ def main() -> None:
         sinssim.strapdown.measured_attitude.navigate = navigate
     from sinssim.simulation import run
 
-    run(scenario(), directory, overwrite=True)
+    run(scenario(detail="full"), directory, overwrite=True)
 
 
 if __name__ == "__main__":

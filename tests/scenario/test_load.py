@@ -12,6 +12,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, list_content, load_scenario
 from sinssim.scenario.mistakes import key_lines
+from sinssim.scenario.toml_file import validate
 from tests.scenario.examples import FLIGHT, PARKED
 
 
@@ -138,7 +139,12 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         ('"737"', '"738"', 0, "unknown aircraft '738'. Did you mean '737'? Known: 737"),
         ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: takeoff,"),
         ('on = "air"\n', "", -1, "flight.start lacks the key on; it must be one of: air, runway"),
-        ('type = "turn"\n', "", -1, "flight.legs.2 lacks the key type; it must be one of: takeoff, parked, hold,"),
+        (
+            'type = "turn"\n',
+            "",
+            -1,
+            "flight.legs.2 lacks the key type; it must be one of: takeoff, take_off, parked, park,",
+        ),
         ('on = "air"', 'on = "water"', 0, "flight.start.on = 'water' is not known. Known: air, runway"),
         ('"euler"', '"eulr"', 0, "unknown algorithm 'eulr'. Did you mean 'euler'? Known: "),
         ("[imu]", '[truth]\ngravity = "jj2"\n[imu]', 1, "unknown gravity model 'jj2'. Did you mean 'j2'?"),
@@ -354,3 +360,17 @@ def test_views_of_ones_own_are_named_from_the_scenarios_own_folder(tmp_path, mon
     plan.write_text('views = "mine.py"\n' + PARKED)
     with pytest.raises(InputError, match=r"plan\.toml, line 1: views"):
         load_scenario(plan)
+
+
+@pytest.mark.parametrize(
+    ("columns", "says"),
+    [
+        (["a"], r"x\.toml: log\.imu\.gyro\.columns must have 3 entries, and has 1\."),
+        (["a", "b", "c", "d"], r"x\.toml: log\.imu\.gyro\.columns must have at most 3 entries, and has 4\."),
+    ],
+)
+def test_an_array_or_a_text_is_named_without_the_names_of_types(columns, says):
+    gyro, accel = {"columns": columns, "unit": "rad/s"}, {"columns": "a", "unit": "m/s²"}
+    log = {"imu": {"file": "a.csv", "time": "t", "gyro": gyro, "accel": accel}}
+    with pytest.raises(InputError, match=f"^{says}$"):
+        validate(Scenario, {"name": "x", "log": log, "imu": {"grade": "tactical"}}, "", "x.toml")

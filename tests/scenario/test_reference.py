@@ -11,6 +11,7 @@ from types import ModuleType
 import pytest
 
 from sinssim.scenario import Scenario
+from sinssim.scenario.sections.imu import ImuSection
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -31,7 +32,10 @@ def test_page_is_up_to_date(script: ModuleType) -> None:
     )
 
 
-SOURCES = {"flight", "parked", "great_circle", "motion", "track", "log", "one_component"}
+GROUND = ("takeoff", "take_off", "parked", "park", "taxi", "land")
+SOURCES = {
+    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "log", "one_component",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("motion", sorted(SOURCES))
@@ -40,6 +44,8 @@ def test_examples_load(script: ModuleType, motion: str) -> None:
     data = {key: value for block in blocks for key, value in block.items()}
     for other in SOURCES - {motion}:
         del data[other]
+    if motion != "turntable":
+        del data["calibration"]
     if motion == "one_component":
         data = {key: value for key, value in data.items() if key in ("name", "description", "seed", motion)}
     if motion == "log":  # the other tables of the page are for simulated sensors
@@ -50,7 +56,12 @@ def test_examples_load(script: ModuleType, motion: str) -> None:
         assert scenario.log.gnss.latitude is not None
         return
     if motion == "flight":  # the page shows every kind of leg; on the ground it starts only from a runway
-        data["flight"]["legs"] = [leg for leg in data["flight"]["legs"] if leg["type"] not in ("takeoff", "parked")]
+        data["flight"]["legs"] = [leg for leg in data["flight"]["legs"] if leg["type"] not in GROUND]
+    if "imu" in data:  # the other tables of the page are for a block at rest
+        turning = {**data["imu"], "rotation": data["imu"].pop("rotation")}
+        assert ImuSection.model_validate(turning).rotation is not None
     scenario = Scenario.model_validate(data)
     shown = set(scenario.as_written())
-    assert set(data) == {key for key in shown if getattr(scenario, key) is not None} - ({"views"} - set(data))
+    assert set(data) == {key for key in shown if getattr(scenario, key) is not None} - (
+        {"views", "recording"} - set(data)
+    )

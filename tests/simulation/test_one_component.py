@@ -221,7 +221,7 @@ def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
 
 
 def test_the_recording_is_thinned_and_the_tables_are_not(tmp_path: Path) -> None:
-    """The recording holds rows of the Parquet table, evenly spread, the first and the last among them."""
+    """The recording holds the rows of the Parquet table that a screen can show, the first and the last among them."""
     values = {"variant": "one-integral", "duration_s": 1000.0, "rate_hz": 20.0, "gyro": {"bias_deg_h": 0.01}}
     run(Scenario(name="long", one_component=values), tmp_path / "run")
     table = pq.read_table(tmp_path / "run" / "streams" / "nav_one_integral.parquet")
@@ -235,7 +235,7 @@ def test_the_recording_is_thinned_and_the_tables_are_not(tmp_path: Path) -> None
         if column:
             last = batch.column(column)[-1].as_py()
             rows += batch.num_rows
-    assert rows == 8192
+    assert 4000 < rows < 16_000
     assert last == [table["velocity_mps"][-1].as_py(), table["coordinate_rad"][-1].as_py()]
 
 

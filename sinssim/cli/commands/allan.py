@@ -17,7 +17,7 @@ def command(
         Path,
         typer.Argument(
             metavar="LOG",
-            help="A recorded log (text, .parquet, .npz) of sensors at rest, or a run directory.",
+            help="A recorded log (text, .parquet, .npz) of sensors at rest, a run directory, or a scenario with [log].",
             show_default=False,
         ),
     ],
@@ -49,6 +49,9 @@ def command(
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record everything for `sinssim view` (.rrd).")
     ] = None,
+    imu: Annotated[
+        bool, typer.Option("--imu", help="Print only the table [imu] that emulates this unit, for a scenario file.")
+    ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -68,6 +71,7 @@ def command(
         sinssim allan log.csv --columns log.toml --channel gyro --plot allan.svg
         sinssim allan weather.csv --columns weather.toml --channel pressure=hPa --channel air_c
         sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
+        sinssim allan drive.toml --from 0 --to 30 --imu >> simulated.toml
     """
     from sinssim.noise_identification.report import noise_report
 
@@ -75,6 +79,10 @@ def command(
         from sinssim.recording.figures.canvas import check_format
 
         check_format(plot)
+    if imu and as_json:
+        from sinssim.errors import InputError
+
+        raise InputError("--imu and --json both say what is printed; give one of them.")
     with one_bar(show=not quiet) as progress:
         report = noise_report(
             log,
@@ -94,7 +102,11 @@ def command(
         from sinssim.recording.rerun.noise import record_noise
 
         record_noise(record, report)
-    if as_json:
+    if imu:
+        from sinssim.noise_identification.imu_block import block_text
+
+        print(block_text(report), end="")
+    elif as_json:
         print_json(report.to_json())
     elif not quiet:
         from sinssim.recording.tables.noise import show

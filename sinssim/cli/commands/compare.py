@@ -78,8 +78,8 @@ def command(
 
     A trade study has a scenario and [[axes]]: every combination of their values is a cell, a covariance budget or an
     ensemble of runs. It writes a report with pictures of the trade (report.html; SVG and PNG beside it), the tables
-    (summary.md, results.json, results.parquet) and the finished cells (cells/). Ctrl-C leaves the finished cells and
-    their report; --resume goes on. See docs/trades.md.
+    (summary.md, results.json, results.parquet), a recording for the view *trade* (recording.rrd) and the finished cells
+    (cells/). Ctrl-C leaves the finished cells and their report; --resume goes on. See docs/trades.md.
 
     Examples:
 

@@ -62,6 +62,12 @@ def command(
             help="Double the number of runs, up to 16 times --runs, until every requirement is decided.",
         ),
     ] = False,
+    at: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--at", metavar="S", help="A further time for the table, s; may be given several times.", show_default=False
+        ),
+    ] = None,
     sheet: Annotated[
         bool, typer.Option("--sheet", help="Print the performance of the unit in the words of a data sheet.")
     ] = False,
@@ -99,7 +105,8 @@ def command(
     with one_bar(show=not quiet) as progress:
         result = ensemble(
             plan, runs, directory, resume=resume, overwrite=overwrite, threads=threads, workers=workers,
-            scheduler=scheduler, require=wanted, until_decided=until_decided, progress=progress, say=say,
+            scheduler=scheduler, require=wanted, until_decided=until_decided, times=at or (),
+            progress=progress, say=say,
         )  # fmt: skip
     from sinssim.ensembles.summary import ensemble_numbers
 

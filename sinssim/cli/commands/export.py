@@ -39,14 +39,20 @@ def command(
         typer.Option(
             "--solution",
             metavar="NAME",
-            help="What is written: truth, an algorithm, aided, smoothed, or a satellite receiver such as gnss; and "
-            "measured, ideal or compensated for the inertial readings. May be given twice.",
+            help="What is written: truth, an algorithm, aided, backward, smoothed, or a satellite receiver such as "
+            "gnss; and measured, ideal or compensated for the inertial readings. May be given twice.",
             show_default="truth, measured",
         ),
     ] = None,
     start: Annotated[
-        str, typer.Option("--start", metavar="DATE", help="Date of the run's time 0, UTC.")
-    ] = DEFAULT_START,
+        str | None,
+        typer.Option(
+            "--start",
+            metavar="DATE",
+            help="Date of the run's time 0, UTC.",
+            show_default=f"{DEFAULT_START}, or the date of a recorded log",
+        ),
+    ] = None,
     rate: Annotated[
         float | None,
         typer.Option("--rate", metavar="HZ", help="Most samples a second of the solution.", show_default="all"),

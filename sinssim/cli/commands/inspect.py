@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -27,6 +27,13 @@ def command(
             "--out", "-o", metavar="FILE", help="Write the suggested scenario there (.toml).", show_default=False
         ),
     ] = None,
+    vehicle: Annotated[
+        Literal["any", "land"],
+        typer.Option(
+            "--vehicle",
+            help="land: the vehicle moves on wheels; the suggested scenario then has their constraint, and stops.",
+        ),
+    ] = "any",
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -44,7 +51,7 @@ def command(
     Examples:
 
         sinssim inspect imu.csv gnss.pos
-        sinssim inspect imu.csv gnss.pos --out drive.toml
+        sinssim inspect imu.csv gnss.pos --vehicle land --out drive.toml
     """
     from sinssim.errors import InputError
     from sinssim.inspection.files import inspect
@@ -54,7 +61,7 @@ def command(
             raise InputError(f"--out {out}: a scenario's file ends with .toml.")
         if out.exists() and not overwrite:
             raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
-    result = inspect(files, Path() if out is None else out.parent)
+    result = inspect(files, Path() if out is None else out.parent, land=vehicle == "land")
     if as_json:
         print_json({**result.inspection.as_dict(), "scenario": result.scenario})
     elif not quiet:

@@ -101,7 +101,7 @@ def names_of(kind: Listing) -> Mapping[str, str]:
         case Listing.GRADES:
             from sinssim.sensors.imu.grades import GRADES
 
-            return GRADES
+            return {**GRADES, **_descriptions("grades")}
         case Listing.STATES:
             from sinssim.scenario.sections.filter import FILTER_STATES
 
@@ -122,7 +122,7 @@ def names_of(kind: Listing) -> Mapping[str, str]:
             return _descriptions("studies")
 
 
-def _descriptions(kind: Literal["aircraft", "scenarios", "studies"]) -> dict[str, str]:
+def _descriptions(kind: Literal["aircraft", "scenarios", "studies", "grades"]) -> dict[str, str]:
     """Return the descriptions in the TOML files of a content folder."""
     from sinssim.scenario.content import list_content
 

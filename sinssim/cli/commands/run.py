@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from sinssim.cli.options import Debug, Json, OutFolder, Quiet, ScenarioName, Settings
 from sinssim.cli.terminal import console, notes_of, print_json, program_name, stage_bars
+
+Keep = Literal["summary", "report", "streams", "all"]
+Detail = Literal["full", "light", "none"]
 
 
 def command(
@@ -18,6 +22,14 @@ def command(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing run; your own files stay.")
     ] = False,
+    grade: Annotated[
+        str | None,
+        typer.Option(
+            "--grade",
+            metavar="NAME|FILE",
+            help="Replace imu.grade: a name from `sinssim list grades`, or a grade's TOML file.",
+        ),
+    ] = None,
     view: Annotated[
         str | None,
         typer.Option(
@@ -30,7 +42,25 @@ def command(
             "--outage",
             metavar="SPAN",
             help="Withhold recorded satellites: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the "
-            "same, the first at 60 s. May be repeated. For scenarios with [log].",
+            "same, the first at 60 s; 15/45@30,45,60 in one pass of the filter from each of them, judged together. May "
+            "be repeated. For scenarios with [log].",
+        ),
+    ] = None,
+    keep: Annotated[
+        Keep | None,
+        typer.Option(
+            "--keep",
+            help="What the run directory has: scenario and summary; also the report; also every stream as Parquet; "
+            "also the recording.",
+            show_default="recording.keep: all",
+        ),
+    ] = None,
+    recording: Annotated[
+        Detail | None,
+        typer.Option(
+            "--recording",
+            help="Streams in the recording: every row, the rows that a screen can show, or no recording.",
+            show_default="recording.detail: light",
         ),
     ] = None,
     quiet: Quiet = False,
@@ -47,20 +77,29 @@ def command(
 
         sinssim run first_flight
         sinssim run my_flight.toml -o runs/tactical --set imu.grade=tactical --set seed=3
+        sinssim run first_flight --grade my_unit.toml
         sinssim run my_drive.toml --outage 15/45
+        sinssim run first_flight --keep report
     """
     from sinssim.errors import InputError
     from sinssim.scenario import find_content, load_scenario
     from sinssim.scenario.outages import outage_settings
 
-    plan = load_scenario(scenario, settings or ())
+    of_grade = [] if grade is None else [f"imu.grade={json.dumps(grade)}"]
+    settings = [*(settings or ()), *of_grade, *_kept(keep, recording)]
+    plan = load_scenario(scenario, settings)
     if outages:
         if plan.log is None:
             raise InputError(
                 "--outage withholds recorded satellites ([log]); in a simulation, aiding.gnss.outages_s has outages."
             )
-        plan = load_scenario(scenario, [*(settings or ()), *outage_settings(outages)])
+        plan = load_scenario(scenario, [*settings, *outage_settings(outages)])
     if view is not None:
+        if not plan.recording.has_recording:
+            raise InputError(
+                "--view shows the recording, and this run keeps none (--keep, --recording; in the scenario "
+                'recording.keep, recording.detail): it takes keep = "all" and detail = "light" or "full".'
+            )
         find_content("viz", view)
     directory = out or Path("runs") / plan.name
     from sinssim.simulation.execute import run
@@ -81,9 +120,22 @@ def command(
             from sinssim.recording.tables.run import show
 
         show(plan, result.summary, console(least_width=120))
-        print(f"Report: {directory / 'report.html'}    (in any browser)")
-        print(f"View:   {program_name()} view {directory}    (--web: in a browser)")
+        if plan.recording.has_report:
+            print(f"Report: {directory / 'report.html'}    (in any browser)")
+        else:
+            print(f"Summary: {directory / 'summary.json'}")
+        if plan.recording.has_recording:
+            print(f"View:   {program_name()} view {directory}    (--web: in a browser)")
     if view is not None:
         from sinssim.recording.rerun.viewer import open_viewer
 
         open_viewer(directory, view=view)
+
+
+def _kept(keep: str | None, recording: str | None) -> list[str]:
+    """Return the settings of a scenario that the options stand for."""
+    if keep not in (None, "all") and recording not in (None, "none"):
+        raise typer.BadParameter(
+            f"--keep {keep} keeps no recording, so that --recording {recording} would have no effect; give one of them"
+        )
+    return [f'recording.{key}="{value}"' for key, value in (("keep", keep), ("detail", recording)) if value is not None]

@@ -43,8 +43,14 @@ def command(
         ),
     ] = None,
     start: Annotated[
-        str, typer.Option("--start", metavar="DATE", help="Date of the run's time 0 in the export, UTC.")
-    ] = DEFAULT_START,
+        str | None,
+        typer.Option(
+            "--start",
+            metavar="DATE",
+            help="Date of the run's time 0 in the export, UTC.",
+            show_default=f"{DEFAULT_START}, or the date of a recorded log",
+        ),
+    ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -62,9 +68,9 @@ def command(
         sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
     """
     from sinssim.errors import InputError
-    from sinssim.logs.gps_time import parse_date
     from sinssim.logs.recorded_run import RecordedRun
     from sinssim.logs.scoring.score import Judge, common_span
+    from sinssim.logs.writers.export import date_of_run
     from sinssim.recording.report.run.errors import Compared
     from sinssim.recording.report.score import score_report
     from sinssim.recording.store.score import check_names, known_numbers, to_json, write_scores
@@ -74,7 +80,8 @@ def command(
             raise InputError(f"{option} is given {len(given)} times for {len(solutions)} solutions; give one for each.")
     if any(not 0.0 < value < 1e9 for value in seconds or ()):
         raise InputError("--time-s: the time must be positive, in seconds.")
-    judge = Judge(RecordedRun(run), parse_date(start, "--start"))
+    recorded = RecordedRun(run)
+    judge = Judge(recorded, date_of_run(recorded, start))
     called = names or [path.stem for path in solutions]
     check_names(judge, called)
     times: list[float | None] = [*seconds] if seconds else [None] * len(solutions)
@@ -94,5 +101,5 @@ def command(
     elif not quiet:
         from sinssim.recording.tables.score import show
 
-        show(judge.run.name, numbers, scores, span, console(least_width=110))
+        show(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
         print(f"Report: {place}")

@@ -12,7 +12,12 @@ from sinssim.cli.terminal import console, print_json
 
 
 def command(
-    grade: Annotated[str, typer.Argument(metavar="GRADE", help="See `sinssim list grades`.", show_default=False)],
+    grade: Annotated[
+        str,
+        typer.Argument(
+            metavar="GRADE", help="A name from `sinssim list grades`, or a grade's TOML file.", show_default=False
+        ),
+    ],
     latitude: Annotated[
         float, typer.Option("--latitude", metavar="DEG", min=-90.0, max=90.0, help="Latitude of the vehicle.")
     ] = 45.0,
@@ -36,12 +41,15 @@ def command(
     Examples:
 
         sinssim sensors laser-standard --latitude 60
+        sinssim sensors my_unit.toml
         sinssim sensors tactical --set gyro_bias_sigma_deg_h=0.3 --set gyro_quantum_arcsec=2.0
     """
     from sinssim.scenario.load import override
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.scenario.toml_file import validate
+    from sinssim.sensors.imu.grades import find_grade
 
+    find_grade(grade)
     data: dict[str, object] = {"grade": grade}
     overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
     section = validate(ImuSection, data, "", f"sensors {grade}", overridden)

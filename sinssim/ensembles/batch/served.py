@@ -58,6 +58,14 @@ def served(scenario: Scenario) -> str | None:
         return "its readings are compensated by a calibration of each run"
     if scenario.vibration or scenario.motion is not None:
         return "its motion within a sample acts on the errors of each run"
+    if scenario.gravity is not None and scenario.gravity.remainder is not None:
+        return "the remainder of its gravity is drawn in each run"
+    if navigation.gravity_degree is not None:
+        return "its navigator compensates the disturbance of gravity along its own path"
+    if imu.rotation is not None:
+        return "its block turns in the vehicle"
+    if navigation.alignment is not None:
+        return "each run aligns itself"
     if imu.faults:
         return "it has faults of the sensors"
     if navigation.frame != FRAME:

@@ -7,8 +7,6 @@ runs.
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -20,18 +18,19 @@ from sinssim.ensembles.running.chunk_file import PART, DamagedChunkError, chunk_
 from sinssim.ensembles.stored_errors import Errors, errors_for
 from sinssim.errors import InputError, shortened
 from sinssim.recording.store.directory import MARK, write_text
+from sinssim.recording.store.growing_directory import GrowingDirectory, Kind, read_manifest
 from sinssim.recording.store.summary import versions
-from sinssim.system.locks import MARK as IN_USE
-from sinssim.system.locks import try_hold
 
 MANIFEST, CHUNKS = "ensemble.json", "runs"
-_KIND = "sinssim ensemble"
+_KIND = Kind(MANIFEST, "sinssim ensemble", "an", "ensemble")
 NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
 """Software whose versions must be the same throughout an ensemble."""
 
 
-class EnsembleDirectory:
+class EnsembleDirectory(GrowingDirectory):
     """The directory of an ensemble, locked while it is used."""
+
+    KIND = _KIND
 
     def __init__(self, path: Path, plan: Plan, *, resume: bool = False, overwrite: bool = False) -> None:
         """Begin a directory, or continue one.
@@ -46,39 +45,20 @@ class EnsembleDirectory:
             InputError: the directory holds something else, another ensemble, or cannot be written; or another process
                 uses it.
         """
-        self.path, self.plan = path.resolve(), plan
-        self._lock: int | None = None
-        taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
-        if taken:
-            found = _manifest(self.path)
-            if not (resume or overwrite):
-                raise InputError(
-                    f"{path} already holds an ensemble. Continue or extend it with --resume, give another folder with "
-                    "-o, or replace it with --overwrite."
-                )
-            if resume:
-                _check_same(found, plan, path)
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            self._lock = try_hold(self.path)
-            if self._lock is None:
-                raise InputError(
-                    f"another process is computing the ensemble in {path}; wait for it, or give another -o."
-                )
-            if taken and overwrite and not resume:
-                _remove(self.path)
-            self._write_manifest()
-            self.chunks.mkdir(exist_ok=True)
-            for left in self.chunks.glob(f".*{PART}"):  # of processes that were killed
-                left.unlink(missing_ok=True)
-        except OSError as error:
-            self.close()
-            raise InputError(
-                f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
-            ) from error
-        except BaseException:
-            self.close()
-            raise
+        self.plan = plan
+        super().__init__(path, resume=resume, overwrite=overwrite)
+
+    def _check_same(self, found: dict[str, Any], path: Path) -> None:
+        _check_same(found, self.plan, path)
+
+    def _remove(self) -> None:
+        _remove(self.path)
+
+    def _begin(self) -> None:
+        self._write_manifest()
+        self.chunks.mkdir(exist_ok=True)
+        for left in self.chunks.glob(f".*{PART}"):  # of processes that were killed
+            left.unlink(missing_ok=True)
 
     @property
     def chunks(self) -> Path:
@@ -88,7 +68,7 @@ class EnsembleDirectory:
     def _write_manifest(self) -> None:
         """Write the manifest and the scenario."""
         contents = {
-            "kind": _KIND,
+            "kind": _KIND.kind,
             "digest": self.plan.digest,
             "seed": self.plan.scenario.seed,
             "runs_in_a_file": self.plan.chunk,
@@ -180,20 +160,8 @@ class EnsembleDirectory:
             OSError: it cannot be written.
         """
         files = [MANIFEST, "scenario.toml", *names]
-        text = json.dumps({"kind": _KIND, "versions": versions(), "files": sorted(files)}, indent=1)
+        text = json.dumps({"kind": _KIND.kind, "versions": versions(), "files": sorted(files)}, indent=1)
         write_text(self.path / MARK, text + "\n")
-
-    def free(self) -> float:
-        """Return the free space of the disk, MB."""
-        return shutil.disk_usage(self.path).free / 1e6
-
-    def close(self) -> None:
-        """Unlock the directory."""
-        if self._lock is not None:
-            with suppress(OSError):
-                (self.path / IN_USE).unlink(missing_ok=True)
-            os.close(self._lock)
-            self._lock = None
 
 
 def kept_epochs(path: Path) -> list[float] | None:
@@ -206,7 +174,7 @@ def kept_epochs(path: Path) -> list[float] | None:
         Times, s; None if the directory holds no ensemble.
     """
     try:
-        found = _manifest(path)
+        found = read_manifest(path, _KIND)
     except InputError:
         return None
     kept = found.get("epochs_of_requirements_s", [])
@@ -233,26 +201,6 @@ def missing(finished: list[range], runs: int, chunk: int) -> list[range]:
             start = end
         start = max(start, there.stop)
     return groups
-
-
-def _manifest(path: Path) -> dict[str, Any]:
-    """Return the manifest of a directory.
-
-    Raises:
-        InputError: the directory holds no ensemble.
-    """
-    if not path.is_dir():
-        raise InputError(f"{path} is a file; give the name of a folder with -o.")
-    try:
-        found = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-        if found["kind"] != _KIND:
-            raise KeyError("kind")
-        return dict(found)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"the folder {path} is not empty and holds no ensemble: it lacks a readable {MANIFEST}. It stays "
-            "unchanged; give another folder with -o."
-        ) from error
 
 
 def _check_same(found: dict[str, Any], plan: Plan, path: Path) -> None:

@@ -1,4 +1,8 @@
-"""Worker processes of this machine: for runs with a filter, which hold Python's lock most of the time."""
+"""Worker processes of this machine: for runs with a filter, which hold Python's lock most of the time.
+
+A process starts before there is work for it, and loads the program while the ensemble is planned. Then it is sent the
+plan, with the true motion that all runs share, so that it computes nothing twice.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +17,46 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
-from sinssim.ensembles.plan import Plan
-from sinssim.ensembles.running.tasks import Abandoned, Compute, OnRun
+from sinssim.ensembles.plan import Plan, own_motions
+from sinssim.ensembles.running.tasks import Abandoned, Compute, OnRun, make_chunk
+from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import RunError
 
 _LIVES = 3
 """Number of processes that may die on one group of runs before the ensemble fails."""
 
 
-def in_processes(plan: Plan, folder: Path) -> Callable[[threading.Event], Compute]:
+class SparePool:
+    """Processes that have started and have no work yet; a context manager that ends those without work."""
+
+    def __init__(self, number: int) -> None:
+        """Start processes.
+
+        Args:
+            number: how many.
+        """
+        self._spare = [_start() for _ in range(number)]
+
+    def take(self) -> subprocess.Popen[bytes]:
+        """Return a process without work: one that has started already, or another one."""
+        try:
+            return self._spare.pop()
+        except IndexError:
+            return _start()
+
+    def __enter__(self) -> SparePool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._spare:
+            process.kill()
+            process.wait()
+        self._spare.clear()
+
+
+def in_processes(
+    plan: Plan, folder: Path, spare: SparePool, truths: TruthCache
+) -> Callable[[threading.Event], Compute]:
     """Return what makes a thread's function: it has the groups computed by a process of its own.
 
     A process that dies costs the group that it was computing, which another process computes again.
@@ -29,13 +64,16 @@ def in_processes(plan: Plan, folder: Path) -> Callable[[threading.Event], Comput
     Args:
         plan: the plan of the ensemble.
         folder: folder of the files of runs.
+        spare: processes without work.
+        truths: the true motions of this process; the one that the runs share is sent to the others.
 
     Returns:
         A function for `tasks.work_through`.
     """
+    task = _task(plan, folder, truths)
 
     def worker(stop: threading.Event) -> Compute:
-        process = _Process(plan, folder, stop)
+        process = _Process(task, spare, stop)
 
         def compute(runs: range, on_run: OnRun) -> None:
             told = 0
@@ -61,18 +99,37 @@ def in_processes(plan: Plan, folder: Path) -> Callable[[threading.Event], Comput
     return worker
 
 
-class _Process:
-    """A worker process, started when first needed, and again after it died."""
+def _task(plan: Plan, folder: Path, truths: TruthCache) -> bytes:
+    """Return what a process is told before the first group of runs: plan, folder, and the motion that runs share."""
+    shared = None if own_motions(plan.scenario) else truths.of(plan.scenario)
+    try:
+        return pickle.dumps((plan, folder, shared), pickle.HIGHEST_PROTOCOL)
+    except (pickle.PicklingError, AttributeError, TypeError):  # a motion of functions is computed by each process
+        return pickle.dumps((plan, folder, None), pickle.HIGHEST_PROTOCOL)
 
-    def __init__(self, plan: Plan, folder: Path, stop: threading.Event) -> None:
-        self._plan, self._folder, self._stop = plan, folder, stop
+
+def _start() -> subprocess.Popen[bytes]:
+    """Start a process that loads the program and waits for its task."""
+    program = f"import sys; sys.path[:] = {sys.path!r}; from sinssim.ensembles.running.processes import serve; serve()"
+    # In its own process group: Ctrl-C reaches only this process, which then ends the other.
+    return subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0,
+        env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+    )  # fmt: skip
+
+
+class _Process:
+    """A worker process, taken when first needed, and another one after it died."""
+
+    def __init__(self, task: bytes, spare: SparePool, stop: threading.Event) -> None:
+        self._task, self._spare, self._stop = task, spare, stop
         self._process: subprocess.Popen[bytes] | None = None
         self.end = ""
         threading.Thread(target=self._kill_on_stop, daemon=True).start()
 
     def compute(self, runs: range, on_run: OnRun) -> bool:
         """Have a group computed; return whether the process has survived it."""
-        process = self._process or self._start()
+        process = self._process or self._begin()
         assert process.stdin is not None
         assert process.stdout is not None
         try:
@@ -99,19 +156,11 @@ class _Process:
         self._process = None
         return False
 
-    def _start(self) -> subprocess.Popen[bytes]:
-        program = (
-            f"import sys; sys.path[:] = {sys.path!r}; from sinssim.ensembles.running.processes import serve; serve()"
-        )
-        # In its own process group: Ctrl-C reaches only this process, which then ends the other.
-        process = subprocess.Popen(
-            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0,
-            env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-        )  # fmt: skip
-        self._process = process
+    def _begin(self) -> subprocess.Popen[bytes]:
+        self._process = process = self._spare.take()
         assert process.stdin is not None
         with contextlib.suppress(BrokenPipeError):
-            pickle.dump((self._plan, self._folder), process.stdin)
+            process.stdin.write(self._task)
             process.stdin.flush()
         return process
 
@@ -132,12 +181,13 @@ def _answer(pipe: IO[bytes]) -> tuple[str, Any] | None:
 
 def serve() -> None:
     """Compute the groups of runs that standard input names, answer on standard output, and end with the parent."""
-    from sinssim.ensembles.running.tasks import make_chunk
-    from sinssim.ensembles.truth import TruthCache
-
     pipe = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # what a library prints must not mix with the answers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    import sinssim.ensembles.filtered  # what every task needs, loaded before the task comes
+    import sinssim.estimation.from_scenario.aided_run
+    import sinssim.scenario.schema
+    import sinssim.truth.curve  # noqa: F401
 
     def answer(kind: str, value: object) -> None:
         left = memoryview(pickle.dumps((kind, value)))
@@ -146,7 +196,9 @@ def serve() -> None:
 
     truths = TruthCache()
     try:
-        plan, folder = pickle.load(sys.stdin.buffer)
+        plan, folder, shared = pickle.load(sys.stdin.buffer)
+        if shared is not None:
+            truths.keep(plan.scenario, shared)
         while True:
             runs = pickle.load(sys.stdin.buffer)
             try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import threading
 import time
@@ -11,9 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sinssim.ensembles.judge import Looks, check_kept, read_requirements
-from sinssim.ensembles.plan import make_plan, with_runs
+from sinssim.ensembles.plan import AIDED, LONG_CHUNK, make_plan, with_runs
 from sinssim.ensembles.result import EnsembleResult
 from sinssim.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
+from sinssim.ensembles.running.processes import SparePool, in_processes
 from sinssim.ensembles.running.room import check_disk, check_memory, runs_at_a_time, short_of
 from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
 from sinssim.ensembles.truth import TruthCache
@@ -29,7 +31,7 @@ Progress = Callable[[str, float], None]
 """Called with runs done, rate and time left in words, and the fraction done."""
 
 
-# Long: every option is a parameter, and what is left of an ensemble that stops is decided where it stops.
+# Long: every option is a parameter.
 def ensemble(
     scenario: Scenario,
     runs: int | None = None,
@@ -42,6 +44,7 @@ def ensemble(
     scheduler: str | None = None,
     require: str | Requirement | Iterable[str | Requirement] = (),
     until_decided: bool = False,
+    times: Iterable[float] = (),
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> EnsembleResult:
@@ -64,6 +67,7 @@ def ensemble(
         require: requirements to judge, such as "r95(3600 s) <= 1852 m"; their times become epochs.
         until_decided: whether the number of runs is doubled, at most four times, until each requirement is met or not
             met. The looks share the probability of error of 5 %.
+        times: times since the start for further lines of the tables, s; they become epochs.
         progress: called with the progress.
         say: called with remarks, such as a damaged file whose runs are computed again.
 
@@ -85,39 +89,27 @@ def ensemble(
     wanted = read_requirements(require)
     if until_decided and not wanted:
         raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
-    report = progress or (lambda text, fraction: None)
+    report, tell = progress or (lambda text, fraction: None), say or (lambda text: None)
     report("Flying", 0.0)
-    truths = TruthCache()
-    kept = kept_epochs(Path(directory)) if resume and directory is not None else None
-    plan = with_runs(make_plan(scenario, truths, wanted, kept), count)
-    check_memory(plan, count)
-    how = _How(truths, threads, workers, scheduler)
-    looks = Looks(wanted, count, until_decided)
-    if directory is None:
-        with tempfile.TemporaryDirectory(prefix="sinssim-ensemble-") as place:
-            folder = EnsembleDirectory(Path(place), plan)
-            try:
-                return replace(_judged(folder, looks, how, report, say or (lambda text: None)), directory=None)
-            finally:
-                folder.close()
-    folder = EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite)
-    try:
-        check_kept(plan, wanted)
+    with _spare(scenario, count, threads, later=resume or workers is not None or scheduler is not None) as spare:
+        how = _How(TruthCache(), spare, threads, workers, scheduler, tuple(float(time) for time in times))
+        kept = kept_epochs(Path(directory)) if resume and directory is not None else None
+        plan = with_runs(make_plan(scenario, how.truths, wanted, kept, how.times), count)
+        check_memory(plan, count)
+        looks = Looks(wanted, count, until_decided)
+        if directory is None:
+            with tempfile.TemporaryDirectory(prefix="sinssim-ensemble-") as place:
+                folder = EnsembleDirectory(Path(place), plan)
+                try:
+                    return replace(_judged(folder, looks, how, report, tell), directory=None)
+                finally:
+                    folder.close()
+        folder = EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite)
         try:
-            result = _judged(folder, looks, how, report, say or (lambda text: None))
-        except BaseException as stop:
-            _leave(folder, looks, stop)
-            raise
-        report("Writing the report", 1.0)
-        truths.forget()  # the budget beside the runs has its own
-        give_back_memory()
-        _write(folder, result, "finished")
-    finally:
-        folder.close()
-    if result.failed.all():
-        first = result.errors.failure[0]
-        raise RunError(f"all {len(result)} runs of the ensemble failed; the first one: {first} See {folder.path}.")
-    return result
+            check_kept(plan, wanted, how.times)
+            return _written(folder, looks, how, report, tell)
+        finally:
+            folder.close()
 
 
 def stored_runs(
@@ -156,7 +148,7 @@ def stored_runs(
     check_memory(plan, count)
     folder = EnsembleDirectory(directory, plan, resume=True)
     try:
-        how = _How(cache, threads, None, None)
+        how = _How(cache, SparePool(0), threads, None, None)
         return _continued(folder, count, how, progress or (lambda text, fraction: None), say or (lambda text: None))
     finally:
         folder.close()
@@ -164,12 +156,51 @@ def stored_runs(
 
 @dataclass(frozen=True)
 class _How:
-    """How runs are computed: true motions kept in this process; threads, workers or a scheduler."""
+    """How runs are computed: true motions kept in this process; its processes; threads, workers or a scheduler.
+
+    `times` are those of further lines of the tables.
+    """
 
     truths: TruthCache
+    spare: SparePool
     threads: int | None
     workers: int | None
     scheduler: str | None
+    times: tuple[float, ...] = ()
+
+
+def _spare(scenario: Scenario, count: int, threads: int | None, *, later: bool) -> SparePool:
+    """Start the processes of runs with a filter, so that they load the program while the ensemble is planned.
+
+    Args:
+        scenario: the scenario.
+        count: number of runs.
+        threads: number of processes, if it is given.
+        later: whether processes start when their work is known: an ensemble that is continued may need none.
+    """
+    solution = None if scenario.ensemble is None else scenario.ensemble.solution
+    number = min(threads or os.cpu_count() or 1, -(-count // LONG_CHUNK))
+    aided = scenario.filter is not None and solution in (None, AIDED)
+    return SparePool(number if aided and number > 1 and not later else 0)
+
+
+def _written(
+    folder: EnsembleDirectory, looks: Looks, how: _How, report: Progress, say: Callable[[str], None]
+) -> EnsembleResult:
+    """Compute the runs that are missing in a directory, and write the report, also if the ensemble stops early."""
+    try:
+        result = _judged(folder, looks, how, report, say)
+    except BaseException as stop:
+        _leave(folder, looks, how, stop)
+        raise
+    report("Writing the report", 1.0)
+    how.truths.forget()  # the budget beside the runs has its own
+    give_back_memory()
+    _write(folder, result, "finished")
+    if result.failed.all():
+        first = result.errors.failure[0]
+        raise RunError(f"all {len(result)} runs of the ensemble failed; the first one: {first} See {folder.path}.")
+    return result
 
 
 def _judged(
@@ -217,7 +248,8 @@ def _continued(
         there = folder.finished(tell)
     if missing(there, count, plan.chunk):
         raise RunError(f"files in {folder.chunks} changed while they were written; --resume computes what is missing.")
-    result = EnsembleResult(plan, folder.load(there), folder.path, time.perf_counter() - begin, computed, notes)
+    seconds = time.perf_counter() - begin
+    result = EnsembleResult(plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times)
     if len(result) > count:
         tell(f"The directory holds {len(result)} runs, more than the {count} asked for; all of them count.")
     return result
@@ -236,7 +268,7 @@ def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> No
         ) from error
 
 
-def _leave(folder: EnsembleDirectory, looks: Looks, stop: BaseException) -> None:
+def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseException) -> None:
     """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
     there, wanted = folder.finished(), looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]
     done = sum(map(len, there))
@@ -245,7 +277,7 @@ def _leave(folder: EnsembleDirectory, looks: Looks, stop: BaseException) -> None
         return
     stop.add_note(f"{done} of {wanted} runs are finished and kept in {folder.path}; --resume continues.")
     try:
-        result = EnsembleResult(folder.plan, folder.load(there), folder.path)
+        result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times)
         if looks.verdicts:
             result.verdicts = looks.so_far(result)
             result.notes.append(f"The requirements are judged by the {done} finished runs; --resume judges all.")
@@ -282,9 +314,7 @@ def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_r
             return
         number = how.threads or runs_at_a_time(plan)
         if plan.filtered and min(number, len(groups)) > 1:
-            from sinssim.ensembles.running.processes import in_processes
-
-            work_through(groups, number, in_processes(plan, chunks), on_run)
+            work_through(groups, number, in_processes(plan, chunks, how.spare, how.truths), on_run)
             return
 
         def here(stop: threading.Event) -> Compute:

@@ -25,7 +25,7 @@ def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Arra
 
     Args:
         scenario: the scenario.
-        motion: the true motion.
+        motion: the true motion of the block.
         outputs: instants, (E,) s.
 
     Returns:
@@ -37,7 +37,9 @@ def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Arra
     exact = scenario.navigation.model_copy(
         update={"algorithms": scenario.navigation.algorithms[:1], "initial_error": InitialErrorSection()}
     )
-    plain = scenario.model_copy(update={"navigation": exact})
+    # that of the block, whose attitude is not turned out: errors of its encoders are sources of their own
+    block = scenario.imu.model_copy(update={"rotation": None})
+    plain = scenario.model_copy(update={"navigation": exact, "imu": block})
     trajectory, height = motion.trajectory, motion.state.height
     (solution,) = solve(plain, trajectory, motion.ideal, None, height)[0].values()
     error = navigation_error(trajectory.state(solution.time), solution, trajectory.ellipsoid)

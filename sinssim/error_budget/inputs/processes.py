@@ -21,6 +21,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.noise.gauss_markov import mean_step
+from sinssim.truth.gravity.remainder import RemainderModel
 
 
 class Step(NamedTuple):
@@ -151,4 +152,42 @@ def _flicker_step(count: int) -> Step:
     return Step(np.diag(power[count]), root[:-1], of_state, root[-1])
 
 
-Process = GaussMarkov | Walk | Sum | Flicker
+@dataclass(frozen=True)
+class AlongWay:
+    """The remainder of gravity over the distance travelled, of variance 1; its steps are distances, not times.
+
+    Attributes:
+        model: order and correlation distance.
+    """
+
+    model: RemainderModel
+
+    @property
+    def start(self) -> Array:
+        """Covariance of the value and its derivatives at the start, (p, p)."""
+        return self.model.dynamics()[1]
+
+    @property
+    def value(self) -> Array:
+        """Weights of the states in the process's value, (p,)."""
+        return np.asarray(np.eye(self.model.order)[0])
+
+    def step(self, interval: float) -> Step:
+        """Return the step over a distance [m].
+
+        The mean over the step is that of its ends: over a hundredth of the correlation distance, 1e-5 of it is missing.
+        """
+        f, stationary = self.model.dynamics()
+        b, eye, x = self.model.beta, np.eye(len(f)), f * interval
+        # the eigenvalues of F are all −β: exp(F d) = e^(−βd) Σ (F + β)^k d^k/k!, k < p
+        nilpotent = x + b * interval * eye
+        keep = eye + nilpotent + (0.5 * nilpotent @ nilpotent if len(f) == 3 else 0.0)
+        keep = keep * math.exp(-b * interval)
+        scale = np.sqrt(np.diag(stationary))
+        rest = (stationary - keep @ stationary @ keep.T) / np.outer(scale, scale)
+        values, vectors = np.linalg.eigh(0.5 * (rest + rest.T))
+        fresh = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        return Step(keep, fresh, 0.5 * (eye[0] + keep[0]), 0.5 * fresh[0])
+
+
+Process = GaussMarkov | Walk | Sum | Flicker | AlongWay

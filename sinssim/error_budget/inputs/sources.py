@@ -95,11 +95,12 @@ class InertialNoise:
 
     Attributes:
         source: the source.
-        triad: 0 for gyros, 1 for accelerometers.
+        triad: 0 for gyros, 1 for accelerometers, 2 for gravity in north, east, down.
         what: "white", "quantum", or "process".
         size: density, quantum or 1σ, SI.
         density: of the white noise that drives the navigation errors, for a white noise or a quantum.
         process: of unit size, for a process.
+        sizes: 1σ of the three components, where they differ, (3,).
     """
 
     source: Source
@@ -108,6 +109,7 @@ class InertialNoise:
     size: float
     density: float = 0.0
     process: Process | None = None
+    sizes: Array | None = None
 
 
 def _in_unit(term: ErrorTerm, values: Array) -> float:

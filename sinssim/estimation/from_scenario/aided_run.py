@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,8 +24,11 @@ from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
+from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.strapdown.polar import axes_along
 from sinssim.system.memory import give_back_memory, shared
+from sinssim.truth.gravity.from_scenario import known_field
+from sinssim.truth.motions.turning_block import block_of
 from sinssim.truth.source import block_mounting
 
 if TYPE_CHECKING:
@@ -53,9 +56,9 @@ def aid_run(
 
     Args:
         scenario: with an [aiding] and a [filter] section.
-        trajectory: the true motion.
+        trajectory: the true motion of the vehicle at the block's place.
         imu: increments that the engine navigates on.
-        initial: state that navigation starts from.
+        initial: state of the vehicle that navigation starts from.
         errors: the true errors of the inertial sensors in this run.
         history: whether to keep the history for smoothing and observability; without it nothing is smoothed. The aided
             solution is the same.
@@ -79,16 +82,19 @@ def aid_run(
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
-    start = Start(imu, initial, None)
+    block = block_of(trajectory, scenario.imu)
+    encoders = encoders_of(block, errors.encoders, edges)
+    start = Start(imu, turned_in(initial, block, float(edges[0])), None)
     if section.alignment_s is not None:
         start = coarse_alignment(scenario, trajectory.ellipsoid.name, start, measurements, model)
     smooth = section.smooth and history
     if row_s is None:
         row_s = 0.0 if smooth else float(imu.time[-1] - imu.time[0]) / ROWS
     axes = axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end)
-    solution = filtered(scenario, start, measurements, model, trajectory.ellipsoid.name, axes, history, row_s)
+    solution = filtered(scenario, start, measurements, model, trajectory.ellipsoid.name, axes, history, row_s, encoders)
     give_back_memory()
-    return compare_with_truth(trajectory, InertialParameters(errors, edges, scenario.seed), edges, sensed, solution)
+    inertial = InertialParameters(errors, edges, scenario.seed)
+    return compare_with_truth(trajectory, inertial, edges, sensed, solution, block)
 
 
 def filtered(
@@ -100,6 +106,7 @@ def filtered(
     axes: str | None,
     history: bool,
     row_s: float,
+    encoders: Encoders | None = None,
 ) -> Estimate:
     """Run a scenario's filter on measurements from anywhere.
 
@@ -112,38 +119,75 @@ def filtered(
         axes: as for `estimate`.
         history: whether to keep the history for smoothing and observability.
         row_s: as for `estimate`.
+        encoders: of a block that turns.
 
     Returns:
-        The estimate.
+        The estimate; its solution is that of the vehicle, its history that of the block.
 
     Raises:
         InputError: as for `estimate`.
     """
     section, navigation = scenario.filter, scenario.navigation
     assert section is not None
-    return estimate(
+    options: dict[str, Any] = {
+        "loop": section.loop,
+        "rate_hz": section.rate_hz,
+        "gate": section.gate or None,
+        "row_s": row_s,
+        "algorithm": navigation.algorithms[0],
+        "frame": navigation.frame,
+        "gravity": navigation.gravity,
+        "ellipsoid": navigation.ellipsoid_over(ellipsoid),
+        "curvature": navigation.curvature,
+        "rates_hz": navigation.rates_hz,
+        "slow_quantities": navigation.slow_quantities,
+        "route": None if navigation.route_deg is None else tuple(np.radians(navigation.route_deg)),
+        "field": known_field(scenario),
+    }
+    readings = [_after(m, float(start.imu.time[0])) for m in measurements]
+    found = estimate(
         start.imu,
         start.state,
-        [_after(m, float(start.imu.time[0])) for m in measurements],
+        readings,
         model,
         covariance=start.covariance,
-        loop=section.loop,
-        rate_hz=section.rate_hz,
-        gate=section.gate or None,
         smooth=section.smooth and history,
         history=history,
-        row_s=row_s,
-        algorithm=navigation.algorithms[0],
-        frame=navigation.frame,
-        gravity=navigation.gravity,
-        ellipsoid=navigation.ellipsoid_over(ellipsoid),
-        curvature=navigation.curvature,
-        rates_hz=navigation.rates_hz,
-        slow_quantities=navigation.slow_quantities,
-        route=None if navigation.route_deg is None else tuple(np.radians(navigation.route_deg)),
         axes=axes,
         added_noise=_by_vibration(start.imu, section.vibration_noise),
+        encoders=encoders,
+        **options,
     )
+    if section.backward and history:
+        options["row_s"] = max(row_s, float(start.imu.time[-1] - start.imu.time[0]) / ROWS)  # nothing smooths it
+        found = _with_backward(found, start.imu, readings, section.vibration_noise, options)
+    if encoders is None:
+        return found
+    smoothed, unaided = found.smoothed, found.unaided
+    if smoothed is not None:
+        smoothed = replace(smoothed, solution=encoders.turned_out(smoothed.solution))
+    return replace(
+        found,
+        solution=encoders.turned_out(found.solution),
+        smoothed=smoothed,
+        unaided=lambda: encoders.turned_out(unaided()),
+    )
+
+
+def _with_backward(
+    forward: Estimate, imu: ImuData, readings: Sequence[Measurements], vibration: float, options: dict[str, Any]
+) -> Estimate:
+    """Return an estimate with the backward solution, or with a remark on why there is none."""
+    from sinssim.estimation.from_scenario.backward import run_backward
+
+    if forward.divergence is not None:
+        remark = "There is no backward solution, because the filter diverged: the state to start from is not known."
+        return replace(forward, remarks=(*forward.remarks, remark))
+    backward = run_backward(forward, imu, readings, vibration, options)
+    if (end := backward.divergence) is not None:
+        at = f"The backward solution diverged at {end.time:.1f} s: {end.reason}."
+        return replace(forward, remarks=(*forward.remarks, at))
+    return replace(forward, backward=backward)
 
 
 def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
@@ -254,4 +298,6 @@ def _after(measurements: Measurements, start: float) -> Measurements:
     m, later = measurements, measurements.time > start + 1e-9
     if later.all():
         return m
-    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later], sigma=m.sigma[later])
+    correlation = None if m.correlation is None else m.correlation[later]
+    m = replace(m, correlation=correlation, sigma=m.sigma[later])
+    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later])

@@ -232,7 +232,7 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
     calibrated = scenario.compensation
     kept = noise
     if calibrated is not None:
-        kept = expected_errors(ImuSection(grade="ideal", **calibrated.uncertainties().model_dump()))
+        kept = expected_errors(ImuSection(grade="ideal", **calibrated.uncertainties().model_dump(exclude_none=True)))
     factor = scenario.filter.inertial_noise_factor if factor is None else factor
 
     def triad(name: Literal["gyro", "accel"]) -> TriadErrors:

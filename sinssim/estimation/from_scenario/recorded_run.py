@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from sinssim.data import Array, ImuData, Measurements, NavSolution
 from sinssim.errors import InputError
-from sinssim.estimation import ErrorModel, Estimate
+from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.from_scenario.aided_run import coarse_alignment, filtered
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import with_states
@@ -26,6 +26,7 @@ from sinssim.scenario.sections.filter import InitialSigmaSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.strapdown.nav_error import NavError
+from sinssim.system.short_repr import short_repr
 from sinssim.truth.source import block_mounting
 from sinssim.units import ARCMIN
 
@@ -37,6 +38,7 @@ _ELLIPSOID = "wgs84"
 _RATE_DIGITS = 6
 
 
+@short_repr
 @dataclass(frozen=True)
 class Prepared:
     """A scenario with recorded sensors, and what its files hold.
@@ -128,6 +130,19 @@ class RecordedAided(Aided):
         if block in self.estimate.parameters:
             return np.full_like(self.estimate.parameters[block][rows], np.nan)
         return super().block_error(block, rows)
+
+
+@dataclass(frozen=True)
+class JudgedOutages:
+    """The errors of injected outages.
+
+    Attributes:
+        numbers: the entry `outages` of the summary.
+        growth: for each outage the time since its beginning, (K,) s, and the horizontal error, (K,) m.
+    """
+
+    numbers: dict[str, Any]
+    growth: tuple[tuple[Array, Array], ...]
 
 
 def recorded_sensors(scenario: Scenario) -> tuple[AidingSensor, ...]:
@@ -239,17 +254,38 @@ def compare_recorded(
         The aided solution with its differences.
     """
     nothing = cast("Trajectory", None)  # there is no true motion; nothing here asks for it
-    smoothed, errors, states = estimate.smoothed, None, None
-    if smoothed is not None:
-        count = len(smoothed.time)
-        if reference is None:
-            errors = NavError(smoothed.time, *(np.full((count, 3), np.nan) for _ in range(3)))
-        else:
-            errors = reference.error_of(smoothed.solution)
-        states = np.full((count, estimate.model.size), np.nan)
-        states[:, :9] = np.hstack([errors.position_ned, errors.velocity_ned, errors.attitude])
+    smoothed = _differences(estimate, estimate.smoothed, reference)
+    backward = _differences(estimate, estimate.backward, reference)
     nominal = np.zeros((0, estimate.model.size))
-    return RecordedAided(tuple(sensed), estimate, {}, nothing, errors, states, nominal, end, reference)
+    return RecordedAided(
+        tuple(sensed),
+        estimate,
+        {},
+        nothing,
+        smoothed[0],
+        smoothed[1],
+        nominal,
+        end,
+        backward[0],
+        backward[1],
+        reference,
+    )
+
+
+def _differences(
+    estimate: Estimate, further: Estimate | Smoothed | None, reference: Reference | None
+) -> tuple[NavError, Array] | tuple[None, None]:
+    """Return the differences of a further solution from the reference, as errors and as errors in the states."""
+    if further is None:
+        return None, None
+    count = len(further.time)
+    if reference is None:
+        errors = NavError(further.time, *(np.full((count, 3), np.nan) for _ in range(3)))
+    else:
+        errors = reference.error_of(further.solution)
+    states = np.full((count, estimate.model.size), np.nan)
+    states[:, :9] = np.hstack([errors.position_ned, errors.velocity_ned, errors.attitude])
+    return errors, states
 
 
 def as_reference(name: str, solution: NavSolution) -> Reference:

@@ -16,6 +16,7 @@ from sinssim.estimation.model import NAVIGATION
 from sinssim.estimation.nominal import rows_of, solution_of
 from sinssim.sensors.aiding.base.sensor import AidingReadings
 from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
@@ -28,6 +29,7 @@ _KINDS = ("position_ned", "velocity_ned", "attitude")
 Rows = slice | NDArray[np.intp]
 
 
+@short_repr
 @dataclass(frozen=True)
 class Aided:
     """An aided solution with its true errors.
@@ -42,6 +44,8 @@ class Aided:
         nominal_errors: actual errors of the nominal motion that the filter's model is linearised about,
             `Estimate.history`, (R, n).
         end: end of the run, s; the filter may have ended before.
+        backward_error: of the backward solution, if there is one.
+        backward_state_errors: its actual errors in the filter's own states, if there is one.
     """
 
     sensed: tuple[AidingReadings, ...]
@@ -52,6 +56,8 @@ class Aided:
     smoothed_state_errors: Array | None
     nominal_errors: Array
     end: float
+    backward_error: NavError | None = None
+    backward_state_errors: Array | None = None
 
     @property
     def error(self) -> NavError:
@@ -138,6 +144,7 @@ def compare_with_truth(
     edges: Array,
     sensed: tuple[AidingReadings, ...],
     estimated: Estimate,
+    block: Trajectory | None = None,
 ) -> Aided:
     """Compare an estimate with the truth.
 
@@ -147,27 +154,32 @@ def compare_with_truth(
         edges: edges of the IMU's intervals, (N+1,) s.
         sensed: readings of the aiding sensors, with their true errors.
         estimated: result of the filter.
+        block: the motion of a block that turns in the vehicle, which the filter's history is about.
 
     Returns:
         The aided solution with its errors.
     """
-    smoothed = estimated.smoothed
-    times = (estimated.time,) if smoothed is None else (estimated.time, smoothed.time)
-    true = inertial.at(*times)
+    further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
+    solutions = {name: one for name, one in further.items() if one is not None}
+    true = inertial.at(estimated.time, *(one.time for one in solutions.values()))
     parameters = _true_parameters(true[0], sensed, estimated.time, estimated.model)
-    smoothed_error = smoothed_errors = None
-    if smoothed is not None:
-        there = trajectory.state(smoothed.time)
-        own = _true_parameters(true[1], sensed, smoothed.time, estimated.model)
-        smoothed_error = navigation_error(there, smoothed.solution, trajectory.ellipsoid, estimated.model.axes)
-        smoothed_errors = state_errors(estimated.model, smoothed, there, own, trajectory.ellipsoid)
+    errors: dict[str, NavError] = {}
+    states: dict[str, Array] = {}
+    for (name, one), own_true in zip(solutions.items(), true[1:], strict=True):
+        there = trajectory.state(one.time)
+        own = _true_parameters(own_true, sensed, one.time, estimated.model)
+        errors[name] = navigation_error(there, one.solution, trajectory.ellipsoid, estimated.model.axes)
+        states[name] = state_errors(estimated.model, one, there, own, trajectory.ellipsoid)
     nominal = np.zeros((0, estimated.model.size))
     if (history := estimated.history) is not None:
         rows = estimated.rows
         kept = {name: value[rows] if value.ndim > 1 else value for name, value in parameters.items()}
-        there = trajectory.state(history.time)
+        there = (block or trajectory).state(history.time)
         nominal = nominal_errors(estimated.model, history, there, kept, trajectory.ellipsoid)
-    return Aided(sensed, estimated, parameters, trajectory, smoothed_error, smoothed_errors, nominal, float(edges[-1]))
+    return Aided(
+        sensed, estimated, parameters, trajectory, errors.get("smoothed"), states.get("smoothed"), nominal,
+        float(edges[-1]), errors.get("backward"), states.get("backward"),
+    )  # fmt: skip
 
 
 def _true_parameters(

@@ -32,11 +32,14 @@ class Prediction:
         state: M rows.
         rate_b: inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s.
         ellipsoid: reference ellipsoid.
+        sensed: of a block that turns in the vehicle, the rate that its gyros sense, (M, 3) rad/s, and C_vb, which
+            takes its axes into the vehicle's, (M, 3, 3); None for a block that does not turn.
     """
 
     state: NavState
     rate_b: Array
     ellipsoid: Ellipsoid
+    sensed: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,11 @@ class Comparison:
         It contains the gyros' errors and the errors of the resolved Earth rate by errors of attitude and position.
         """
         state, ellipsoid = self.state, self.ellipsoid
-        out = rate_error(self.model, self.prediction.rate_b)
+        if self.prediction.sensed is None:
+            out = rate_error(self.model, self.prediction.rate_b)
+        else:
+            rate, c_vb = self.prediction.sensed
+            out = c_vb @ rate_error(self.model, rate)
         out[:, :, PHI] += self.c_bn @ skew(earth_rate(state.latitude, ellipsoid))
         out[:, :, R] -= self.c_bn @ earth_rate_slope(state.latitude, state.height, ellipsoid)
         return out
@@ -122,6 +129,7 @@ class MeasurementKind:
         of_north: whether the reading depends on the direction of north, so that it has no meaning at a pole.
         turns_with_north: whether H is that of errors relative to north, which `observe` refers to the model's axes;
             False if it is the same in all axes, as for a velocity of zero.
+        velocities: number of the first components that are velocities or rates, whose sign changes in reverse time.
     """
 
     columns: ClassVar[tuple[str, ...]]
@@ -135,6 +143,7 @@ class MeasurementKind:
     own_errors: ClassVar[Mapping[str, tuple[tuple[str, ...], str]]] = {}
     of_north: ClassVar[bool] = False
     turns_with_north: ClassVar[bool] = True
+    velocities: ClassVar[int] = 0
 
     @property
     def components(self) -> int:

@@ -29,6 +29,7 @@ class LandVelocity(MeasurementKind):
     columns = ("velocity_right_mps", "velocity_down_mps", "pitch_rad", "yaw_rad")
     axes = ("right", "down")
     unit = "mps"
+    velocities = 2
     rounding = "accelerometers"
     needs_rate = True
     own_errors: ClassVar = {

@@ -15,6 +15,7 @@ class ZeroRate(MeasurementKind):
     columns = ("rate_x_radps", "rate_y_radps", "rate_z_radps")
     axes = ("x", "y", "z")
     unit = "radps"
+    velocities = 3
     mean_rate = True
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ class Speed(MeasurementKind):
     columns = ("speed_mps",)
     axes = ("",)
     unit = "mps"
+    velocities = 1
     rounding = "accelerometers"
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:

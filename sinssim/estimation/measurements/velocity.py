@@ -43,6 +43,7 @@ class GnssVelocity(MeasurementKind):
     columns = ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
     axes = ("n", "e", "d")
     unit = "mps"
+    velocities = 3
     rounding = "accelerometers"
     at_antenna = True
     on_gnss_clock = True
@@ -59,6 +60,7 @@ class ZeroVelocity(MeasurementKind):
     columns = ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
     axes = ("n", "e", "d")
     unit = "mps"
+    velocities = 3
     rounding = "accelerometers"
     turns_with_north = False
 

@@ -23,7 +23,7 @@ class Match:
     sentence: str
 
 
-def match_clock(clock: Clock, time: Array, start_gps_s: int, span: tuple[float, float], name: str) -> Match:
+def match_clock(clock: Clock, time: Array, start_gps_s: float, span: tuple[float, float], name: str) -> Match:
     """Find the offset of a solution's clock.
 
     A clock with a date is used as it is. Seconds without a date may be those of the run, of the GPS week, of the day in

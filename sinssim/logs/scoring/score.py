@@ -13,11 +13,13 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.coordinates import q_en
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
-from sinssim.errors import InputError
+from sinssim.errors import InputError, unknown_name
 from sinssim.logs.local_level import geodetic_about
 from sinssim.logs.read import read_file
 from sinssim.logs.recorded_run import RecordedRun
+from sinssim.logs.reference import Reference
 from sinssim.logs.scoring.clock_match import match_clock
+from sinssim.logs.scoring.log_reference import reference_of
 from sinssim.logs.scoring.truth_at import TruthAt, interpolation_error
 from sinssim.logs.streams import SolutionStream, Streams
 from sinssim.logs.writers.content import solution_of
@@ -53,7 +55,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Judge:
-    """Scores solutions against one run.
+    """Scores solutions against one run: its truth, or the reference of a run on recorded sensors.
 
     Attributes:
         run: the run.
@@ -61,7 +63,7 @@ class Judge:
     """
 
     run: RecordedRun
-    start_gps_s: int
+    start_gps_s: float
 
     @cached_property
     def ellipsoid(self) -> Ellipsoid:
@@ -70,7 +72,17 @@ class Judge:
 
     @cached_property
     def _samples(self) -> SolutionStream:
-        return self.run.solution("truth")
+        return self.run.solution(self.run.motion)
+
+    @cached_property
+    def reference(self) -> Reference | None:
+        """What a run on recorded sensors is compared with; None for a simulated run, which has a truth."""
+        return reference_of(self.run) if self.run.of_log else None
+
+    @property
+    def against(self) -> str:
+        """What solutions are compared with: "the truth", or the name of the reference."""
+        return "the truth" if self.reference is None else f"the reference {self.reference.name}"
 
     @cached_property
     def truth(self) -> TruthAt:
@@ -91,6 +103,8 @@ class Judge:
     @property
     def span(self) -> tuple[float, float]:
         """First and last time of the run, s."""
+        if self.reference is not None:
+            return float(self.reference.time[0]), float(self.reference.time[-1])
         return float(self.truth.time[0]), float(self.truth.time[-1])
 
     def score(
@@ -132,13 +146,17 @@ class Judge:
             k = int(rows[int(np.argmax(np.diff(time[rows]) <= 0.0)) + 1])
             raise InputError(f"{path}, row {k + 1}: its time is not after that of the row before.")
         time = time[rows].clip(first, last)
-        truth = self._truth_at(time, antenna)
-        known, solution = _filled(stream, rows, time, truth)
-        error = navigation_error(truth, solution, self.ellipsoid, self.axes)
+        if self.reference is not None:
+            known, solution = _filled(stream, rows, time, _nothing(len(rows)))
+            error = self._against_reference(solution, known, antenna)
+        else:
+            truth = self._truth_at(time, antenna)
+            known, solution = _filled(stream, rows, time, truth)
+            error = navigation_error(truth, solution, self.ellipsoid, self.axes)
         solution, error = _without(known, solution, error)
         sentences = [
             *said, match.sentence, *placed, *self._about_rows(stream, rows, time), *_lacking(known),
-            f"It is compared with the truth of {'the antenna of ' + antenna if antenna else 'the sensor block'}.",
+            *self._about_comparison(error, antenna),
             *streams.notes,
         ]  # fmt: skip
         return Score(
@@ -146,12 +164,50 @@ class Judge:
             tuple(sentences),
         )  # fmt: skip
 
+    def _against_reference(self, solution: NavSolution, known: _Known, antenna: str | None) -> NavError:
+        """Return the differences from the reference, NaN where it is not known."""
+        reference = self.reference
+        assert reference is not None
+        arm = np.array(reference.lever_arm)
+        if antenna is not None:
+            if antenna not in self.run.fixes:
+                raise unknown_name(f"satellite receiver of {self.run.path}", antenna, self.run.fixes)
+            if np.abs(arm - self.run.lever_arm(antenna)).max() > 1e-9:
+                raise InputError(
+                    f"--antenna {antenna}: its lever arm is not that of the reference, which has the positions of "
+                    "another point; score a solution of the sensor block."
+                )
+            reference = replace(reference, lever_arm=(0.0, 0.0, 0.0))
+        elif arm.any() and not known.attitude:
+            raise InputError(
+                f"the reference {reference.name} has a lever arm of {np.linalg.norm(arm):.3g} m, and the solution has "
+                "no attitude to turn it with: give --antenna if it is one of that antenna, or a solution with attitude."
+            )
+        return reference.error_of(solution)
+
+    def _about_comparison(self, error: NavError, antenna: str | None) -> list[str]:
+        """Say what a solution is compared with, and how exactly that is known."""
+        place = f"the antenna of {antenna}" if antenna else "the sensor block"
+        reference = self.reference
+        if reference is None:
+            return [f"It is compared with the truth of {place}."]
+        rows = np.asarray(np.isfinite(error.position_ned).all(axis=1))
+        missing = [what for what in ("velocity", "attitude") if what not in reference.knows]
+        said = [
+            f"It is compared with the reference {reference.name}"
+            + (f", which has no {' and no '.join(missing)}" if missing else "")
+            + f". The reference is interpolated, and known at {int(rows.sum())} of {len(rows)} rows."
+        ]
+        sigma = reference.sigma_at(error.time[rows])
+        if sigma is not None and len(sigma):
+            level = float(np.sqrt(np.nanmean(np.sum(sigma[:, :2] ** 2, axis=1))))
+            said.append(f"The reference's own σ is {level:.2g} m horizontally (rms): smaller differences say nothing.")
+        return said
+
     def _truth_at(self, time: Array, antenna: str | None) -> NavState:
         if antenna is None:
             return self.truth.state(time)
         if antenna not in self.run.fixes:
-            from sinssim.errors import unknown_name
-
             raise unknown_name(f"satellite receiver of {self.run.path}", antenna, self.run.fixes)
         return self.truth.antenna(time, np.array(self.run.lever_arm(antenna)))
 
@@ -175,6 +231,8 @@ class Judge:
         left = len(stream) - len(rows)
         outside = f"; {left} outside the run or without a position are left out" if left else ""
         said = [f"{len(rows)} rows, from {time[0]:.3f} s to {time[-1]:.3f} s{outside}."]
+        if self.reference is not None:
+            return said
         exact = int(self.truth.at_samples(time).sum())
         if exact == len(time):
             said.append("All rows are at samples of the truth.")
@@ -196,7 +254,7 @@ class Judge:
             By algorithm.
         """
         found = {}
-        for name in self.run.solutions[1:]:
+        for name in self.run.algorithms:
             rows = self.run.errors(name)
             part = rows[:, (rows[0] >= span[0] - _EDGE) & (rows[0] <= span[1] + _EDGE)]
             if part.shape[1]:
@@ -224,6 +282,12 @@ def _solution_in(streams: Streams) -> tuple[SolutionStream, list[str]]:
     if stream.q_nb is not None:
         said.append("The attitude is that of forward-right-down axes to north-east-down.")
     return stream, said
+
+
+def _nothing(count: int) -> NavState:
+    """Return states that stand for what a solution lacks where there is no truth; their errors are never shown."""
+    zero, q_nb = np.zeros(count), np.tile((1.0, 0.0, 0.0, 0.0), (count, 1))
+    return NavState(zero, zero, zero, np.zeros((count, 3)), q_nb)
 
 
 @dataclass(frozen=True)

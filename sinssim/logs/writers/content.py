@@ -20,14 +20,14 @@ class Content:
 
     Attributes:
         run: the run.
-        start_gps_s: GPS time of the run's time 0, whole seconds.
-        solution_name: "truth", a solution, or a satellite receiver for its fixes.
+        start_gps_s: GPS time of the run's time 0, to the microsecond.
+        solution_name: "truth" or the reference of a log, a solution, or a satellite receiver for its fixes.
         imu_name: "measured", "ideal" or "compensated"; None if the run has no inertial readings.
         rate_hz: most samples a second of a solution, None for all.
     """
 
     run: RecordedRun
-    start_gps_s: int
+    start_gps_s: float
     solution_name: str = "truth"
     imu_name: str | None = None
     rate_hz: float | None = None
@@ -52,9 +52,14 @@ class Content:
         return {name: self.run.fix(name) for name in self.run.fixes}
 
     @cached_property
+    def motion(self) -> SolutionStream:
+        """The truth; of a run on recorded sensors the reference or the best solution."""
+        return self.run.solution(self.run.motion)
+
+    @cached_property
     def origin(self) -> tuple[float, float, float]:
         """The true place at the start: latitude, longitude, rad, and height, m; origin of local axes."""
-        truth = self.run.solution("truth")
+        truth = self.motion
         return float(truth.latitude[0]), float(truth.longitude[0]), float(truth.height[0])
 
     def with_rate(self, most_hz: float) -> Content:
@@ -85,9 +90,10 @@ class Content:
         Returns:
             GPS seconds and nanoseconds, (N,) int64 each.
         """
-        ns = np.round(time * 1e9).astype(np.int64)
+        whole = int(self.start_gps_s // 1.0)
+        ns = np.round(time * 1e9).astype(np.int64) + 1000 * round(1e6 * (self.start_gps_s - whole))
         seconds, rest = np.divmod(ns, 1_000_000_000)
-        return seconds + self.start_gps_s, rest
+        return seconds + whole, rest
 
 
 def solution_of(fixes: FixStream) -> SolutionStream:
@@ -105,7 +111,7 @@ def solution_of(fixes: FixStream) -> SolutionStream:
     )
 
 
-def choose(run: RecordedRun, start_gps_s: int, names: list[str], rate_hz: float | None) -> Content:
+def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: float | None) -> Content:
     """Return the content that names choose.
 
     Args:
@@ -115,14 +121,14 @@ def choose(run: RecordedRun, start_gps_s: int, names: list[str], rate_hz: float 
         rate_hz: most samples a second of the solution.
 
     Returns:
-        The content; by default the truth, and the measured readings.
+        The content; by default the truth (of a log the reference, or the best solution), and the measured readings.
 
     Raises:
         InputError: a name is unknown, or two choose the same.
     """
     imus = run.inertial
     imu: str | None = next((kind for kind in ("measured", "ideal") if kind in imus), None)
-    solution = "truth"
+    solution = run.motion
     known = [*run.solutions, *run.fixes, *imus]
     chosen: dict[str, str] = {}
     for name in names:

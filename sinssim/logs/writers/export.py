@@ -63,7 +63,7 @@ def export(
     out: Path | str | None = None,
     *,
     solution: list[str] | tuple[str, ...] = (),
-    start: str = DEFAULT_START,
+    start: str | None = None,
     rate_hz: float | None = None,
     overwrite: bool = False,
 ) -> Exported:
@@ -73,8 +73,9 @@ def export(
         run: the run directory.
         to: key of `WRITERS`.
         out: the file or folder; beside the run directory if not given.
-        solution: what is written: "truth", a solution, a satellite receiver, and a kind of inertial readings.
-        start: date of the run's time 0, UTC.
+        solution: what is written: "truth" (of a log "reference"), a solution, a satellite receiver, and a kind of
+            inertial readings.
+        start: date of the run's time 0, UTC; by default that of the log, or `DEFAULT_START`.
         rate_hz: most samples a second of the solution.
         overwrite: whether existing files may be replaced.
 
@@ -88,9 +89,9 @@ def export(
     recorded = RecordedRun(Path(run))
     if rate_hz is not None and not rate_hz > 0.0:
         raise InputError(f"--rate {rate_hz:g}: the rate of samples must be positive, in hertz.")
-    start_gps = parse_date(start, "--start")
+    start_gps = date_of_run(recorded, start)
     content = choose(recorded, start_gps, list(solution), rate_hz)
-    if len(content.run.solution("truth")) < 2:
+    if len(content.motion) < 2:
         raise InputError(f"{run} has fewer than two samples.")
     place = Path(out) if out is not None else _default_place(recorded, to, writer.SUFFIX)
     _check_place(place, folder=not writer.SUFFIX, overwrite=overwrite)
@@ -101,10 +102,41 @@ def export(
     return Exported(place, tuple(files), (*sentences, *_of_all(content)))
 
 
+def date_of_run(run: RecordedRun, start: str | None) -> float:
+    """Return the GPS time of a run's time 0.
+
+    Args:
+        run: the run.
+        start: its date, UTC; None for that of its log, or for `DEFAULT_START` if it has none.
+
+    Returns:
+        Seconds; of a log to the microsecond.
+
+    Raises:
+        InputError: the date cannot be read.
+    """
+    if start is None and run.start_gps_s is not None:
+        return run.start_gps_s
+    return parse_date(DEFAULT_START if start is None else start, "--start")
+
+
 def _of_all(content: Content) -> list[str]:
     """Return sentences that hold for every format."""
     date = f"{date_from_gps(content.start_gps_s):%Y-%m-%dT%H:%M:%SZ}"
     said = [f"The run's time 0 is {date} (--start)."]
+    if content.run.of_log:
+        part = f"{content.start_gps_s % 1.0:.3f}"[1:]
+        said = [f"The run's time 0 is {date[:-1]}{part}Z, the first row of the log." if part != ".000" else said[0]]
+        said.append(
+            f"It is a run on recorded sensors without a true motion: {content.solution_name} stands for it."
+            if content.solution_name == content.run.motion
+            else "It is a run on recorded sensors."
+        )
+        said += [
+            f"The velocities of {name} belong to other instants than its positions, and are left out."
+            for name, fixes in content.fixes.items()
+            if fixes.velocity_ned is None and f"{name}_velocity" in content.run.streams("aiding_")
+        ]
     if content.run.ellipsoid != "wgs84":
         said.append(f"Its coordinates are on the ellipsoid {content.run.ellipsoid}, and are written as they are.")
     return said

@@ -127,6 +127,8 @@ def headline(numbers: Mapping[str, Any]) -> str:
     unit, size = suiting(LENGTHS, np.array(finite or [0.0]))
     circles = numbers["circles_of_covariance_m"]
     lines = [
+        *((f"horizontal error at {one['time_s']:g} s, {unit}", *(with_band(one[k], size) for k in ("cep_m", "r95_m")))
+          for one in numbers["at"]),
         (f"horizontal error at the end, {unit}", *(with_band(final[key], size) for key in ("cep", "r95"))),
         ("rate, line through the origin Σ t r / Σ t², nmi/h", *(with_band(rate["line"][k]) for k in ("cep", "r95"))),
         ("rate at the end r(T) / T, nmi/h", *(with_band(rate["end"][key]) for key in ("cep", "r95"))),

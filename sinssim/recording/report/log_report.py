@@ -23,6 +23,7 @@ from sinssim.recording.report.run.track import draw_map
 from sinssim.recording.report.run_report import STYLE, ended, made, schuler_period
 from sinssim.recording.scales import LENGTHS, duration_words, suiting, thinned
 from sinssim.recording.store.summaries.log_summary import best_solution, compared_words, outage_sentence
+from sinssim.sensors.imu.grades import grade_name
 from sinssim.strapdown.nav_error import NavError
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def _in_short(run: Run, summary: Mapping[str, Any]) -> Iterator[str]:
     duration = summary["end_s"] - summary["start_s"]
     yield (
         f"Recorded sensors, {duration_words(duration)} at {run.scenario.imu.rate_hz:g} Hz; the filter is told the "
-        f"grade {run.scenario.imu.grade} with the changes in [imu]. Navigation in the frame "
+        f"grade {grade_name(run.scenario.imu.grade)} with the changes in [imu]. Navigation in the frame "
         f"“{run.scenario.navigation.frame}”."
     )
     yield from summary["log"]["notes"]
@@ -122,7 +123,7 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
         style.css(style.COLORS["truth"]),
     ]
     colors = colors[: 1 + len(tracks)]
-    chart = draw_map(best.time, state, tracks, colors, WGS84, name=name)
+    chart = draw_map(best.time, state, tracks, colors, WGS84, name=name, outages=prepared.log.outages)
     roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(state.q_nb))
     speed = np.hypot(state.velocity_ned[:, 0], state.velocity_ned[:, 1])
     distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(best.time)))

@@ -20,7 +20,7 @@ from sinssim.recording.scales import ANGLES, SPEEDS, Scale, duration_words, suit
 from sinssim.recording.store.one_component import EQUATIONS
 from sinssim.recording.store.summary import processor
 from sinssim.scenario.sections.one_component import WAYS
-from sinssim.units import ARCMIN, DEG, NAUTICAL_MILE
+from sinssim.units import ARCMIN, DEG
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -84,14 +84,11 @@ def _in_short(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[
         yield "The solution diverged: its errors are not finite."
         return
     agreement = "" if apart is None else f" Equation (8.11) agrees with the simulation to {apart:.1e} of it."
-    yield words(
-        f"Position error: {signed(end, 4)} m at the end, {number_text(most, 4)} m ({most / NAUTICAL_MILE:.3f} nmi) at "
-        f"most.{agreement}"
-    )
+    yield words(f"Position error: {signed(end, 4)} m at the end, {number_text(most, 4)} m at most.{agreement}")
 
 
 def _table(found: Mapping[str, Any]) -> str:
-    heads = ("", "position final [m]", "rms [m]", "max [m]", "max [nmi]", "velocity max [m/s]", "pitch max [arcmin]",
+    heads = ("", "position final [m]", "rms [m]", "max [m]", "velocity max [m/s]", "pitch max [arcmin]",
              "off the simulation max [m]", "relative")  # fmt: skip
     colors = {"simulation": SIMULATION_COLOR, **EQUATION_COLORS}
     lines = []
@@ -99,7 +96,6 @@ def _table(found: Mapping[str, Any]) -> str:
         apart = found["differences"].get(name, {})
         cells = (
             *((errors[f"{kind}_position_error_m"], 1.0) for kind in ("final", "rms", "max")),
-            (errors["max_position_error_m"], NAUTICAL_MILE),
             (errors["max_velocity_error_mps"], 1.0),
             (errors["max_pitch_error_arcsec"], 60.0),
             (apart.get("max_m"), 1.0),

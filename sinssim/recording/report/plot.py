@@ -30,6 +30,8 @@ _TEXT, _SMALL, _LINE, _HAIR = (
 """The style's sizes, px."""
 _LETTER = 6.4
 """Width of a letter, for laying out legends; px at 12 px."""
+_SAME = 0.5
+"""Distance up to which lines coincide, px."""
 _ENTRY = 56
 """Width of a legend's line and gap, px."""
 
@@ -227,11 +229,11 @@ def plot(
     start, end = span
     lines = [_finite(line) for line in lines]
     inner = width - _LEFT - _RIGHT
-    names, top = legend(lines, width)
+    low, high, step = axis or _range([line for line in lines if not line.reference], from_zero, least)
+    names, top = legend(_with_coincidences(lines, _SAME * (high - low) / height), width)
     named = [m for m in marks if m.text]
     top += 16 if named else 4
     bottom = top + height
-    low, high, step = axis or _range([line for line in lines if not line.reference], from_zero, least)
     at = low + step * np.arange(round((high - low) / step) + 1)
     to_x, to_y = inner / (end - start), height / (high - low)
 
@@ -278,6 +280,31 @@ def _finite(line: Line) -> Line:
         return line
     rows = np.isfinite(line.values)
     return replace(line, time=line.time[rows], values=line.values[rows])
+
+
+def _with_coincidences(lines: Sequence[Line], least: float) -> list[Line]:
+    """Return the lines with a word in the names of those that coincide with a former one.
+
+    Args:
+        lines: as drawn.
+        least: the difference from which lines are seen apart, in the plot's unit.
+    """
+    found: list[Line] = []
+    for line in lines:
+        same = next((one for one in lines[: len(found)] if one.label and _coincide(one, line, least)), None)
+        if same is not None and line.label:
+            line = replace(line, label=f"{line.label} (same as {same.label})")
+        found.append(line)
+    return found
+
+
+def _coincide(one: Line, other: Line, least: float) -> bool:
+    if one.dots or other.dots or one.turn or len(one.time) != len(other.time) or not len(one.time):
+        return False
+    if abs(float(one.values[-1]) / one.size - float(other.values[-1]) / other.size) > least:
+        return False  # the usual case, without a look at every sample
+    apart = np.abs(one.values / one.size - other.values / other.size).max() <= least
+    return bool(apart) and np.array_equal(one.time, other.time)
 
 
 def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:

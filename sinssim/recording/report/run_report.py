@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim import units
 from sinssim.data import NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.gravity import gravity_ned
@@ -21,19 +20,24 @@ from sinssim.recording.report.run.axes import axes_drawing
 from sinssim.recording.report.run.errors import error_plots, error_tables, failure, singularity_table
 from sinssim.recording.report.run.filter import STYLE as FILTER_STYLE
 from sinssim.recording.report.run.filter import filter_section
-from sinssim.recording.report.run.flight import flight_section
+from sinssim.recording.report.run.flight import MAP, flight_section, map_of
+from sinssim.recording.report.run.phases import phase_section
 from sinssim.recording.report.run.platform import platform_section
 from sinssim.recording.report.run.redundancy import redundancy_section
 from sinssim.recording.report.run.scheme import scheme, scheme_words
 from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.recording.report.run.track import STYLE as TRACK_STYLE
+from sinssim.recording.report.run.track import Track
+from sinssim.recording.report.turning import turning_section
 from sinssim.recording.scales import duration_words
 from sinssim.recording.store.summaries.platform_summary import platform_sentences
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
+from sinssim.recording.store.summaries.rotation_summary import rotation_sentences
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import earth_of_the_navigator
 from sinssim.scenario.summary import sensor_words
+from sinssim.sensors.imu.grades import grade_name
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -55,12 +59,17 @@ th.group {{ text-align: center; }} .first {{ border-left: 1px solid var(--line);
 
 @dataclass(frozen=True)
 class Sections:
-    """The sections of a report that draw every sample of a run: HTML, empty for a stage that has not run."""
+    """The sections of a report that draw every sample of a run: HTML, empty for a stage that has not run.
+
+    The map in `flight` is missing; `chart` draws it.
+    """
 
     flight: str
+    chart: Callable[[Mapping[str, Track]], str] | None
     sensors: str
     redundancy: str
     platform: str
+    turning: str
     errors: str
     axes: str
 
@@ -74,17 +83,20 @@ def draw_sections(run: Run) -> Sections:
     Returns:
         The sections, for `run_report`. The samples may be freed before the report is put together.
     """
-    flight = redundancy = platform_and_strapdown = errors = axes = ""
+    flight = redundancy = platform_and_strapdown = turning = errors = axes = ""
+    chart = None
     if run.has("truth"):
         flight = "".join(flight_section(run, run.trajectory, run.truth))
+        chart = map_of(run, run.trajectory, run.truth)
     sensors = "".join(sensor_errors(run.scenario, run.true_errors, run.sensed))
     if run.has("readings"):
         redundancy = "".join(redundancy_section(run))
     if run.has("truth", "errors"):
         platform_and_strapdown = "".join(platform_section(run))
+        turning = "".join(turning_section(run))
         errors = "".join(error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid)))
         axes = axes_drawing(run)
-    return Sections(flight, sensors, redundancy, platform_and_strapdown, errors, axes)
+    return Sections(flight, chart, sensors, redundancy, platform_and_strapdown, turning, errors, axes)
 
 
 def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
@@ -104,17 +116,23 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
         body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
     body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
     drawn = draw_sections(run) if drawn is None else drawn
-    if drawn.flight:
-        body += ["<h2>Track</h2>" if scenario.track is not None else "<h2>Flight</h2>", drawn.flight]
+    if drawn.flight and drawn.chart is not None:
+        aided = {} if run.aided is None else {"aided": run.aided.estimate.solution}
+        body.append("<h2>Track</h2>" if scenario.track is not None else "<h2>Flight</h2>")
+        body.append(drawn.flight.replace(MAP, drawn.chart(aided)))
     body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
     if drawn.redundancy:
         body += ["<h2>Monitoring of the redundant sensors</h2>", drawn.redundancy]
     if drawn.platform:
         body += ["<h2>Platform and strapdown</h2>", drawn.platform]
+    if drawn.turning:
+        body += ["<h2>Turning block</h2>", drawn.turning]
     if "algorithms" in summary and drawn.errors:
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
         body.append(drawn.errors)
+        if summary.get("phases"):
+            body += ["<h2>What each phase added</h2>", *phase_section(summary)]
         body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
     if run.aided is not None and "filter" in summary:
         span = (float(run.time[0]), float(run.time[-1]))
@@ -154,8 +172,8 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     numbers = {name: n for name, n in summary["algorithms"].items() if name not in summary["failures"]}
     duration, navigation = summary["end_s"] - summary["start_s"], scenario.navigation
     yield (
-        f"Inertial unit {scenario.imu.grade} ({sensor_words(scenario.imu)}), {scenario.imu.rate_hz:g} Hz, seed "
-        f"{scenario.seed}; navigation for "
+        f"Inertial unit {grade_name(scenario.imu.grade)} ({sensor_words(scenario.imu)}), "
+        f"{scenario.imu.rate_hz:g} Hz, seed {scenario.seed}; navigation for "
         f"{duration_words(duration)} in the frame “{navigation.frame}”."
     )
     yield f"Height of the inertial solutions: {height_words(scenario)}."
@@ -164,6 +182,8 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         yield flags
     if "redundancy" in summary:
         yield from redundancy_sentences(summary["redundancy"], numbers)
+    if "rotation" in summary:
+        yield from rotation_sentences(summary["rotation"], numbers)
     if "platform" in summary:
         yield from platform_sentences(summary["platform"], numbers)
         if len(numbers) == 2:  # the sentences have the errors of both
@@ -187,7 +207,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         names = list(numbers)
         whose = f"{names[order[0]]} (smallest) to {names[order[-1]]} (largest)"
         end, most = (f"{length_text(v[order[0]])} to {length_text(v[order[-1]])}" for v in (finals, greatest))
-    apart = length_text(max(finals) - min(finals), False)
+    apart = length_text(max(finals) - min(finals))
     yield (
         f"Horizontal error of {whose}: {end} at the end, {most} at most. The algorithms’ errors at the end differ by "
         f"up to {apart}."
@@ -199,16 +219,15 @@ def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
     """Yield the horizontal error of the aided solution."""
     aided = summary.get("filter", {}).get("aided")
     if aided is not None:
-        end, most = (length_text(aided[f"{when}_horizontal_error_m"], False) for when in ("final", "max"))
+        end, most = (length_text(aided[f"{when}_horizontal_error_m"]) for when in ("final", "max"))
         yield f"With the aiding sensors and the filter: {end} at the end, {most} at most."
 
 
-def length_text(metres: float, miles: bool = True) -> str:
-    """Write a length with its unit, long ones in nautical miles as well."""
+def length_text(metres: float) -> str:
+    """Write a length with its unit."""
     if not np.isfinite(metres):
         return "not a number"
-    text = f"{number_text(metres, 4)} m" if metres > 0.5 else f"{number_text(metres * 1e3)} mm"
-    return f"{text} ({metres / units.NAUTICAL_MILE:.3f} nmi)" if miles and abs(metres) > 10.0 else text
+    return f"{number_text(metres, 4)} m" if metres > 0.5 else f"{number_text(metres * 1e3)} mm"
 
 
 def made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:

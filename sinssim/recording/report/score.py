@@ -46,7 +46,7 @@ def score_report(
         "<h2>Errors</h2>",
         *error_tables(ranked, "NAME/score.json; all samples: NAME/error_NAME.parquet"),
     ]
-    samples = run.solution("truth")
+    samples = run.solution(run.motion)
     assert samples.velocity_ned is not None
     assert samples.q_nb is not None
     truth = NavState(samples.latitude, samples.longitude, samples.height, samples.velocity_ned, samples.q_nb)

@@ -19,7 +19,7 @@ from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.scales import ANGLES, SPEEDS, Scale, suiting, thinned
 from sinssim.recording.store.one_component import EQUATIONS, markdown
-from sinssim.recording.store.streams import Stream, Vector
+from sinssim.recording.store.streams import Stream
 from sinssim.units import ARCMIN, DEG
 
 if TYPE_CHECKING:
@@ -57,18 +57,10 @@ def record(
         recording.document("about/scenario", f"```toml\n{scenario.to_toml()}\n```")
         recording.document("about/summary", markdown(found))
         for stream in streams:
-            recording.stream(_shown(stream))
+            recording.stream(stream, thin=scenario.recording.detail == "light")
         run = replace(run, labels={**run.labels, **labels}, ranges=dict(recording.ranges))
         recording.document(RUN_ENTITY, run.to_json())
         recording.blueprint(all_views(run, own=scenario.views))
-
-
-def _shown(stream: Stream) -> Stream:
-    """Return the rows of a stream that a screen can show; the Parquet file has them all."""
-    k = thinned(len(stream.time), _ROWS)
-    return Stream(
-        stream.name, stream.time[k], tuple(Vector(v.name, v.columns, np.asarray(v.values)[k]) for v in stream.vectors)
-    )
 
 
 def _draw_errors(recording: Recording, result: OneComponentResult) -> dict[str, str]:

@@ -20,6 +20,7 @@ from sinssim.data import Array
 from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.store.streams import Rows, Stream, blocks
+from sinssim.recording.thinning import is_long, screen_vectors
 from sinssim.truth.trajectory import FlightEvent
 
 TIMELINE = "sim_time"
@@ -195,11 +196,14 @@ class Recording:
         """
         self._stream.send_blueprint(blueprint, make_active=False, make_default=True)
 
-    def stream(self, stream: Stream) -> None:
-        """Record a stream, every row, exactly; the series are named after the Parquet columns.
+    def stream(self, stream: Stream, *, thin: bool = False, events: Sequence[float] = ()) -> None:
+        """Record a stream; the series are named after the Parquet columns.
 
         Args:
             stream: what to record.
+            thin: whether a long stream is reduced to the rows that a screen can show, see `screen_rows`; otherwise
+                every row is recorded. The rows that are recorded are exact.
+            events: times around which all rows are recorded, s.
 
         Raises:
             OSError: the file could not be written.
@@ -207,10 +211,14 @@ class Recording:
         for vector in stream.vectors:
             lines = rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax")
             self.static(f"{STREAMS}/{stream.name}/{vector.name}", lines)
-        for rows in blocks(len(stream.time)):
-            for vector in stream.vectors:
-                entity = f"{STREAMS}/{stream.name}/{vector.name}"
-                self._scalars(entity, stream.time[rows], vector.values[rows])
+        if thin and is_long(len(stream.time)):
+            for name, times, values in screen_vectors(stream, events):
+                self._scalars(f"{STREAMS}/{stream.name}/{name}", times, values)
+        else:
+            for rows in blocks(len(stream.time)):
+                for vector in stream.vectors:
+                    entity = f"{STREAMS}/{stream.name}/{vector.name}"
+                    self._scalars(entity, stream.time[rows], vector.values[rows])
         self._flush()  # at most one stream waits in memory
 
     def series(

@@ -10,10 +10,10 @@ import rerun as rr
 
 from sinssim.data import Array
 from sinssim.formatting import capital, number_text
-from sinssim.recording.figures import study as figures
-from sinssim.recording.figures import study_laws as laws
 from sinssim.recording.figures.canvas import to_png
-from sinssim.recording.report import study_laws
+from sinssim.recording.figures.studies import study as figures
+from sinssim.recording.figures.studies import study_laws as laws
+from sinssim.recording.report.studies import study_laws
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from sinssim import __version__
 from sinssim.errors import InputError, RunError
 from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.rerun.web_page import PageServer
 from sinssim.system.signals import interruptible
 
 RUN_ENTITY = "about/run"
@@ -45,6 +47,11 @@ def find_recording(path: Path) -> Path:
         return path
     if (path / "recording.rrd").is_file():
         return path / "recording.rrd"
+    if (path / "summary.json").is_file() and (path / "scenario.toml").is_file():
+        raise InputError(
+            f"{path} is a run without a recording (its scenario.toml has recording.keep and recording.detail). Run it "
+            "again with --keep all --recording light; its report.html, if it has one, opens in any browser."
+        )
     what = "has no recording.rrd in it" if path.is_dir() else "does not exist"
     raise InputError(f"{path} {what}; give a run directory, such as runs/first_flight, or an .rrd file.")
 
@@ -72,10 +79,17 @@ def find_run_info(recording: Path) -> RunInfo | None:
             for name in batch.schema.names:
                 if name.endswith("TextDocument:text"):
                     text = batch.column(name)[-1].as_py()[0]
-        return None if text is None else RunInfo.from_json(text)
     except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
         raise InputError(
             f"{recording} is not a recording by sinssim, or it is damaged ({error}); run its scenario again."
+        ) from error
+    try:
+        return None if text is None else RunInfo.from_json(text)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise InputError(
+            f"{recording} was made by another version of sinssim than {__version__}: its description of the run cannot "
+            f"be used ({error}). Run the scenario.toml beside it again, or open it without a view: "
+            f"rerun {recording}"
         ) from error
 
 
@@ -125,8 +139,8 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
         InputError: there is no such recording or view.
         RunError: the server does not start.
     """
-    web, grpc = _free_ports(2)
-    arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(web), "--port", str(grpc)]
+    web, inner, grpc = _free_ports(3)
+    arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(inner), "--port", str(grpc)]
     # Memory of the server for later visitors: by default 1 GiB, beyond which it drops the oldest data.
     arguments += ["--server-memory-limit", "75%"]
     with (
@@ -135,9 +149,11 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
         interruptible(signal.SIGTERM, signal.SIGINT),
         _files(path, view) as files,
         _Viewer([*arguments, *files]) as viewer,
+        contextlib.ExitStack() as stack,
     ):
-        viewer.wait_for_port(web)
+        viewer.wait_for_port(inner)
         viewer.wait_for_port(grpc)
+        stack.enter_context(PageServer(web, inner))
         address = f"http://127.0.0.1:{web}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{grpc}%2Fproxy"
         if ready is None:
             print(f"Open {address}\nStop with Ctrl-C.", flush=True)

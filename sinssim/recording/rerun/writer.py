@@ -32,17 +32,21 @@ from sinssim.recording.store.streams import (
     Stream,
     channel_streams,
     error_stream,
+    gravity_stream,
     imu_stream,
     nav_stream,
     other_error_stream,
     platform_stream,
     reference_stream,
+    rotation_stream,
     set_streams,
     truth_stream,
 )
 from sinssim.strapdown.nav_error import NavError
 from sinssim.system.memory import give_back_memory
 from sinssim.transverse import route_pole
+from sinssim.truth.gravity.disturbed import Disturbed
+from sinssim.truth.gravity.values import gravity_values
 from sinssim.truth.trajectory import FlightEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -50,6 +54,7 @@ if TYPE_CHECKING:
     from sinssim.logs.reference import Reference
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.scenario import Scenario
+    from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.reading import Readings
 
 _PATH_WIDTH = 2.0
@@ -95,25 +100,30 @@ class RunWriter:
             map_zoom=map_zoom([truth]),
         )
         self._own_views = scenario.views
-        layout = all_views(self._run, own=self._own_views)
-        self._recording = Recording(folder / "recording.rrd", self._run.application, layout)
+        self._kept = scenario.recording
+        self._recording: Recording  # missing if none is kept
+        if self._kept.has_recording:
+            layout = all_views(self._run, own=self._own_views)
+            self._recording = Recording(folder / "recording.rrd", self._run.application, layout)
         self._to_rerun = ThreadPoolExecutor(1, "rerun")
         self._to_parquet = ThreadPoolExecutor(1, "parquet")
         self._tasks: list[Future[None]] = []
         try:
-            write = self._recording.document
-            self._submit(self._to_rerun, write, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
-            self._submit(self._to_rerun, self._draw_flight, time, truth, trajectory.events, scenario.output.angles)
+            self._draw(self._document, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
+            self._draw(self._draw_flight, time, truth, trajectory.events, scenario.output.angles)
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
             self._coordinates = _coordinate_streams(scenario, own, truth)
             if ideal is None:
                 return
+            self.without_satellites(time, truth, () if scenario.aiding is None else scenario.aiding.outages)
             for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
                 self._stream(stream)
             for stream in _coordinate_streams(scenario, trajectory.ellipsoid, truth).of("truth", time, truth):
                 self._stream(stream)
             for stream in channel_streams(trajectory.channels):
                 self._stream(stream)
+            if isinstance(trajectory, Disturbed):
+                self._stream(gravity_stream(gravity_values(trajectory)))
         except BaseException:
             self._close()
             raise
@@ -129,14 +139,26 @@ class RunWriter:
     def _close(self) -> None:
         for pool in (self._to_rerun, self._to_parquet):
             pool.shutdown(wait=True)
-        self._recording.close()
+        if self._kept.has_recording:
+            self._recording.close()
 
     def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:
         self._tasks.append(pool.submit(work, *arguments))
 
+    def _draw(self, work: Callable[..., Any], *arguments: Any) -> None:
+        """Do something to the recording, if there is one."""
+        if self._kept.has_recording:
+            self._submit(self._to_rerun, work, *arguments)
+
+    def _document(self, entity: str, text: str) -> None:
+        self._recording.document(entity, text)
+
+    def _show(self, stream: Stream, events: Sequence[float]) -> None:
+        self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
+
     def _stream(self, stream: Stream) -> None:
         self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
-        self._submit(self._to_rerun, self._recording.stream, stream)
+        self._draw(self._show, stream, [event.time for event in self._events])
 
     def sensed(
         self, readings: Readings, perfect: Readings, compensated: ImuData | None, kinds: Sequence[SensorComparison]
@@ -149,9 +171,9 @@ class RunWriter:
             compensated: the compensated increments, if there is a calibration.
             kinds: the readings by kind of sensor, to be drawn.
         """
-        self._submit(self._to_rerun, self._draw_sensors, kinds)
+        self._draw(self._draw_sensors, kinds)
         if readings.monitored:
-            self._submit(self._to_rerun, self._draw_monitoring, readings)
+            self._draw(self._draw_monitoring, readings)
             self._events += alarm_events(readings.monitored)
         for kind, found in (("ideal", perfect), ("measured", readings)):
             for stream in set_streams(kind, found):
@@ -168,12 +190,23 @@ class RunWriter:
             compensated: the compensated increments, if there is a calibration.
             reference: the reference solution, if there is one.
         """
-        self._submit(self._to_rerun, self._draw_recorded, imu)
+        self._draw(self._draw_recorded, imu)
         self._stream(imu_stream("measured", imu))
         if compensated is not None:
             self._stream(imu_stream("compensated", compensated))
         if reference is not None:
             self._stream(reference_stream(reference))
+
+    def without_satellites(self, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
+        """Mark the parts of the track without satellites on the map.
+
+        Args:
+            time: (N,) s.
+            truth: the track at those times.
+            outages: spans, s.
+        """
+        if outages:
+            self._draw(self._draw_outages, time, truth, outages)
 
     def navigated(
         self,
@@ -195,14 +228,14 @@ class RunWriter:
             self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
         for solution in solutions.values():
             self._events += [FlightEvent(event.start, event.text) for event in solution.events]
-        self._submit(self._to_rerun, self._draw_navigation, solutions, errors)
+        self._draw(self._draw_navigation, solutions, errors)
         for name, solution in solutions.items():
             self._stream(nav_stream(name, solution))
             for stream in self._coordinates.of(name, solution.time, solution):
                 self._stream(stream)
             self._stream(error_stream(name, errors[name].at, solution))
         if without_monitoring is not None and errors:
-            self._submit(self._to_rerun, self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
+            self._draw(self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
             self._stream(other_error_stream("error_without_monitoring", without_monitoring))
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, _give_back_memory)
@@ -227,7 +260,18 @@ class RunWriter:
         self._stream(platform_stream(solution))
         if without is not None:
             self._stream(other_error_stream("error_without_errors_of_turns", without))
-        self._submit(self._to_rerun, self._draw_platform, solution, compared(own, strapdown, without), ideal.dtheta)
+        self._draw(self._draw_platform, solution, compared(own, strapdown, without), ideal.dtheta)
+
+    def turned(self, encoders: Encoders, without: NavError | None) -> None:
+        """Write the angles of a block that turns, and the errors of the same sensors in a block that does not.
+
+        Args:
+            encoders: of the block.
+            without: errors of the first algorithm without the rotation, None without a solution.
+        """
+        self._stream(rotation_stream(encoders))
+        if without is not None:
+            self._stream(other_error_stream("error_without_rotation", without))
 
     def filtered(self, aided: Aided, about: str) -> None:
         """Write the estimate of a filter and its readings.
@@ -236,9 +280,9 @@ class RunWriter:
             aided: the aided solution with its true errors.
             about: text on the filter's consistency, Markdown.
         """
-        self._submit(self._to_rerun, self._recording.document, "about/filter", about)
-        self._submit(self._to_rerun, self._draw_filter, aided)
-        self._submit(self._to_rerun, _give_back_memory)
+        self._draw(self._document, "about/filter", about)
+        self._draw(self._draw_filter, aided)
+        self._draw(_give_back_memory)
         for stream in filter_streams(aided):
             self._stream(stream)
         for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
@@ -259,8 +303,8 @@ class RunWriter:
             OSError: data could not be written.
         """
         self._events.sort(key=lambda event: event.time)
-        self._submit(self._to_rerun, self._recording.document, "about/summary", summary)
-        self._submit(self._to_rerun, self._draw_events)
+        self._draw(self._document, "about/summary", summary)
+        self._draw(self._draw_events)
         self._submit(self._to_parquet, parquet.write_events, self._events, self._streams)
         left = set(self._tasks)
         while left:
@@ -273,6 +317,9 @@ class RunWriter:
     def _draw_flight(self, time: Array, truth: NavState, events: Sequence[FlightEvent], angles: str | None) -> None:
         pictures.draw_flight(self._recording, time, truth, self._scene, events, angles)
         self._learn({})
+
+    def _draw_outages(self, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
+        pictures.draw_outages(self._recording, time, truth, outages)
 
     def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
         self._learn(pictures.draw_sensors(self._recording, kinds))

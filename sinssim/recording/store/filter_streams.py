@@ -27,9 +27,9 @@ def filter_streams(aided: Aided) -> list[Stream]:
         aided: the aided solution with its true errors.
 
     Returns:
-        `nav_aided`, `error_aided`, the same for the smoothed solution if there is one, `filter` with 1σ of all states,
-        estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every reading and the decision
-        on it.
+        `nav_aided`, `error_aided`, the same for the smoothed and the backward solution if there are any, `filter` with
+        1σ of all states, estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every
+        reading and the decision on it.
     """
     estimate = aided.estimate
     solution = estimate.solution
@@ -37,6 +37,9 @@ def filter_streams(aided: Aided) -> list[Stream]:
     if estimate.smoothed is not None and aided.smoothed_error is not None:
         solution = estimate.smoothed.solution
         streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution)]
+    if estimate.backward is not None and aided.backward_error is not None:
+        solution = estimate.backward.solution
+        streams += [nav_stream("backward", solution), error_stream("backward", aided.backward_error.at, solution)]
     innovations = {i.sensor: i for i in estimate.innovations}
     streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
     return streams

@@ -24,16 +24,27 @@ def write_stream(stream: Stream, folder: Path) -> Path:
     Raises:
         OSError: the file cannot be written.
     """
+    tables = (arrow_table(stream, rows) for rows in blocks(len(stream.time)))
+    return _write(tables, folder / f"{stream.name}.parquet")
+
+
+def arrow_table(stream: Stream, rows: slice) -> Any:
+    """Return rows of a stream as a `pyarrow.Table`.
+
+    Args:
+        stream: the stream.
+        rows: which of them.
+
+    Returns:
+        The column `time_s`, and the columns of all vectors; doubles stay doubles.
+    """
     import pyarrow as pa
 
-    def table(rows: slice) -> Any:
-        columns = {"time_s": pa.array(stream.time[rows])}
-        for vector in stream.vectors:
-            values = vector.values[rows]
-            columns |= {name: pa.array(values[:, i].copy()) for i, name in enumerate(vector.columns)}
-        return pa.table(columns)
-
-    return _write(map(table, blocks(len(stream.time))), folder / f"{stream.name}.parquet")
+    columns = {"time_s": pa.array(stream.time[rows])}
+    for vector in stream.vectors:
+        values = vector.values[rows]
+        columns |= {name: pa.array(values[:, i].copy()) for i, name in enumerate(vector.columns)}
+    return pa.table(columns)
 
 
 def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:

@@ -13,12 +13,15 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.scenario.sections.within_imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import Channel
+from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
     from sinssim.logs.reference import Reference
     from sinssim.platform.navigate import PlatformSolution
+    from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.monitor import Monitored
     from sinssim.sensors.sets.reading import Readings
+    from sinssim.truth.gravity.values import GravityValues
 
 
 BLOCK = 16384
@@ -199,7 +202,8 @@ def other_error_stream(name: str, error: NavError) -> Stream:
 
     Args:
         name: "error_without_monitoring": if a redundant set's faulty sensors had been used;
-            "error_without_errors_of_turns": if the gyros beside a platform had no errors that act in turns only.
+            "error_without_errors_of_turns": if the gyros beside a platform had no errors that act in turns only;
+            "error_without_rotation": if the block of the same sensors did not turn.
         error: errors of the first strapdown algorithm.
 
     Returns:
@@ -212,6 +216,28 @@ def other_error_stream(name: str, error: NavError) -> Stream:
             Vector("position", ("position_n_m", "position_e_m", "position_d_m"), error.position_ned),
             Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), error.velocity_ned),
             Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), error.attitude),
+        ),
+    )
+
+
+def rotation_stream(encoders: Encoders) -> Stream:
+    """Return the stream `rotation`: true and read angles of a block that turns.
+
+    Args:
+        encoders: of the block.
+
+    Returns:
+        N+1 rows.
+    """
+    e = encoders
+    true = Computed(lambda rows: e.turns.angles(e.edges[rows]))
+    read = Computed(lambda rows: e.angles(e.edges[rows]))
+    return Stream(
+        "rotation",
+        e.edges,
+        (
+            Vector("angle", ("outer_angle_rad", "inner_angle_rad"), true),
+            Vector("encoder", ("outer_encoder_rad", "inner_encoder_rad"), read),
         ),
     )
 
@@ -303,6 +329,29 @@ def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
             groups.append(group)
         group[1].append(Vector(name, columns, values))
     return [Stream("flight" if i == 0 else f"flight_{i + 1}", t, tuple(v)) for i, (t, v) in enumerate(groups)]
+
+
+def gravity_stream(values: GravityValues) -> Stream:
+    """Return the stream `gravity`: the true field along the motion, once a second.
+
+    Args:
+        values: the field.
+
+    Returns:
+        K rows.
+    """
+    v = values
+    columns = {
+        "deflection": (("xi_arcsec", v.xi / ARCSEC), ("eta_arcsec", v.eta / ARCSEC)),
+        "anomaly": (("disturbance_mgal", v.disturbance / MGAL), ("anomaly_mgal", v.anomaly / MGAL)),
+    }
+    if v.undulation is not None and v.altitude_msl is not None:
+        columns["geoid"] = (("undulation_m", v.undulation), ("altitude_msl_m", v.altitude_msl))
+    vectors = (
+        Vector(name, tuple(column for column, _ in pair), np.column_stack([values for _, values in pair]))
+        for name, pair in columns.items()
+    )
+    return Stream("gravity", v.time, tuple(vectors))
 
 
 _UNIT_NAMES = {"m/s": "mps", "m/s²": "mps2", "rad/s": "radps", "deg/s": "degps", "°": "deg", "%": "percent"}

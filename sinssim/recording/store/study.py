@@ -8,7 +8,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from sinssim.recording.report.study import html_report
+from sinssim.recording.report.studies.study import html_report
 from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import plain, processor, versions

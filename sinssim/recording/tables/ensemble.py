@@ -14,6 +14,7 @@ from sinssim.ensembles.summary import DEFINITIONS
 from sinssim.formatting import number_text
 from sinssim.recording.report.ensemble import opening, regulation, with_band
 from sinssim.recording.report.verdicts import requirement_lines
+from sinssim.sensors.imu.grades import grade_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,6 +38,9 @@ def show(result: EnsembleResult, numbers: Mapping[str, Any], console: Console, p
     table.add_column("CEP (95 % band)", justify="right", no_wrap=True)
     table.add_column("R95 (95 % band)", justify="right", no_wrap=True)
     final, rate = numbers["final_horizontal_m"], numbers["rate_nmi_h"]
+    for one in numbers["at"]:
+        name = f"horizontal error at {one['time_s']:g} s, m"
+        table.add_row(name, with_band(one["cep_m"]), with_band(one["r95_m"]))
     table.add_row("horizontal error at the end, m", with_band(final["cep"]), with_band(final["r95"]))
     table.add_row(
         "rate by the line Σ t r / Σ t², nmi/h", with_band(rate["line"]["cep"]), with_band(rate["line"]["r95"])
@@ -101,7 +105,7 @@ def show_sheet(result: EnsembleResult, numbers: Mapping[str, Any], console: Cons
     plan = result.plan
     table = Table(
         box=box.SIMPLE_HEAD, pad_edge=False, title_justify="left",
-        title=f"Performance of {plan.scenario.imu.grade} in {plan.scenario.name}, {len(result)} runs",
+        title=f"Performance of {grade_name(plan.scenario.imu.grade)} in {plan.scenario.name}, {len(result)} runs",
     )  # fmt: skip
     table.add_column("quantity", overflow="fold")
     table.add_column("value", justify="right", no_wrap=True)

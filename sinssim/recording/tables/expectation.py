@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinssim.scenario.notes import keys_without_effect
 from sinssim.sensors.expectation import ASSUMPTIONS, Expectation
-from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.units import DEG, NAUTICAL_MILE
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def show(expectation: Expectation, console: Console) -> None:
 
     e = expectation
     grade = find_grade(e.section.grade)
-    console.print(f"{e.section.grade}: {grade.description}", markup=False)
+    console.print(f"{grade_name(e.section.grade)}: {grade.description}", markup=False)
     console.print(f"Source: {grade.source}\n", markup=False)
     if not e.terms:
         console.print("The sensors have no errors.")

@@ -11,7 +11,6 @@ from rich.table import Table
 from sinssim.recording.plane_errors import ROW_NAMES
 from sinssim.recording.tables.run import error_text
 from sinssim.scenario.sections.one_component import WAYS
-from sinssim.units import NAUTICAL_MILE
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,7 +21,6 @@ _HEADINGS = (
     "position\nfinal, m",
     "\nrms, m",
     "\nmax, m",
-    "\nmax, nmi",
     "velocity\nmax, m/s",
     "pitch\nmax, arcmin",
     "off the simulation\nmax, m",
@@ -78,12 +76,11 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
 
 
 def _cells(errors: Mapping[str, float | None], difference: Mapping[str, float | None] | None) -> tuple[str, ...]:
-    most, angle = errors["max_position_error_m"], errors["max_pitch_error_arcsec"]
+    angle = errors["max_pitch_error_arcsec"]
     return (
         error_text(errors["final_position_error_m"]),
         error_text(errors["rms_position_error_m"]),
-        error_text(most),
-        "–" if most is None else f"{most / NAUTICAL_MILE:.3f}" if most < 1e8 else error_text(most / NAUTICAL_MILE),
+        error_text(errors["max_position_error_m"]),
         error_text(errors["max_velocity_error_mps"]),
         "–" if angle is None else error_text(angle / 60.0),
         *(("", "") if difference is None else (error_text(difference["max_m"]), _relative(difference["relative"]))),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -11,6 +11,7 @@ from rich.table import Table
 
 from sinssim.recording.store.summaries.filter_summary import sentences
 from sinssim.recording.store.summaries.log_summary import compared_words, outage_sentence
+from sinssim.recording.store.summaries.phase_summary import HEADS, NOTE, phase_tables
 from sinssim.recording.store.summaries.platform_summary import platform_sentences
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
@@ -22,12 +23,12 @@ if TYPE_CHECKING:
 
     from sinssim.scenario import Scenario
 
-_METRES_PER_NMI = 1852.0
+_LISTED_OUTAGES = 15
+"""Number of outages up to which each has a row; the report has the rows of all."""
 _HEADINGS = (
     "horizontal\nfinal, m",
     "\nrms, m",
     "\nmax, m",
-    "\nmax, nmi",
     "height\nmax, m",
     "velocity\nmax, m/s",
     "attitude\nmax, arcmin",
@@ -43,7 +44,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         console: the console to print on.
     """
     failures, of_filter = summary["failures"], summary.get("filter", {})
-    aided = {name: of_filter[name] for name in ("aided", "smoothed") if of_filter.get(name)}
+    aided = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}
     table = Table(
         title=f"{scenario.name}: {_title(summary)}",
         title_justify="left",
@@ -87,6 +88,10 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     console.print(table)
     if summary.get("outages", {}).get("each"):
         console.print(_outage_table(summary["outages"]))
+    for name, rows in phase_tables(summary):
+        console.print(_phase_table(name, rows))
+    if summary.get("phases"):
+        lines.insert(0, NOTE)
     for line in lines:
         console.print(line, markup=False)
 
@@ -113,7 +118,7 @@ def _title(summary: Mapping[str, Any]) -> str:
 def _outage_table(numbers: Mapping[str, Any]) -> Table:
     """Return the table of the errors at the end of each outage."""
     table = Table(
-        title=f"outages: errors at the end, against {numbers['against']}",
+        title=f"{len(numbers['each'])} outages: errors at the end, against {numbers['against']}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -129,21 +134,35 @@ def _outage_table(numbers: Mapping[str, Any]) -> Table:
     table.add_column("from … to, s", no_wrap=True)
     for head in keys.values():
         table.add_column(head, justify="right", no_wrap=True)
-    for one in numbers["each"]:
-        table.add_row(f"{one['from_s']:g} … {one['to_s']:g}", *(error_text(one[key]) for key in keys))
+    if len(numbers["each"]) <= _LISTED_OUTAGES:
+        for one in numbers["each"]:
+            table.add_row(f"{one['from_s']:g} … {one['to_s']:g}", *(error_text(one[key]) for key in keys))
     for word, name in (("median", "median"), ("90 %", "p90")):
         table.add_row(word, *(error_text(numbers[name][key]) for key in keys))
     return table
 
 
+def _phase_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
+    """Return the table of what each phase of a mission added to the errors of a solution."""
+    table = Table(
+        title=f"{name}: what each phase added", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
+    table.add_column("phase", no_wrap=True)
+    table.add_column("from … to\ns", justify="right", no_wrap=True)
+    for what, unit in HEADS.values():
+        table.add_column(f"{what}\n{unit}", justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
 def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
     """Return the cells of one algorithm; if it failed, its numbers end at the failure."""
-    farthest, angle = errors["max_horizontal_error_m"], errors["max_attitude_error_arcsec"]
+    angle = errors["max_attitude_error_arcsec"]
     return (
         error_text(errors["final_horizontal_error_m"]),
         error_text(errors["rms_horizontal_error_m"]),
-        error_text(farthest),
-        "–" if failed or farthest is None else f"{farthest / _METRES_PER_NMI:.3f}",
+        error_text(errors["max_horizontal_error_m"]),
         error_text(errors["max_height_error_m"]),
         error_text(errors["max_velocity_error_mps"]),
         "–" if failed or angle is None else error_text(angle / 60.0),

@@ -22,6 +22,7 @@ _HEADINGS = (
 
 def show(
     title: str,
+    against: str,
     numbers: Mapping[str, Mapping[str, float | None]],
     scores: Sequence[Score],
     span: tuple[float, float],
@@ -31,13 +32,14 @@ def show(
 
     Args:
         title: name of the run.
+        against: what the solutions are compared with.
         numbers: results of `known_numbers` by algorithm.
         scores: the scored solutions.
         span: time over which they are compared, s.
         console: the console to print on.
     """
     table = Table(
-        title=f"{title}: errors against the truth, {span[0]:g} s to {span[1]:g} s, by the rms horizontal error",
+        title=f"{title}: errors against {against}, {span[0]:g} s to {span[1]:g} s, by the rms horizontal error",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),

@@ -10,6 +10,7 @@ from pydantic import create_model, model_validator
 from sinssim.errors import InputError
 from sinssim.section import Section
 from sinssim.sensors.aiding.base.sensor import AidingSensor
+from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.aiding.registry import SENSORS, load_class
 
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)
@@ -54,6 +55,12 @@ class _Tables(Section):
     def sensor(self, kind: type[_Sensor]) -> _Sensor | None:
         """Return the sensor of a class, None if it is not switched on."""
         return next((sensor for sensor in self.sensors().values() if isinstance(sensor, kind)), None)
+
+    @property
+    def outages(self) -> tuple[tuple[float, float], ...]:
+        """The spans without satellites, s, in order."""
+        gnss = self.sensor(GnssSection)
+        return () if gnss is None else tuple(sorted(gnss.outages_s))
 
 
 if TYPE_CHECKING:

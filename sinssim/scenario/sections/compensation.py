@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
+from sinssim.errors import InputError
+from sinssim.scenario.sections.imu import Places
+from sinssim.scenario.toml_file import read_toml
 from sinssim.section import Section
 from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
 from sinssim.sensors.imu.error_term import ErrorTerm
@@ -43,10 +47,37 @@ class CompensationSection(_Terms):
     in both cases.
     """
 
+    file: str | None = Field(
+        default=None,
+        description="calibration made by `sinssim calibrate`, relative to this file: the keys of its table "
+        "[compensation]; keys given here replace them",
+    )
+    accel_arms_mm: tuple[Places, Places, Places] | None = Field(
+        default=None,
+        description="calibrated places of the three accelerometers, each forward, right, down; default: the true ones",
+    )
+
     @model_validator(mode="before")
     @classmethod
     def _other_units(cls, data: Any) -> Any:
         return in_scenario_units(data, cls.model_fields)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_file(cls, data: Any) -> Any:
+        """Replace the file by its contents."""
+        if not isinstance(data, dict) or not isinstance(data.get("file"), str):
+            return data
+        path = Path(data["file"])
+        try:
+            table = read_toml(path)[1].get("compensation")
+        except InputError as error:
+            raise ValueError(f"file: {str(error).rstrip('.')}") from error
+        if not isinstance(table, dict):
+            raise ValueError(f"file: {path} has no table [compensation]; give one that `sinssim calibrate` made")
+        if "file" in table:
+            raise ValueError(f"file: {path} refers to another file; give that one")
+        return {**table, **{key: value for key, value in data.items() if key != "file"}}
 
     @field_validator("*")
     @classmethod

@@ -78,6 +78,10 @@ class FilterSection(Section):
         description="fraction of correct readings that the gate may reject; 0 rejects none",
     )
     smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
+    backward: bool = Field(
+        default=False,
+        description="whether the filter runs over the data in reverse time as well, from the end to the start",
+    )
     alignment: Literal["at-rest", "in-motion", "by-course"] = Field(
         default="at-rest",
         description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, by satellite velocities "

@@ -57,12 +57,13 @@ class AirStart(Section):
 
 
 class RunwayStart(Section):
-    """The flight begins at rest on a runway, engines running, brakes set.
+    """The flight begins at rest on a runway or at a gate, brakes set.
 
     Attributes:
         latitude_deg, longitude_deg: place, degrees.
         altitude_m: height of the runway above the ellipsoid, m.
         heading_deg: heading of the runway, degrees.
+        engines: whether the engines run; `taxi` and `take_off` start them if they do not.
     """
 
     on: Literal["runway"]
@@ -72,6 +73,9 @@ class RunwayStart(Section):
         default=0.0, description="height of the runway above the ellipsoid"
     )
     heading_deg: Heading = Field(default=0.0, description="heading of the runway")
+    engines: Literal["running", "off"] = Field(
+        default="running", description='engines at the start; "off": the first taxi or take_off starts them'
+    )
 
 
 Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]

@@ -25,6 +25,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 
 from sinssim.scenario.sections.within_imu.faults import Fault, check_sensors, concerns_gyros, faulty_sensors
 from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
+from sinssim.scenario.sections.within_imu.rotation import Rotation
 from sinssim.scenario.sections.within_imu.sensor_set import (
     AttitudeSensor,
     Gyros,
@@ -65,7 +66,10 @@ def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
 class _Block(Section):
     """Grade, rate, sensor set and place of a sensor block."""
 
-    grade: str = Field(default="laser-standard", description="name of the grade, one of `sinssim.sensors.GRADES`")
+    grade: str = Field(
+        default="laser-standard",
+        description="a name from `sinssim list grades`, or the path of a grade's TOML file from the scenario's folder",
+    )
     rate_hz: Annotated[float, Field(gt=0.0, le=1e5)] = Field(default=100.0, description="samples per second")
     sensor_set: SensorSet = Gyros(type="gyros")
     lever_arm_m: LeverArm | None = Field(
@@ -110,6 +114,7 @@ class ImuSection(_Terms):
         default=None, description="physics of the gyros, which determines their random walk and quantum"
     )
     faults: tuple[Fault, ...] = Field(default=(), description="faults in the run")
+    rotation: Rotation | None = Field(default=None, description="rotation of the block in the vehicle")
 
     @model_validator(mode="before")
     @classmethod
@@ -156,6 +161,17 @@ class ImuSection(_Terms):
                     raise ValueError(
                         f"{key} follows from the physics in laser_gyro, which is also given: keep one of them"
                     )
+        return self
+
+    @model_validator(mode="after")
+    def _can_turn(self) -> Self:
+        if self.rotation is not None:
+            if not isinstance(self.sensor_set, Gyros):
+                raise ValueError(
+                    "rotation needs a block of three gyros and three accelerometers: remove it, or sensor_set.type = "
+                    f'"{self.sensor_set.type}"'
+                )
+            self.rotation.check_rate(self.rate_hz)
         return self
 
     @model_validator(mode="after")

@@ -105,7 +105,7 @@ class _Position(LogFile, FixColumns):
     quality_factors: dict[str, Factor] | None = Field(
         default=None,
         description='factor of σ by the code of quality, for example { "1" = 1.0, "2" = 20.0 }; other codes are '
-        "refused; default: every fix is used as it is",
+        "refused; default: every fix counts as its σ says, except those whose code says that there is none",
     )
 
     @model_validator(mode="after")
@@ -198,8 +198,10 @@ class LogOutages(Section):
     at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the run's time")
     length_s: Positive | None = Field(default=None, description="length of regular outages")
     every_s: Positive | None = Field(default=None, description="period of regular outages")
-    first_s: Moment | None = Field(
-        default=None, description="beginning of the first regular outage; default: one period after the start"
+    first_s: Moment | tuple[Moment, ...] | None = Field(
+        default=None,
+        description="beginning of the first regular outage; default: one period after the start; with several, the "
+        "filter runs once more for each, and the outages of these passes are judged together",
     )
 
     @model_validator(mode="after")
@@ -212,6 +214,13 @@ class LogOutages(Section):
             )
         if not self.at_s and self.length_s is None:
             raise ValueError("give at_s, or length_s and every_s")
+        if isinstance(self.first_s, tuple):
+            if self.length_s is None:
+                raise ValueError("several beginnings (first_s) are those of regular outages: give length_s and every_s")
+            if not self.first_s or len(set(self.first_s)) < len(self.first_s):
+                raise ValueError("first_s: give each beginning once, for example [30.0, 45.0, 60.0]")
+            if self.at_s:
+                raise ValueError("at_s and several beginnings (first_s) exclude each other")
         return self
 
     def spans(self, start: float, end: float) -> tuple[tuple[float, float], ...]:
@@ -221,16 +230,35 @@ class LogOutages(Section):
             start, end: of the run, s.
 
         Returns:
-            Beginning and end of each, s; a regular outage that would not end within the run is left out.
+            Beginning and end of each, s; a regular outage that would not end within the run is left out. None with
+            several beginnings, whose outages are those of further passes of the filter.
         """
+        if isinstance(self.first_s, tuple):
+            return ()
         found = [span for span in self.at_s if span[0] < end and span[1] > start]
-        if self.length_s is not None and self.every_s is not None:
-            begin = start + self.every_s if self.first_s is None else self.first_s
-            while begin + self.length_s <= end:
-                if begin >= start:
-                    found.append((begin, begin + self.length_s))
-                begin += self.every_s
-        return tuple(sorted(found))
+        return tuple(sorted((*found, *self._regular_spans(self.first_s, start, end))))
+
+    def passes(self, start: float, end: float) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Return the outages of each further pass of the filter.
+
+        Args:
+            start, end: of the run, s.
+
+        Returns:
+            For each of several beginnings the outages within the run, as `spans`; none otherwise.
+        """
+        beginnings = self.first_s if isinstance(self.first_s, tuple) else ()
+        return tuple(tuple(self._regular_spans(first, start, end)) for first in beginnings)
+
+    def _regular_spans(self, first: float | None, start: float, end: float) -> Iterator[tuple[float, float]]:
+        """Yield the regular outages from a beginning on."""
+        if self.length_s is None or self.every_s is None:
+            return
+        begin = start + self.every_s if first is None else first
+        while begin + self.length_s <= end:
+            if begin >= start:
+                yield begin, begin + self.length_s
+            begin += self.every_s
 
 
 class LogSection(Section):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -45,6 +45,9 @@ _Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]
 """Error of an angle, arcmin: at most half a turn, beyond which angles repeat."""
 _ArcminSigma = Annotated[float, Field(ge=0.0, le=10_800.0)]
 
+_Degree = Annotated[int, Field(ge=2, le=2190)]
+"""Degree of a model of gravity, see `sinssim.earth.harmonics.icgem.MOST_DEGREE`."""
+
 BaroTimeConstant = Annotated[float, Field(ge=0.1, le=1e6)]
 """Time constant of the baro loop, s: below, the loop is faster than its readings; above, it has no effect in a run."""
 
@@ -72,6 +75,19 @@ class InitialErrorSection(Section):
     heading_sigma_arcmin: _ArcminSigma = Field(default=0.0, description="1σ of the random heading error")
 
 
+class AlignmentSection(Section):
+    """The inertial navigators align themselves at the beginning of the run, on a vehicle at a place that they know."""
+
+    method: Literal["quiet", "disturbed"] = Field(
+        default="quiet",
+        description="quiet: gravity and the Earth's rate on a vehicle at rest, eq. (1); disturbed: the fit of "
+        "gravity's cone in inertial space on a vehicle that sways about its place",
+    )
+    duration_s: float = Field(
+        default=300.0, ge=10.0, le=86_400.0, description="duration of the alignment; navigation begins at its end"
+    )
+
+
 class NavigationSection(Section):
     """Strapdown navigation: computes position, velocity and attitude from the measured increments."""
 
@@ -83,6 +99,11 @@ class NavigationSection(Section):
     )
     frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
+    gravity_degree: _Degree | None = Field(
+        default=None,
+        description="degree to which the navigator compensates the disturbance of [gravity] at its own position, at "
+        "most that of the truth; default: it knows normal gravity only",
+    )
     ellipsoid: OwnEllipsoid = Field(
         default=OF_TRUTH,
         description="ellipsoid, gravity and Earth rate of the navigator, see `sinssim list ellipsoids`; "
@@ -116,6 +137,7 @@ class NavigationSection(Section):
         description='latitude and longitude of A and of B, whose great circle is the equator of frame = "transverse"; '
         "default: the great circle along the initial velocity",
     )
+    alignment: AlignmentSection | None = None
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
 
     def ellipsoid_over(self, true: str) -> str:
@@ -187,3 +209,34 @@ class NavigationSection(Section):
         if 1.0 - abs(cosine) < 1e-12:
             raise ValueError("A and B of the route coincide or are antipodal, so that they determine no great circle")
         return route
+
+
+def check_alignment(section: NavigationSection, sensor_set: str, recorded: bool, filtered: bool) -> None:
+    """Raise for an alignment of the inertial navigators that cannot be, or that leaves keys without effect.
+
+    Args:
+        section: the [navigation] table.
+        sensor_set: imu.sensor_set.type.
+        recorded: whether the sensors are recorded, [log].
+        filtered: whether there is a filter, whose start has the initial errors.
+
+    Raises:
+        ValueError: the message names the key.
+    """
+    if section.alignment is None:
+        return
+    if recorded:
+        raise ValueError(
+            "navigation.alignment is for simulated sensors; for [log] give filter.alignment and filter.alignment_s"
+        )
+    if sensor_set != "gyros":
+        raise ValueError(
+            f"navigation.alignment needs three gyros and three accelerometers; imu.sensor_set.type = "
+            f'"{sensor_set}" is another set'
+        )
+    for name, value in () if filtered else section.initial_error:
+        if value and not name.startswith(("north", "east", "height", "position")):
+            raise ValueError(
+                f"navigation.initial_error.{name} would have no effect: [navigation.alignment] determines the "
+                "attitude and the velocity; remove one of the two"
+            )

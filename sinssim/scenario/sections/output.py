@@ -1,4 +1,4 @@
-"""The [output] table of a scenario: further coordinates of the recorded motion and solutions."""
+"""The tables [output] and [recording] of a scenario: further coordinates to record, and what is kept of a run."""
 
 from __future__ import annotations
 
@@ -43,3 +43,45 @@ class OutputSection(Section):
         description="record roll, pitch and heading, with the heading in this range in degrees, or continuous: angles "
         "that count full turns",
     )
+
+
+Keep = Literal["summary", "report", "streams", "all"]
+Detail = Literal["full", "light", "none"]
+
+KEEP: dict[str, str] = {
+    "summary": "scenario.toml and summary.json",
+    "report": "these, and report.html",
+    "streams": "these, and every stream in full precision (streams/*.parquet)",
+    "all": "these, and the recording for the viewer (recording.rrd)",
+}
+"""What is kept of a run, by name; each has what the one before it has."""
+
+
+class RecordingSection(Section):
+    """What is kept of a run, and how much detail its recording has."""
+
+    keep: Keep = Field(
+        default="all",
+        description="what the run directory has: " + "; ".join(f'"{name}": {what}' for name, what in KEEP.items()),
+    )
+    detail: Detail = Field(
+        default="light",
+        description='streams in recording.rrd: "light": the rows that a screen can show, with all extremes, gaps and '
+        'the rows around events; "full": every row; "none": no recording. For keep = "all"; streams/*.parquet has '
+        "every row in any case",
+    )
+
+    @property
+    def has_report(self) -> bool:
+        """Whether the run directory has a report."""
+        return self.keep != "summary"
+
+    @property
+    def has_streams(self) -> bool:
+        """Whether the run directory has the streams."""
+        return self.keep in ("streams", "all")
+
+    @property
+    def has_recording(self) -> bool:
+        """Whether the run directory has a recording."""
+        return self.keep == "all" and self.detail != "none"

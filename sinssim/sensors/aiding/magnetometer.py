@@ -1,18 +1,47 @@
-"""A magnetic compass: the block's heading with errors of the declination and of hard iron, and noise."""
+"""A magnetic compass: the block's heading with errors of the declination and of hard iron, and noise.
+
+The compass measures the magnetic heading ψ − D, and the navigator adds the declination that it takes. Its error of the
+heading is then d + D_taken − D(p) with the World Magnetic Model's D(p) at the vehicle's place and a random constant d,
+the error of the model. With "wmm" the navigator takes D(p), with "start" that of the motion's beginning.
+"""
 
 from __future__ import annotations
 
+import datetime
 import math
 from collections.abc import Iterator
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from sinssim import rotation
+from sinssim.data import Array, NavState
+from sinssim.earth.declination import BLACKOUT, decimal_year, field_along
+from sinssim.errors import InputError
 from sinssim.section import Noise, Offset, Spread
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
+
+_EPOCH = 2025.0
+
+_MODEL_SIGMA_DEG = 0.4
+"""Stated 1σ of WMM-2025 at a horizontal field of 18 µT, that of latitudes of about 55 degrees."""
+
+
+def _date(value: Any) -> Any:
+    """Return a date as a decimal year or as text; raise ValueError if the model is not valid then."""
+    if isinstance(value, datetime.date):  # a date of TOML
+        value = value.isoformat()[:10]
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError('give a decimal year or "YYYY-MM-DD"')
+    decimal_year(value)
+    return float(value) if isinstance(value, int) else value
+
+
+Date = Annotated[float | str, BeforeValidator(_date)]
+"""Decimal year, or "YYYY-MM-DD"."""
 
 
 class MagnetometerSection(AidingSensor):
@@ -24,9 +53,39 @@ class MagnetometerSection(AidingSensor):
     deviation_sigma_deg: Spread = Field(
         default=0.0, description="1σ of each of the two coefficients of A sin ψ + B cos ψ (hard iron)"
     )
+    declination: Literal["exact", "wmm", "start"] = Field(
+        default="exact",
+        description="what the magnetic heading is corrected by: exact, the true declination; wmm, that of the World "
+        "Magnetic Model at the vehicle's place; start, that of the model at the start, off by the change along the way",
+    )
+    date: Date = Field(
+        default=_EPOCH, description="date of the model, a decimal year or YYYY-MM-DD, from 2015.0 to 2030.0"
+    )
+    declination_sigma_deg: Spread = Field(
+        default=0.0, description="1σ of the constant error of the model; by default 0.4 with wmm and start"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _model_has_an_error(cls, data: Any) -> Any:
+        """Fill in the stated 1σ of the model where the model is used."""
+        if isinstance(data, dict) and data.get("declination") in ("wmm", "start"):
+            return {"declination_sigma_deg": _MODEL_SIGMA_DEG, **data}
+        return data
+
+    @model_validator(mode="after")
+    def _exact_has_no_model(self) -> Self:
+        if self.declination == "exact":
+            for key, value in (("date", _EPOCH), ("declination_sigma_deg", 0.0)):
+                if getattr(self, key) != value:
+                    raise ValueError(
+                        f'{key} would have no effect: the declination is exact. Add declination = "wmm" or "start", or '
+                        f"remove {key}"
+                    )
+        return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return headings ψ + b + A sin ψ + B cos ψ + ν.
+        """Return headings ψ + b + D_taken − D + A sin ψ + B cos ψ + ν, where b contains the error of the model.
 
         Args:
             vehicle: the vehicle that carries the compass.
@@ -35,20 +94,44 @@ class MagnetometerSection(AidingSensor):
             "magnetometer", headings of the block's forward axis from true north, 0 … 2π.
 
         Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
+            InputError: the motion ends before the first reading, the seed cannot be used, or the field is too weak for
+                a compass.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
-        heading = rotation.euler_from_quaternion(trajectory.state(time).q_nb)[2]
-        bias = turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)
+        state = trajectory.state(time)
+        heading = rotation.euler_from_quaternion(state.q_nb)[2]
+        bias = np.array([turn_on(seed, "magnetometer bias", s.bias_deg, s.bias_sigma_deg)])
+        if s.declination != "exact":
+            bias += turn_on(seed, "magnetometer declination", None, s.declination_sigma_deg)
+            change = s._change_deg(trajectory.state(np.array([trajectory.start])), state)
+            if s.declination == "start":
+                bias = bias - change[:, np.newaxis]
         a, b = (turn_on(seed, "magnetometer deviation", None, s.deviation_sigma_deg, i) for i in range(2))
-        error = DEG * (bias + a * np.sin(heading) + b * np.cos(heading))[:, np.newaxis]
-        true = {"magnetometer bias": DEG * np.array([bias]), "magnetometer deviation": DEG * np.array([a, b])}
+        error = DEG * (bias + (a * np.sin(heading))[:, np.newaxis] + (b * np.cos(heading))[:, np.newaxis])
+        true = {"magnetometer bias": DEG * bias, "magnetometer deviation": DEG * np.array([a, b])}
         noise = DEG * white(seed, "magnetometer noise", (s.sigma_deg,), len(time))
         value = np.mod(heading[:, np.newaxis] + error + noise, 2.0 * np.pi)
         return [s.readings("magnetometer", "heading", time, value, (DEG * s.sigma_deg,), true)]
 
+    def _change_deg(self, first: NavState, state: NavState) -> Array:
+        """Return the declination of the model at the readings, less that at the start, (M,) deg."""
+        path = [np.append(getattr(first, name), getattr(state, name)) for name in ("latitude", "longitude", "height")]
+        north, east, _ = field_along(path[0], path[1], path[2], decimal_year(self.date)).T
+        level = np.hypot(north, east)
+        weakest = int(np.argmin(level))
+        if level[weakest] < BLACKOUT:
+            raise InputError(
+                f'aiding.magnetometer.declination = "{self.declination}": the horizontal magnetic field falls to '
+                f"{1e9 * level[weakest]:.0f} nT at latitude {path[0][weakest] / DEG:.1f}°, longitude "
+                f"{path[1][weakest] / DEG:.1f}°. Below {1e9 * BLACKOUT:.0f} nT no compass can be used: remove "
+                "[aiding.magnetometer], or choose another route."
+            )
+        declination = np.unwrap(np.arctan2(east, north))
+        return np.asarray(declination[1:] - declination[0]) / DEG
+
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the constant error and of the deviation's two coefficients."""
-        yield SensorState("magnetometer bias", (DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0),))
+        sigma = math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0, self.declination_sigma_deg)
+        yield SensorState("magnetometer bias", (DEG * sigma,))
         yield SensorState("magnetometer deviation", (DEG * self.deviation_sigma_deg,) * 2)

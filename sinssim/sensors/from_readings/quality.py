@@ -54,4 +54,6 @@ def with_quality(
         scale[codes == code] = 0.0 if factor is None else number(f"factor of quality {code}", factor, low=0.0)
     kept, m = scale > 0.0, measurements
     sigma = np.maximum(m.sigma[kept] * scale[kept, None], np.asarray(least, dtype=np.float64))
-    return replace(m, time=m.time[kept], arrival=m.arrival[kept], value=m.value[kept], sigma=sigma)
+    correlation = None if m.correlation is None else m.correlation[kept]
+    m = replace(m, correlation=correlation, sigma=sigma)
+    return replace(m, time=m.time[kept], arrival=m.arrival[kept], value=m.value[kept])

@@ -187,4 +187,5 @@ def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int 
         calibration,
         gyro=replace(calibration.gyro, **measured["gyro"]),
         accel=replace(calibration.accel, **measured["accel"]),
+        arms=calibration.arms if section.accel_arms_mm is None else np.array(section.accel_arms_mm) * 1e-3,
     )

@@ -1,8 +1,9 @@
-"""Converts lines of data sheets to SI: splits keys into error term and unit."""
+"""Converts lines of data sheets to SI: splits keys into error term and unit, and knows the words of data sheets."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection
 from functools import cache
 from typing import Any, NamedTuple
@@ -134,3 +135,109 @@ def _times(value: Any, factor: float) -> Any:
     if isinstance(value, list | tuple):
         return tuple(_times(item, factor) for item in value)
     return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+_SENSORS = {
+    "gyroscope": "gyro",
+    "gyr": "gyro",
+    "gyro": "gyro",
+    "accelerometer": "accel",
+    "acc": "accel",
+    "accel": "accel",
+}
+_NOT_PART = re.compile(r"_(sigma|1sigma|one_sigma|1s|rms|max|maximum|typ|typical|error|errors|value)$")
+
+# Words of data sheets without underscores, and the field of `TriadErrors` that they mean.
+_WORDS = {
+    "bias": "bias biasrepeatability biasoffset turnonbias turnontoturnonbias turnonbiasrepeatability runtorunbias "
+    "initialbias constantbias staticbias biasontooff zerorateoffset zerorateoutput zerogoffset zerogbias offset "
+    "daytodaybias residualbias",
+    "scale": "scale scalefactor sf scalefactorrepeatability scalefactoraccuracy scalefactorstability "
+    "scalefactortolerance sensitivity sensitivitytolerance sensitivityaccuracy initialsensitivity",
+    "misalignment": "misalignment axismisalignment axistoaxismisalignment axisalignment alignment nonorthogonality "
+    "orthogonality axisorthogonality crossaxissensitivity crosscoupling crossaxiscoupling sensormisalignment",
+    "random_walk": "arw vrw anglerandomwalk angularrandomwalk velocityrandomwalk randomwalk noise noisedensity "
+    "whitenoise ratenoisedensity ratenoise noisespectraldensity accelerationnoisedensity",
+    "flicker": "biasinstability inrunbias inrunbiasstability inrunbiasinstability biasstability inrunstability "
+    "flickernoise flicker inrunbiasvariation zerooffsetinstability",
+    "instability": "instability",
+    "rrw": "rrw raterandomwalk accelerationrandomwalk biasrandomwalk",
+    "g_sensitivity": "gsensitivity gsens gdependentbias gbias linearaccelerationeffect linearaccelerationsensitivity "
+    "accelerationsensitivity gdependentdrift biasduetoacceleration",
+    "quadratic": "nonlinearity linearity scalefactornonlinearity scalefactorlinearity sflinearity quadratic k2 g2term "
+    "g2 gsquared gsquaredterm gsquaredsensitivity g2sensitivity secondordernonlinearity vibrationrectification vre vrc",
+    "asymmetry": "asymmetry scalefactorasymmetry",
+    "bias_temperature": "tco biasovertemperature biastemperaturecoefficient biastemperaturesensitivity biastemperature "
+    "offsettemperaturecoefficient temperaturecoefficientofoffset",
+    "scale_temperature": "tcs scalefactorovertemperature sensitivitytemperaturecoefficient scaletemperature "
+    "scalefactortemperaturecoefficient scalefactortemperature",
+    "range": "range fullscale fullscalerange dynamicrange measurementrange inputrange",
+    "quantum": "quantum resolution quantisation quantization pulseweight lsb",
+}
+_MEANING = {word: name for name, words in _WORDS.items() for word in words.split()}
+
+
+def in_words(key: str, known: Collection[str]) -> str | None:
+    """Return the key that means a word of data sheets.
+
+    Args:
+        key: an unknown key, for example "gyro_bias_repeatability_deg_h" or "noise_density".
+        known: keys that are possible instead.
+
+    Returns:
+        A sentence's end that names the key for it and says what to mind; None if the key is no such word.
+    """
+    first, _, rest = key.lower().replace("-", "_").partition("_")
+    triads = (_SENSORS[first],) if first in _SENSORS else ("gyro", "accel")
+    words, unit = _without_unit(rest if first in _SENSORS else key.lower().replace("-", "_"))
+    name = _MEANING.get(words.replace("_", ""))
+    if name is None:
+        return None
+    if len(triads) == 2 and words.replace("_", "") in ("vrw", "velocityrandomwalk"):
+        triads = ("accel",)
+    if len(triads) == 2 and (name == "g_sensitivity" or words.replace("_", "") in ("arw", "angularrandomwalk")):
+        triads = ("gyro",)
+    if triads == ("gyro",) and name == "quadratic" and re.match(r"g_?(2|squared)|v", words):
+        return "sinssim has no error of gyros in the square of the acceleration; gyro_g_sensitivity is the linear one"
+    meant = [_key_of(triad, name, unit, known) for triad in triads]
+    keys = " or ".join(found for found in meant if found)
+    return _hint(name, triads, unit).format(keys=keys) if keys else None
+
+
+def _without_unit(words: str) -> tuple[str, str]:
+    """Split words of a data sheet from a unit at their end; the unit is "" if there is none."""
+    units = {unit for term in TERMS for unit in term.units}
+    unit = max((unit for unit in units if words.endswith(f"_{unit}")), key=len, default="")
+    words = words.removesuffix(f"_{unit}") if unit else words
+    while (shorter := _NOT_PART.sub("", words)) != words:
+        words = shorter
+    return words, unit
+
+
+def _key_of(triad: str, name: str, unit: str, known: Collection[str]) -> str | None:
+    """Return the key of a term in the given unit, or in the scenario's if it cannot have that unit."""
+    for term in TERMS:
+        if term.triad == triad and (term.field == name or term.name == f"{triad}_{name}"):
+            own = term.sigma_key if term.drawn else term.key
+            if own not in known:
+                return None
+            return own.removesuffix(next(iter(term.units))) + unit if unit in term.units else own
+    return None
+
+
+def _hint(name: str, triads: tuple[str, ...], unit: str) -> str:
+    """Return the end of the sentence; "{keys}" stands for the keys."""
+    if name == "flicker":
+        others = " or ".join(f"{triad}_instability_{'deg_h' if triad == 'gyro' else 'ug'}" for triad in triads)
+        return (
+            "it is {keys}, the lowest point of the Allan deviation divided by 0.664 (IEEE Std 952); or, as the 1σ of a "
+            f"Gauss-Markov process, {others}"
+        )
+    if name == "quadratic":
+        return "it is {keys}: the departure from a straight line at an input, over the square of that input"
+    if name == "random_walk" and not unit:
+        dense = {"gyro": "gyro_arw_deg_s_sqrt_hz", "accel": "accel_vrw_mps_sqrt_h"}
+        return "it is {keys}; or, in another unit, " + " or ".join(dense[triad] for triad in triads)
+    if name in ("scale", "misalignment", "bias", "asymmetry", "g_sensitivity"):
+        return "it is {keys}, the 1σ of an error that differs from run to run"
+    return "it is {keys}"

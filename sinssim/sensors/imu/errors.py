@@ -15,10 +15,12 @@ from sinssim.scenario.sections.within_imu.faults import Fault as FaultSection
 from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.grades import TriadGrade, find_grade
+from sinssim.sensors.imu.grade_file import TriadGrade
+from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import FIELDS, SLOTS, of_triad
 from sinssim.sensors.laser_gyro.gas_flow import NullShift
 from sinssim.sensors.laser_gyro.ring import LaserGyro
+from sinssim.system.short_repr import short_repr
 from sinssim.units import ARCSEC, DEG, DEG_H, G0, PPM, UG
 
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
@@ -114,6 +116,7 @@ class Fault:
     amount: Array
 
 
+@short_repr
 @dataclass(frozen=True)
 class ImuErrors:
     """The errors of one sensor block in one run.
@@ -204,7 +207,7 @@ def stated(section: ImuSection, term: ErrorTerm) -> tuple[Array, Array]:
     if section.laser_gyro is not None and term.name in _OF_THE_RING:
         return np.asarray(getattr(laser_gyro(section.laser_gyro), _OF_THE_RING[term.name])), _NONE
     grade: TriadGrade = getattr(find_grade(section.grade), term.triad)
-    of_grade = getattr(grade, term.field, term.without)
+    of_grade = grade.of(term)
     given = getattr(section, term.key)
     if not term.drawn:
         return np.asarray(of_grade if given is None else to_si(term.key, given)), _NONE

@@ -2,47 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from pathlib import Path
 
-from sinssim.errors import unknown_name
+from sinssim.errors import InputError, shortened
+from sinssim.scenario.content import find_content, list_content
+from sinssim.sensors.imu.grade_file import SUFFIX, Grade, TriadGrade, read_grade
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
-
-
-@dataclass(frozen=True)
-class TriadGrade:
-    """The errors of the three gyros or of the three accelerometers of one grade, SI.
-
-    Attributes:
-        bias: 1σ of the turn-on bias, rad/s or m/s².
-        scale: 1σ of the relative scale-factor error.
-        misalignment: 1σ of each of the six angles of the sensitive axes, rad.
-        random_walk: angle or velocity random walk N, rad/√s or m/s/√s.
-        instability: 1σ of the bias instability (first-order Gauss-Markov), rad/s or m/s².
-    """
-
-    bias: float = 0.0
-    scale: float = 0.0
-    misalignment: float = 0.0
-    random_walk: float = 0.0
-    instability: float = 0.0
-
-
-@dataclass(frozen=True)
-class Grade:
-    """One row of the table.
-
-    Attributes:
-        description: one sentence.
-        source: the public documents with the figures, and the figures from elsewhere.
-        gyro: the three gyros.
-        accel: the three accelerometers.
-    """
-
-    description: str
-    source: str
-    gyro: TriadGrade
-    accel: TriadGrade
-
 
 GRADE_TABLE: dict[str, Grade] = {
     "ideal": Grade(
@@ -104,21 +71,55 @@ GRADE_TABLE: dict[str, Grade] = {
 }
 
 GRADES: dict[str, str] = {name: grade.description for name, grade in GRADE_TABLE.items()}
-"""The names of the grades, each with a description."""
+"""The names of the grades of the table, each with a description."""
 
 
 def find_grade(name: str) -> Grade:
-    """Return one row of the table.
+    """Return one grade: of the table, of a real product, or of a user's file.
 
     Args:
-        name: one of `GRADES`.
+        name: one of `GRADES`; the name of a file in the content folder `scenarios/grades`; or the path of a TOML file.
 
     Returns:
-        The row.
+        The grade.
 
     Raises:
-        InputError: there is no such grade; the message lists the known grades.
+        InputError: there is no such grade, and the message lists the known ones; or its file has mistakes.
     """
-    if name not in GRADE_TABLE:
-        raise unknown_name("IMU grade", name, GRADE_TABLE)
-    return GRADE_TABLE[name]
+    if name in GRADE_TABLE:
+        return GRADE_TABLE[name]
+    return read_grade(_file(name, Path.cwd()))
+
+
+@lru_cache(maxsize=64)
+def _file(name: str, folder: Path) -> Path:
+    """Return the file of a grade that is not in the table, seen from a folder."""
+    if name.endswith(SUFFIX):
+        file = folder / Path(name).expanduser()
+        if not file.is_file():
+            raise InputError(
+                f"there is no grade file {shortened(name, 200)!r} in {folder}. A grade is a name from `sinssim list "
+                "grades` or the path of a TOML file."
+            )
+        return file
+    products = list_content("grades")
+    if name not in products:
+        near = get_close_matches(name[:80], [*GRADE_TABLE, *products], n=1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        raise InputError(
+            f"unknown IMU grade {shortened(repr(name))}.{hint} Known: {', '.join(sorted(GRADE_TABLE))}, and "
+            f"{len(products)} products (`sinssim list grades`)."
+        )
+    return find_content("grades", name).resolve()
+
+
+def grade_name(name: str) -> str:
+    """Return the name of a grade for people.
+
+    Args:
+        name: as `imu.grade`.
+
+    Returns:
+        The name itself, or that of the file without its folder and ".toml".
+    """
+    return Path(name).stem if name.endswith(SUFFIX) else name

@@ -20,11 +20,13 @@ from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
 from sinssim.sensors.sets.monitor import Monitored, combine, monitor
 from sinssim.sensors.sets.single_sensors import SingleSensors, emulate_single_sensors, perfect_readings
 from sinssim.sensors.sets.true_errors import TrueErrors, draw_true_errors
+from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 
+@short_repr
 @dataclass(frozen=True)
 class Readings:
     """Readings of one sensor set along a motion.

@@ -8,13 +8,16 @@ from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.imu.compensation import draw_calibration
+from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, draw_attitude_sensor
 from sinssim.sensors.sets.platform import PlatformErrors, draw_platform
 from sinssim.sensors.sets.single_sensors import draw_single_sensors
+from sinssim.system.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True)
 class TrueErrors:
     """The true errors of one run's sensors.
@@ -26,6 +29,7 @@ class TrueErrors:
         attitude_sensor: errors of the attitude sensor, for a set that has one.
         single_sensors: errors of the single sensors in threes, for a redundant set.
         platform: errors of the torquers and of the gimbals' pick-offs, for a platform.
+        encoders: errors of the encoders, for a block that turns.
     """
 
     imu: ImuErrors
@@ -34,6 +38,7 @@ class TrueErrors:
     attitude_sensor: AttitudeSensorErrors | None = None
     single_sensors: tuple[ImuErrors, ...] = ()
     platform: PlatformErrors | None = None
+    encoders: EncoderErrors | None = None
 
 
 def draw_true_errors(section: ImuSection, seed: int = 0, compensation: CompensationSection | None = None) -> TrueErrors:
@@ -60,4 +65,5 @@ def draw_true_errors(section: ImuSection, seed: int = 0, compensation: Compensat
         tuple(draw_accelerometers(section, 6, seed)) if isinstance(section.sensor_set, SixAccelerometers) else (),
         draw_attitude_sensor(section, seed) if isinstance(section.sensor_set, AttitudeSensor) else None,
         platform=draw_platform(section, seed) if isinstance(section.sensor_set, Platform) else None,
+        encoders=draw_encoders(section, seed),
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
@@ -22,21 +21,22 @@ from sinssim.ensembles.running.directory import MANIFEST as ENSEMBLE
 from sinssim.ensembles.running.directory import NUMERIC, difference, other_versions
 from sinssim.errors import InputError
 from sinssim.recording.store.directory import MARK, write_text
+from sinssim.recording.store.growing_directory import GrowingDirectory, Kind
 from sinssim.recording.store.summary import plain, versions
 from sinssim.scenario.load import load_scenario
-from sinssim.system.locks import MARK as IN_USE
-from sinssim.system.locks import try_hold
 from sinssim.trades.measure import CellNumbers, CellVerdict
 from sinssim.trades.schema import TradeStudy
 
 MANIFEST, CELLS = "trade.json", "cells"
-_KIND = "sinssim trade study"
+_KIND = Kind(MANIFEST, "sinssim trade study", "a", "trade study")
 _LETTERS = 24
 """Letters of a digest in the name of a cell: two of 1000 cells share them with a probability of 1e-23."""
 
 
-class TradeDirectory:
+class TradeDirectory(GrowingDirectory):
     """The directory of a trade study, locked while it is used."""
+
+    KIND = _KIND
 
     def __init__(self, path: Path, study: TradeStudy, *, resume: bool = False, overwrite: bool = False) -> None:
         """Begin a directory, or continue one.
@@ -51,36 +51,18 @@ class TradeDirectory:
             InputError: the directory holds something else, another study, or cannot be written; or another process uses
                 it.
         """
-        self.path = path.resolve()
-        self._lock: int | None = None
         self._about = _about(study)
-        taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
-        if taken:
-            found = _manifest(self.path)
-            if not (resume or overwrite):
-                raise InputError(
-                    f"{path} already holds a trade study. Continue or extend it with --resume, give another folder "
-                    "with -o, or replace it with --overwrite."
-                )
-            if resume:
-                _check_same(found, self._about, path)
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            self._lock = try_hold(self.path)
-            if self._lock is None:
-                raise InputError(f"another process is computing the study in {path}; wait for it, or give another -o.")
-            if taken and overwrite:
-                _remove(self.path)
-            self.cells.mkdir(exist_ok=True)
-            write_text(self.path / MANIFEST, json.dumps(self._about, indent=1) + "\n")
-        except OSError as error:
-            self.close()
-            raise InputError(
-                f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
-            ) from error
-        except BaseException:
-            self.close()
-            raise
+        super().__init__(path, resume=resume, overwrite=overwrite)
+
+    def _check_same(self, found: dict[str, Any], path: Path) -> None:
+        _check_same(found, self._about, path)
+
+    def _remove(self) -> None:
+        _remove(self.path)
+
+    def _begin(self) -> None:
+        self.cells.mkdir(exist_ok=True)
+        write_text(self.path / MANIFEST, json.dumps(self._about, indent=1) + "\n")
 
     @property
     def cells(self) -> Path:
@@ -161,48 +143,20 @@ class TradeDirectory:
         for name in _own_files(self.path):
             if name not in now:
                 (self.path / name).unlink(missing_ok=True)
-        text = json.dumps({"kind": _KIND, "versions": versions(), "files": now}, indent=1)
+        text = json.dumps({"kind": _KIND.kind, "versions": versions(), "files": now}, indent=1)
         write_text(self.path / MARK, text + "\n")
-
-    def free(self) -> float:
-        """Return the free space of the disk, MB."""
-        return shutil.disk_usage(self.path).free / 1e6
-
-    def close(self) -> None:
-        """Unlock the directory."""
-        if self._lock is not None:
-            with suppress(OSError):
-                (self.path / IN_USE).unlink(missing_ok=True)
-            os.close(self._lock)
-            self._lock = None
 
 
 def _about(study: TradeStudy) -> dict[str, Any]:
     """Return what all cells of a study have in common."""
-    without = ("name", "description", "views", "output")
+    without = ("name", "description", "views", "output", "recording")
     return {
-        "kind": _KIND,
+        "kind": _KIND.kind,
         "name": study.name,
         "cell": study.cell,
         "versions": {name: versions()[name] for name in NUMERIC},
         "scenario": json.loads(json.dumps(load_scenario(study.scenario, study.set).contents(without=without))),
     }
-
-
-def _manifest(path: Path) -> dict[str, Any]:
-    """Return the manifest of a directory; raise if it holds no trade study."""
-    if not path.is_dir():
-        raise InputError(f"{path} is a file; give the name of a folder with -o.")
-    try:
-        found = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-        if found["kind"] != _KIND:
-            raise KeyError("kind")
-        return dict(found)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"the folder {path} is not empty and holds no trade study: it lacks a readable {MANIFEST}. It stays "
-            "unchanged; give another folder with -o."
-        ) from error
 
 
 def _check_same(found: dict[str, Any], about: dict[str, Any], path: Path) -> None:

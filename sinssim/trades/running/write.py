@@ -1,4 +1,4 @@
-"""Writes what is made of a trade study: report.html and its pictures, results as JSON, Parquet and Markdown."""
+"""Writes what is made of a trade study: report.html, its pictures, results.json, .parquet, .md, and the recording."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def to_json(result: TradeResult) -> dict[str, Any]:
 
 
 def write_trade(result: TradeResult, folder: Path) -> list[str]:
-    """Write the report of a trade study, its pictures and its numbers.
+    """Write the report of a trade study, its pictures, its numbers and its recording.
 
     Args:
         result: the study.
@@ -81,8 +81,9 @@ def write_trade(result: TradeResult, folder: Path) -> list[str]:
     import tomli_w
 
     from sinssim.recording.figures.canvas import save
-    from sinssim.recording.figures.trade import pictures
-    from sinssim.recording.report.trade import trade_report
+    from sinssim.recording.figures.studies.trade import pictures
+    from sinssim.recording.report.studies.trade import trade_report
+    from sinssim.recording.rerun.trade import record
 
     about = {**versions(), "Python": platform.python_version(), "processor": processor()}
     drawn = pictures(result)
@@ -98,7 +99,8 @@ def write_trade(result: TradeResult, folder: Path) -> list[str]:
             save(one.figure, folder / f"{one.name}{ending}")
             names.append(f"{one.name}{ending}")
     write_text(folder / "report.html", trade_report(result, drawn, about))
-    return names
+    record(result, drawn, folder / "recording.rrd")
+    return [*names, "recording.rrd"]
 
 
 def _lists(value: Any) -> Any:

@@ -37,6 +37,12 @@ class Performance(Section):
         takeoff_flaps: flap setting for take-off, as a fraction of full travel.
         takeoff_throttle: throttle setting for take-off, as a fraction of full travel.
         retractable_gear: whether the gear is retracted after take-off.
+        engine_start_s: usual time to start the engines, s.
+        taxi_mps: usual ground speed of taxiing, m/s.
+        approach_kt: airspeed of the approach, kt; None: the aircraft cannot land.
+        landing_flaps: flap setting of the approach, as a fraction of full travel.
+        standing_height_m: height of the centre of gravity above the ground of the standing aircraft, m.
+        braking: setting of the brakes of the roll-out, as a fraction of full travel.
     """
 
     cruise_kt: Positive
@@ -53,6 +59,12 @@ class Performance(Section):
     takeoff_flaps: float = Field(ge=0.0, le=1.0)
     takeoff_throttle: float = Field(default=1.0, gt=0.0, le=1.0)
     retractable_gear: bool
+    engine_start_s: NotNegative = 30.0
+    taxi_mps: Positive = 6.0
+    approach_kt: Positive | None = None
+    landing_flaps: float = Field(default=0.0, ge=0.0, le=1.0)
+    standing_height_m: NotNegative = 1.5
+    braking: float = Field(default=0.3, gt=0.0, le=1.0)
 
 
 class AutopilotGains(Section):

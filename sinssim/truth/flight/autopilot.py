@@ -49,11 +49,12 @@ class AircraftState:
         ground_speed: m/s.
         height_above_ground: m.
         on_wheels: whether any part of the gear touches the ground.
+        engines_running: whether every engine runs.
     """
 
     __slots__ = (
-        "alpha", "beta", "cas", "climb", "ground_speed", "height", "height_above_ground", "latitude", "longitude",
-        "on_wheels", "p", "phi", "psi", "q", "r", "tas", "theta", "time", "track",
+        "alpha", "beta", "cas", "climb", "engines_running", "ground_speed", "height", "height_above_ground",
+        "latitude", "longitude", "on_wheels", "p", "phi", "psi", "q", "r", "tas", "theta", "time", "track",
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -61,6 +62,7 @@ class AircraftState:
         self.cas = self.tas = self.height = self.climb = self.beta = self.alpha = 0.0
         self.latitude = self.longitude = self.track = self.ground_speed = self.height_above_ground = 0.0
         self.on_wheels = False
+        self.engines_running = True
 
 
 class Autopilot:
@@ -77,6 +79,12 @@ class Autopilot:
         fixed_elevator, fixed_aileron, fixed_rudder, fixed_throttle: settings that replace those of the loops.
         steering: whether the nose wheel steers to `heading`.
         brakes, gear, flaps: settings, as fractions of full travel.
+        engines: whether the engines are to run.
+        standing: whether the aircraft stands still, so that its model is not stepped.
+        may_touch: whether the aircraft may touch the ground, to land.
+        runway_height: height above the ellipsoid of the ground below, from now on, m; None: as at the start.
+        heading_time: time constant of a heading error, s.
+        height_rate: height error to vertical speed, 1/s.
         elevator, aileron, rudder, throttle, steer: the commands, as fractions of full travel, JSBSim's signs.
     """
 
@@ -114,6 +122,9 @@ class Autopilot:
         self.fixed_throttle: float | None = None
         self.steering = False
         self.brakes = self.gear = self.flaps = 0.0
+        self.engines, self.standing, self.may_touch = True, False, False
+        self.runway_height: float | None = None
+        self.heading_time, self.height_rate = gains.heading_time_s, gains.height_rate
         self.elevator = self.aileron = self.rudder = self.throttle = self.steer = 0.0
 
         self._bank_reference = self._roll_reference = self._roll_integral = 0.0

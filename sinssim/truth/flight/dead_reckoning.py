@@ -33,6 +33,7 @@ class DeadReckoning:
         wind: velocity of the air to the north and to the east, m/s.
         elapsed: since the start of the flight, s.
         turning: ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are small and neglected.
+        engines: whether the engines run.
     """
 
     performance: Performance
@@ -45,6 +46,7 @@ class DeadReckoning:
     wind: tuple[float, float]
     elapsed: float = 0.0
     turning: float = 0.0
+    engines: bool = True
 
     def true_airspeed(self) -> float:
         """Return the true airspeed, m/s, by compressible flow in the standard atmosphere."""

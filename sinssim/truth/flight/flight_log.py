@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.system.short_repr import short_repr
 from sinssim.truth.flight.autopilot import INTERVAL
 from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import FOOT
@@ -33,6 +34,7 @@ CHANNELS: tuple[tuple[str, str, float, str], ...] = (
 """Channels logged ten times a second: name, JSBSim property, factor to the unit, unit."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class FlightLog:
     """A flown flight: the centre of gravity's motion at knots, and other logged quantities.

@@ -85,11 +85,21 @@ def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: Wind) -> Non
     for brake in brakes:
         executive[brake] = 1.0
     executive["simulation/do_simple_trim"] = 2
-    executive["propulsion/set-running"] = -1
+    if start.engines == "running":
+        executive["propulsion/set-running"] = -1
     for brake in brakes:
         executive[brake] = 1.0
     for _ in range(round(_SETTLING / STEP)):
         executive.run()
+
+
+_ROTATIONAL = ("simulation/integrator/rate/rotational", "simulation/integrator/position/rotational")
+
+
+def default_attitude_integrators(executive: Any) -> None:
+    """Select Euler's integrators of the attitude, JSBSim's defaults, which the friction of the tyres needs."""
+    for name in _ROTATIONAL:
+        executive[name] = 1
 
 
 def best_attitude_integrators(executive: Any) -> None:
@@ -98,5 +108,5 @@ def best_attitude_integrators(executive: Any) -> None:
     They are not used on the ground: the friction of the tyres is solved for Euler steps, and with any other integrator
     the aircraft creeps at centimetres per second with its brakes set.
     """
-    executive["simulation/integrator/rate/rotational"] = 5
-    executive["simulation/integrator/position/rotational"] = 6
+    rate, position = _ROTATIONAL
+    executive[rate], executive[position] = 5, 6

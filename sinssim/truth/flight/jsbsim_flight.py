@@ -20,12 +20,18 @@ from xml.etree import ElementTree
 
 from sinssim.errors import InputError
 from sinssim.scenario.content import find_content
-from sinssim.scenario.sections.flight import AirStart, FlightSection, Gust, Turbulence
+from sinssim.scenario.sections.flight import AirStart, FlightSection, Gust, RunwayStart, Turbulence
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.engines import Engines
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord
-from sinssim.truth.flight.flight_start import STEP, best_attitude_integrators, bring_to_start
-from sinssim.truth.flight.leg import LegError
+from sinssim.truth.flight.flight_start import (
+    STEP,
+    best_attitude_integrators,
+    bring_to_start,
+    default_attitude_integrators,
+)
+from sinssim.truth.flight.leg import LegError, check_landing
 from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
@@ -162,6 +168,8 @@ class _Link:
         self._gusts = sorted(flight.wind.gusts, key=lambda gust: gust.start_s)
         self._ground_reactions = write("simulation/models/FGGroundReactions/enabled")
         self._near_ground = True
+        self._engines = Engines(executive)
+        self._runway_height: float | None = None
 
     def sense(self) -> None:
         """Refresh the autopilot's fast inputs, and log the knot."""
@@ -183,6 +191,10 @@ class _Link:
         m.track, m.ground_speed = self._track(), FOOT * self._ground_speed()
         m.height_above_ground = FOOT * self._above_ground()
         m.on_wheels = self._wow() > 0.0
+        if self._pilot.engines:
+            m.engines_running = self._engines.running
+        else:
+            m.engines_running = not self._engines.stopped
         # Far from the ground its reactions are zero, but their computation takes a tenth of the run time.
         if self._near_ground != (m.height_above_ground < _NEAR_GROUND):
             self._near_ground = not self._near_ground
@@ -213,6 +225,12 @@ class _Link:
                 brake(pilot.brakes)
             self._gear(pilot.gear)
             self._flaps(pilot.flaps)
+        if pilot.engines != self._motion.engines_running:
+            self._engines.switch(pilot.engines)
+        if pilot.runway_height != self._runway_height and pilot.runway_height is not None:
+            self._runway_height = pilot.runway_height
+            ground = self._motion.height - self._motion.height_above_ground  # as JSBSim has it now
+            self._executive["position/terrain-elevation-asl-ft"] += (pilot.runway_height - ground) / FOOT
         if self._gusts and self._motion.time >= self._gusts[0].start_s:
             _blow(self._executive, self._gusts.pop(0))
 
@@ -253,6 +271,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
     if progress is not None:
         progress(0.0)
     aircraft = load_aircraft(flight.aircraft)
+    check_landing(flight.legs, flight.aircraft, aircraft.performance)
     folder = model_folder(flight.aircraft, aircraft.jsbsim_model)
     with _quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
         try:
@@ -272,7 +291,8 @@ def _start_words(flight: FlightSection) -> str:
     """Describe the start of a flight for a message."""
     start = flight.start
     values = ", ".join(
-        f"{key} = {value:g}" for key, value in start.model_dump(exclude={"on"}, exclude_none=True).items()
+        f"{key} = {value}" if isinstance(value, str) else f"{key} = {value:g}"
+        for key, value in start.model_dump(exclude={"on"}, exclude_none=True).items()
     )
     return f"{'on the runway' if start.on == 'runway' else 'in the air'}, {values}"
 
@@ -307,6 +327,9 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
     link.sense()
     link.sense_slowly()
     in_air = flight.start.on == "air"
+    pilot.standing = not in_air
+    if isinstance(flight.start, RunwayStart):
+        pilot.engines = flight.start.engines == "running"
     pilot.engage(
         motion,
         elevator=executive["fcs/elevator-cmd-norm"],
@@ -330,7 +353,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
         name = f"leg {number} ({leg.type})"
         events.append(FlightEvent(motion.time, f"{name} begins"))
         deadline = motion.time + leg.timeout_s
-        stands = leg.stands_still
+        pilot.standing = pilot.standing and leg.stands_still
         leaves_ground = leg.begins == "runway" and leg.ends == "air"
         if leaves_ground and flight.turbulence:
             _stir(executive, flight.turbulence)
@@ -338,7 +361,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
             for _ in leg.fly(pilot, motion, aircraft.performance):
                 knot += 1
                 motion.time = knot * INTERVAL
-                if stands:
+                if pilot.standing:
                     link.stand()
                 else:
                     step(motion)
@@ -359,8 +382,12 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                         f"not flown within its timeout_s of {leg.timeout_s:g} s",
                         "an aim within the aircraft's reach, or a longer timeout_s",
                     )
+                if in_air and pilot.may_touch and motion.on_wheels:
+                    in_air = False
+                    default_attitude_integrators(executive)
+                    executive["atmosphere/turb-type"] = 0  # turbulence is in the air only, as before the take-off
                 if in_air:
-                    if motion.on_wheels or motion.height_above_ground < 0.0:
+                    if not pilot.may_touch and (motion.on_wheels or motion.height_above_ground < 0.0):
                         raise LegError("the aircraft hit the ground", "a greater height")
                     stalled = stalled + 1 if motion.alpha > stall else 0
                     if stalled >= 10:

@@ -6,11 +6,12 @@ A leg is one class in its own file under `sinssim/truth/flight/legs/`; `docs/ext
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from sinssim.errors import InputError
 from sinssim.section import Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
@@ -55,13 +56,15 @@ class LegBase(Section):
         type: the leg's name in a scenario.
         example: keys of a valid leg without `type`, for the reference of the scenario file.
         begins, ends: whether the aircraft is on the runway or in the air at the beginning and the end.
-        stands_still: whether the aircraft is always at rest, so that its model need not be stepped.
+        stands_still: whether the leg may hold the aircraft still (`Autopilot.standing`); its model is then not stepped.
+        lands: whether the aircraft needs what a landing takes, see `Performance.approach_kt`.
     """
 
     example: ClassVar[dict[str, Any]] = {}
     begins: ClassVar[Literal["runway", "air"]] = "air"
     ends: ClassVar[Literal["runway", "air"]] = "air"
     stands_still: ClassVar[bool] = False
+    lands: ClassVar[bool] = False
 
     timeout_s: Timeout = Field(default=1800.0, description="the leg fails if it takes longer")
     type: str
@@ -123,3 +126,22 @@ def wait(state: AircraftState, until: float) -> Iterator[None]:
     until -= HALF_STEP
     while state.time < until:
         yield
+
+
+def check_landing(legs: Sequence[LegBase], aircraft: str, performance: Performance) -> None:
+    """Raise for a landing of an aircraft whose description does not say how it lands.
+
+    Args:
+        legs: the legs of a flight plan.
+        aircraft: name of the aircraft.
+        performance: its speeds and settings.
+
+    Raises:
+        InputError: a leg lands, and the aircraft has no approach_kt.
+    """
+    for number, leg in enumerate(legs, start=1):
+        if leg.lands and performance.approach_kt is None:
+            raise InputError(
+                f"flight.legs.{number} ({leg.type}): the aircraft {aircraft} cannot land, because its aircraft.toml "
+                "has no performance.approach_kt; give it, with landing_flaps and standing_height_m."
+            )

@@ -27,6 +27,9 @@ class ClosedForm:
     events: tuple[FlightEvent, ...] = ()
     channels: Mapping[str, Channel] = MappingProxyType({})
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
+
     def __init__(self, duration: float, gravity: str, ellipsoid: Ellipsoid) -> None:
         earth.gravity_number(gravity)
         self.end = checked_duration(duration)

@@ -17,7 +17,13 @@ _CHUNK = 8192  # panels evaluated at once
 
 
 def integrate_samples(
-    rates: Callable[[Array], Array], edges: Array, fastest: float, breaks: ArrayLike = (), columns: int = 6
+    rates: Callable[[Array], Array],
+    edges: Array,
+    fastest: float,
+    breaks: ArrayLike = (),
+    columns: int = 6,
+    *,
+    points: int = _POINTS,
 ) -> Array:
     """Return the integrals of a function over consecutive intervals by Gauss-Legendre quadrature.
 
@@ -27,6 +33,7 @@ def integrate_samples(
         fastest: angular frequency beyond which the function has no significant content, rad/s.
         breaks: instants at which a derivative of the function may jump, (K,) s.
         columns: number of values of the function.
+        points: number of points on a panel.
 
     Returns:
         Integrals, (N, columns).
@@ -40,13 +47,13 @@ def integrate_samples(
     left = np.repeat(corners[:-1], parts) + within * length
     sample = np.searchsorted(edges, left + 0.5 * length, side="right") - 1
 
-    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(points)
     totals = np.zeros((len(edges) - 1, columns))
     for first in range(0, len(left), _CHUNK):
         part = slice(first, first + _CHUNK)
         half = 0.5 * length[part, None]
         time = left[part, None] + half + half * nodes
-        values = rates(time.reshape(-1)).reshape(-1, _POINTS, columns)
+        values = rates(time.reshape(-1)).reshape(-1, points, columns)
         panels = half * np.einsum("j,nji->ni", weights, values)
         starts = np.flatnonzero(np.diff(sample[part], prepend=-1))
         # a chunk may begin in the middle of a sample, so its sums are added

@@ -65,6 +65,11 @@ class _Step:
     smooth: bool
     attitude: Array  # q_mb at the start
 
+    @property
+    def end(self) -> float:
+        """End of the turn, s."""
+        return self.start + 2.0 * self.ramp + self.cruise
+
     def _ramps(self, t: Array) -> tuple[Array, Array]:
         """Return the completed fractions of the first and of the last ramp, 0…1."""
         since = t - self.start
@@ -132,8 +137,9 @@ class RotationTable:
     def attitude(self, t: Array) -> Array:
         """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         q = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
-        for turn in self._turns:
-            begun = t >= turn.start
+        last = np.append([turn.start for turn in self._turns[1:]], np.inf)
+        for turn, next_start in zip(self._turns, last, strict=False):
+            begun = (t >= turn.start) & (t < next_start)
             phi = np.outer(turn.angle(t[begun]), turn.axis)
             q[begun] = rotation.multiply(turn.attitude, rotation.quaternion_from_rotation_vector(phi))
         return q
@@ -142,7 +148,8 @@ class RotationTable:
         """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         total = np.zeros((len(t), 3))
         for turn in self._turns:
-            total += np.outer(turn.angle_rate(t), turn.axis)
+            during = (t >= turn.start) & (t <= turn.end)
+            total[during] += np.outer(turn.angle_rate(t[during]), turn.axis)
         return total
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
@@ -153,7 +160,8 @@ class RotationTable:
         """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         total = np.zeros((len(left), 3))
         for turn in self._turns:
-            total += np.outer(turn.angle(right) - turn.angle(left), turn.axis)
+            during = (right > turn.start) & (left < turn.end)
+            total[during] += np.outer(turn.angle(right[during]) - turn.angle(left[during]), turn.axis)
         return total
 
     def push(self, left: Array, right: Array) -> Array:

@@ -223,6 +223,9 @@ class Vibrating:
         position = earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, self.ellipsoid)
         return position, rotation.rotate(q_en, s.velocity_ned), rotation.multiply(q_en, s.q_nb)
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
+
     def state(self, t: ArrayLike) -> NavState:
         """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
         instants = check_instants(t, self.start, self.end)

@@ -42,7 +42,15 @@ def test_algorithms(algorithm: str, words: str | None) -> None:
         ('imu.faults=[{type="spike", at_s=5.0, gyro_arcsec=[1.0, 0.0, 0.0]}]', "faults"),
         ("navigation.rates_hz=[100.0, 50.0, 10.0]", "three-rate"),
         ("aiding.baro.rate_hz=10.0", "the barometer"),
+        ("gravity.remainder.order=2", "the remainder of its gravity is drawn in each run"),
     ],
 )
 def test_scenarios(change: str, words: str) -> None:
     assert words in str(reason('navigation.algorithms=["quaternion"]', change))
+
+
+def test_a_true_field_is_served_and_a_navigator_that_knows_it_is_not() -> None:
+    algorithms = 'navigation.algorithms=["quaternion"]'
+    assert reason(algorithms, "gravity.model=egm2008") is None
+    known = reason(algorithms, "gravity.model=egm2008", "navigation.gravity_degree=20")
+    assert known == "its navigator compensates the disturbance of gravity along its own path"

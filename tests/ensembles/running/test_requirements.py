@@ -9,6 +9,8 @@ import sinssim
 from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.running import room, run
 from sinssim.ensembles.running.room import memory_needed
+from sinssim.ensembles.summary import ensemble_numbers
+from sinssim.statistics import r95
 from tests.ensembles.examples import files, scenario
 
 NEAR = "position_north(end) <= {} m"
@@ -140,3 +142,22 @@ def test_wrong_requirements(options, words: str, tmp_path) -> None:
     with pytest.raises(sinssim.InputError, match=words):
         sinssim.ensemble(scenario(), 5, tmp_path / "e", **options)
     assert not (tmp_path / "e").exists()
+
+
+def test_further_times_for_the_table(tmp_path) -> None:
+    """They become epochs, with the percentiles of the runs at them; rates by the line leave them out."""
+    base = scenario(ensemble={"epoch_s": 1.0})
+    plain = sinssim.ensemble(base, 20)
+    result = sinssim.ensemble(base, 20, tmp_path / "e", times=[7.25, 12.5])
+    rows = ensemble_numbers(result)["at"]
+    assert [row["time_s"] for row in rows] == [7.25, 12.5]
+    k = int(np.flatnonzero(result.elapsed == 7.25)[0])
+    north, east, _ = np.moveaxis(result.errors.position_ned[:, k], -1, 0)
+    found = r95(np.hypot(north, east))
+    assert rows[0]["r95_m"] == {"value": found.value, "low": found.low, "high": found.high, "runs": 20}
+    np.testing.assert_array_equal(result.mean_rates, plain.mean_rates)
+    with pytest.raises(sinssim.InputError, match=r"--at\): 8\.1 s: the ensemble keeps no errors at 8\.1 s"):
+        sinssim.ensemble(base, 20, tmp_path / "e", times=[8.1], resume=True)
+    for time in (-1.0, 31.0, float("nan")):
+        with pytest.raises(sinssim.InputError, match=r"--at\): .* s lies outside the run, which lasts 30 s"):
+            sinssim.ensemble(base, 20, times=[time])

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs.aiding import gnss_readings
 from sinssim.logs.formats.rtklib_pos import read, recognises
 from sinssim.logs.read import read_file
+from sinssim.scenario.sections.log import LogGnss
 
 HEAD = "%  {}                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)  sdne(m)  "
 HEAD += "sdeu(m)  sdun(m) age(s)  ratio"
@@ -51,6 +53,12 @@ def test_a_row_is_in_si_units_and_down(tmp_path: Path) -> None:
     assert fixes.covariance[0][0, 1] == pytest.approx(0.0004**2)
     assert fixes.covariance[0][1, 2] == pytest.approx(0.0027**2)
     assert fixes.covariance[0][0, 2] == pytest.approx(-(0.0011**2))
+    section = LogGnss(file="some.pos", sigma_factor=3.0)
+    (place, *_) = gnss_readings(fixes, section, ())
+    given = place.measurements
+    assert given.correlation is not None
+    whole = given.correlation[0] * np.outer(given.sigma[0], given.sigma[0])
+    np.testing.assert_allclose(whole, 9.0 * fixes.covariance[0], rtol=1e-12)
 
 
 def test_heights_refer_to_what_the_comments_say(tmp_path: Path) -> None:

@@ -150,3 +150,17 @@ def test_tick_labels(value, step, text):
 
 def test_what_is_not_finite_has_a_unit_too():
     assert suiting((("mm", 1e-3, 0.5), ("m", 1.0, np.inf)), np.array([np.nan])) == ("m", 1.0)
+
+
+def test_the_legend_says_which_lines_coincide():
+    time = np.linspace(0.0, 100.0, 5001)
+    first = plot.Line("first", time, np.sin(time), "#000000")
+    lines = [
+        first,
+        plot.Line("second", time, np.sin(time) + 1e-3, "#111111"),  # 0.1 px of 190 px for a range of 2
+        plot.Line("third", time, np.sin(time) + np.where(np.arange(5001) == 2500, 0.1, 0.0), "#222222"),
+    ]
+    svg = plot.plot("angle", "deg", lines, (0.0, 100.0))
+    assert ">second (same as first)<" in svg
+    assert ">third<" in svg
+    assert ">first<" in svg

@@ -19,6 +19,7 @@ from rerun.experimental import ViewerClient
 
 from sinssim.errors import InputError, RunError
 from sinssim.recording.rerun import viewer
+from sinssim.recording.rerun.web_page import without_other_machines
 from sinssim.simulation import run
 from tests.recording import fake_run
 
@@ -42,12 +43,14 @@ def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
         assert page.startswith("http://127.0.0.1:")
         assert b"web viewer" in urllib.request.urlopen(page, timeout=10.0).read()
         children = psutil.Process(server.pid).children(recursive=True)
-        listening = [c for child in children for c in child.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
+        processes = [psutil.Process(server.pid), *children]
+        listening = [c for p in processes for c in p.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
         assert {c.laddr.ip for c in listening} == {"127.0.0.1"}
-        assert {f"127.0.0.1:{c.laddr.port}" for c in listening} == {
+        assert {f"127.0.0.1:{c.laddr.port}" for c in listening} > {
             page.removeprefix("http://").strip("/"),
             "127.0.0.1:" + address.split("%3A")[-1].removesuffix("%2Fproxy"),
         }
+        assert len(listening) == 3  # and the server whose files the page consists of
     finally:
         server.send_signal(how)
         server.wait(20.0)
@@ -202,3 +205,28 @@ def test_every_view_makes_a_picture(directory, tmp_path, view, monkeypatch):
     assert len({tuple(pixel) for pixel in picture[::8, ::8].reshape(-1, picture.shape[2])}) > 30
     assert time.monotonic() - begin < 60.0
     assert os.listdir(tmp_path) == ["picture.png"]
+
+
+def test_a_run_without_a_recording_is_refused_by_its_reason(tmp_path, monkeypatch):
+    fake_run.install(300, monkeypatch.setattr)
+    made = run(fake_run.scenario(keep="report"), tmp_path / "run").directory
+    with pytest.raises(InputError, match=r"is a run without a recording .* --keep all --recording light"):
+        viewer.find_recording(made)
+
+
+def test_a_recording_of_another_version_is_refused_by_its_version(directory, monkeypatch):
+    def older(text: str) -> None:
+        raise TypeError("RunInfo.__init__() got an unexpected keyword argument 'sensors'")
+
+    monkeypatch.setattr(viewer.RunInfo, "from_json", older)
+    with pytest.raises(InputError, match=r"made by another version of sinssim than .*unexpected keyword argument"):
+        viewer.read_run_info(directory / "recording.rrd")
+
+
+def test_the_web_page_asks_no_other_machine_but_for_map_tiles():
+    page = """<link rel="icon" href="favicon.ico" /><link
+      href="https://fonts.googleapis.com/css2?family=Inter" rel="stylesheet" /><script src="re_viewer.js"></script>"""
+    found = without_other_machines(page)
+    assert "fonts" not in found
+    assert "favicon.ico" in found
+    assert found.index("window.fetch =") < found.index("re_viewer.js")

@@ -17,7 +17,7 @@ from rerun.chunk import RrdReader
 from scipy.stats import chi2
 
 from sinssim.data import NavSolution, NavState
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.recording.rerun.viewer import find_recording, read_run_info
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.scenario.sections.navigation import InitialErrorSection
@@ -43,7 +43,8 @@ def recorded(tmp_path_factory):
         fake = fake_run.install(COUNT, patch.setattr)
         told: list[tuple[str, float]] = []
         directory = tmp_path_factory.mktemp("runs") / "deep" / "fake"
-        result = run(fake_run.scenario(), directory, progress=lambda stage, fraction: told.append((stage, fraction)))
+        scenario = fake_run.scenario(detail="full")
+        result = run(scenario, directory, progress=lambda stage, fraction: told.append((stage, fraction)))
     return fake, result, told
 
 
@@ -103,6 +104,62 @@ def test_parquet_holds_exactly_what_was_computed(recorded):
         for column, array in zip(columns, arrays, strict=True):
             assert str(table.schema.field(column).type) == "double"
             np.testing.assert_array_equal(table[column].to_numpy(), array, strict=True)
+
+
+def test_a_light_recording_has_exact_rows_with_all_extremes(recorded, tmp_path, monkeypatch):
+    _, full, _ = recorded
+    fake_run.install(COUNT, monkeypatch.setattr)
+    light = run(fake_run.scenario(), tmp_path / "light")
+    assert verify(light.directory / "recording.rrd").returncode == 0
+    of_full, of_light = (read_recording(r.directory / "recording.rrd") for r in (full, light))
+    assert set(of_full) == set(of_light)
+    for entity, (all_times, every, names) in of_full.items():
+        times, values, same_names = of_light[entity]
+        assert same_names == names
+        assert len(times) <= min(len(all_times), 2 * 4000 * len(names) + 200)
+        rows = np.searchsorted(all_times, times)
+        np.testing.assert_array_equal(all_times[rows], times)
+        np.testing.assert_array_equal(every[rows], values)
+        assert rows[0] == 0
+        assert rows[-1] == len(all_times) - 1
+        np.testing.assert_array_equal(values.min(0), every.min(0))
+        np.testing.assert_array_equal(values.max(0), every.max(0))
+        event = np.abs(all_times - 12_500_000_000) < 95_000_000  # "turns" at 12.5 s
+        assert set(all_times[event]) <= set(times)
+    for file in (full.directory / "streams").iterdir():
+        assert pq.read_table(file).equals(pq.read_table(light.directory / "streams" / file.name)), file.name
+
+
+@pytest.mark.parametrize(
+    ("keep", "detail", "files"),
+    [
+        ("summary", "light", {"scenario.toml", "summary.json"}),
+        ("report", "light", {"scenario.toml", "summary.json", "report.html"}),
+        ("streams", "light", {"scenario.toml", "summary.json", "report.html", "streams"}),
+        ("all", "none", {"scenario.toml", "summary.json", "report.html", "streams"}),
+        ("all", "light", {"scenario.toml", "summary.json", "report.html", "streams", "recording.rrd"}),
+    ],
+)
+def test_a_run_keeps_what_the_scenario_says(short, tmp_path, keep, detail, files):
+    result = run(fake_run.scenario(keep=keep, detail=detail), tmp_path / "run")
+    assert {path.name for path in result.directory.iterdir()} == files | {".sinssim.json"}
+    again = run(fake_run.scenario(), tmp_path / "all")
+    assert result.summary["algorithms"] == again.summary["algorithms"]
+
+
+@pytest.mark.parametrize("keep", ["summary", "streams"])
+def test_what_is_kept_of_a_run_that_failed(short, tmp_path, monkeypatch, keep):
+    def fail(*_, **__):
+        raise RunError("no navigation today")
+
+    monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate", fail)
+    with pytest.raises(RunError, match="no navigation today"):
+        run(fake_run.scenario(keep=keep), tmp_path / "run")
+    files = {path.name for path in (tmp_path / "run").iterdir()}
+    assert {"scenario.toml", "summary.json"} <= files
+    assert ("streams" in files) == (keep == "streams")
+    assert "recording.rrd" not in files
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["status"] == "failed"
 
 
 def test_flight_channels_keep_their_own_times_and_units(recorded):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sinssim.recording.tables.plain_text import plain_text
 from sinssim.recording.tables.trade import show
-from tests.recording.figures.test_trade import made
+from tests.recording.figures.studies.test_trade import made
 from tests.trades.examples import ACCEL, AXES, BIAS
 
 

@@ -32,7 +32,9 @@ def test_little_has_to_be_said() -> None:
 def test_written_scenario_has_no_table_of_three_dimensions_and_loads_back() -> None:
     scenario = load_scenario("one_component")
     text = scenario.to_toml()
-    assert {"one_component"} == {name for name, value in tomllib.loads(text).items() if isinstance(value, dict)}
+    assert {"one_component", "recording"} == {
+        name for name, value in tomllib.loads(text).items() if isinstance(value, dict)
+    }
     assert Scenario.model_validate(tomllib.loads(text)) == scenario
 
 

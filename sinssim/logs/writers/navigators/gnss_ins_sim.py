@@ -34,7 +34,7 @@ def write(content: Content, place: Path) -> list[str]:
     Raises:
         InputError: truth and readings have different instants.
     """
-    imu, truth = content.imu, content.run.solution("truth")
+    imu, truth = content.imu, content.motion
     assert imu.interval is not None
     rows = np.searchsorted(truth.time, imu.time - 1e-9)
     if len(truth) <= rows.max() or np.abs(truth.time[rows] - imu.time).max() > 1e-9:

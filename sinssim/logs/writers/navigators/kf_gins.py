@@ -53,19 +53,19 @@ def write(content: Content, place: Path) -> list[str]:
     (place / "kf-gins.yaml").write_text(_configuration(content, start), encoding="utf-8")
     return [
         *said,
-        "kf-gins.yaml: true initial state, the antenna's lever arm, and the noise of a MEMS unit; set that of the "
-        "run's sensors.",
+        f"kf-gins.yaml: initial state of {content.run.motion}, the antenna's lever arm, and the noise of a MEMS unit; "
+        "set that of the run's sensors.",
         f"Times are seconds of the GPS week {week}; the run's time 0 is {start}.",
     ]
 
 
-def _write_gnss(f: FixStream, start: int, path: Path) -> None:
+def _write_gnss(f: FixStream, start: float, path: Path) -> None:
     sigma = f.position_sigma if f.position_sigma is not None else np.ones((len(f), 3))
     columns = columns_of(rounded(start + f.time), f.latitude / DEG, f.longitude / DEG, f.height, sigma)
     write_columns(path, columns)
 
 
-def _write_solution(s: SolutionStream, week: int, start: int, path: Path) -> None:
+def _write_solution(s: SolutionStream, week: int, start: float, path: Path) -> None:
     if s.velocity_ned is None or s.q_nb is None:
         raise InputError("the solution of KF-GINS has velocity and attitude; choose the truth or an algorithm.")
     angles = np.column_stack(rotation.euler_from_quaternion(s.q_nb)) / DEG
@@ -74,9 +74,9 @@ def _write_solution(s: SolutionStream, week: int, start: int, path: Path) -> Non
     write_columns(path, [first, *columns_of(rounded(start + s.time), *place, s.velocity_ned, angles)])
 
 
-def _configuration(content: Content, start: int) -> str:
+def _configuration(content: Content, start: float) -> str:
     """Return KF-GINS' configuration: the true state at the beginning, noise of a MEMS unit."""
-    truth, imu = content.run.solution("truth"), content.imu
+    truth, imu = content.motion, content.imu
     rate = round((len(imu) - 1) / float(imu.time[-1] - imu.time[0])) if len(imu) > 1 else 1
     assert truth.q_nb is not None
     assert truth.velocity_ned is not None

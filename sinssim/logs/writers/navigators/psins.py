@@ -34,7 +34,7 @@ def write(content: Content, place: Path) -> list[str]:
     Raises:
         InputError: the sampling interval varies.
     """
-    start = content.run.solution("truth")
+    start = content.motion
     _write_imu(content.imu, start, place / "imu.imu")
     name = f"{content.solution_name}.avp"
     _write_avp(content.solution, place / name)

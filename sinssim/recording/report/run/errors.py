@@ -15,7 +15,7 @@ from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale, suiting
+from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.strapdown.nav_error import NavError
 
 _KINDS = ("final", "rms", "max")
@@ -23,13 +23,9 @@ _DIGITS = 4
 _TABLES = (
     (
         ("horizontal [m]", "horizontal_error_m", 1.0),
-        ("horizontal [nmi]", "horizontal_error_m", units.NAUTICAL_MILE),
         ("height [m]", "height_error_m", 1.0),
-    ),
-    (
         ("velocity [m/s]", "velocity_error_mps", 1.0),
         ("attitude [arcmin]", "attitude_error_arcsec", 60.0),
-        ("attitude [arcsec]", "attitude_error_arcsec", 1.0),
     ),
 )
 """Columns: title, name in `summary.json` after "final_", "rms_", "max_", and unit in terms of the summary's unit."""
@@ -177,7 +173,7 @@ def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterat
             yield draw_one(name, values, one)
     height = [e.height for e in errors]
     yield draw_one("Azimuth, φD", azimuth[0], z_unit)
-    yield draw_one("Height error (positive: too high)", height, suiting(LENGTHS, *_known(height)))
+    yield draw_one("Height error (positive: too high)", height, suiting(HEIGHTS, *_known(height)))
     speed, angle = [e.speed for e in errors], [e.angle for e in errors]
     yield draw_one("Velocity error, magnitude", speed, suiting(SPEEDS, *_known(speed)), from_zero=True)
     yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *_known(angle)), from_zero=True)
@@ -271,13 +267,12 @@ def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
             f"{event['start_s']:.2f}",
             f"{event['end_s']:.2f}",
             _in_unit(event["damage_arcsec"], 60.0),
-            _in_unit(event["damage_arcsec"], 1.0),
             f'<td class="text">{words(event["text"].removeprefix(f"{name}: "))}</td>',
         )
         for name, events in found.items()
         for event in events
     ]
-    heads = ("algorithm", "from [s]", "to [s]", "damage [arcmin]", "[arcsec]", "")
+    heads = ("algorithm", "from [s]", "to [s]", "damage [arcmin]", "")
     return table(heads, lines) + (
         '<p class="note">Damage: angle between the algorithm’s attitude after the passage and the one that a '
         "singularity-free algorithm reaches on the same increments.</p>"

@@ -11,7 +11,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.formatting import number_text, signed
 from sinssim.recording import style
-from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
+from sinssim.recording.filter_axes import EDGE, NAVIGATION, settled
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
@@ -85,7 +85,7 @@ def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, 
 
 def _solutions(summary: Mapping[str, Any]) -> str:
     """Return a table of the errors of the aided and the inertial solutions."""
-    own = {name: summary["filter"].get(name) for name in ("aided", "smoothed")}
+    own = {name: summary["filter"].get(name) for name in ("aided", "backward", "smoothed")}
     found = {**own, **{f"inertial, {name}": n for name, n in summary["algorithms"].items()}}
     heads = ("solution", "horizontal, final [m]", "rms", "max", "height, max [m]", "velocity, max [m/s]")
     colors = style.colors([name.removeprefix("inertial, ") for name in found])
@@ -187,10 +187,13 @@ def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> It
             if estimate.smoothed is not None and aided.smoothed_state_errors is not None:
                 s, j = estimate.smoothed, thinned(len(estimate.smoothed.time))
                 kinds.append(("smoothed", s.time[j], aided.smoothed_state_errors[j, column], s.sigma[j, column]))
-            settled = [int(np.searchsorted(t, span[0] + SETTLED * (span[1] - span[0]))) for _, t, _, _ in kinds]
-            unit, size = suiting(scale, *[3.0 * k[3][late:] for k, late in zip(kinds, settled, strict=True)])
+            if estimate.backward is not None and aided.backward_state_errors is not None:
+                back, j = estimate.backward, thinned(len(estimate.backward.time))
+                kinds.append(("backward", back.time[j], aided.backward_state_errors[j, column], back.sigma[j, column]))
+            fitted = [settled(name, t, span) for name, t, _, _ in kinds]
+            unit, size = suiting(scale, *[3.0 * k[3][rows] for k, rows in zip(kinds, fitted, strict=True)])
             lines = []
-            for (kind, time, error, sigma), late in zip(kinds, settled, strict=True):
+            for (kind, time, error, sigma), rows in zip(kinds, fitted, strict=True):
                 color = style.css(style.COLORS[kind])
                 pale = style.css(style.COLORS["bound"] if kind == "aided" else style.tint(style.COLORS[kind]))
                 for label, values, paint, width in (
@@ -199,8 +202,9 @@ def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> It
                     (kind, side * error, color, 1.4),
                 ):
                     # the axis fits the errors after the filter has settled
-                    lines.append(Line("", time[:late], values[:late], paint, width, "", size, reference=True))
-                    lines.append(Line(label, time[late:], values[late:], paint, width, "", size))
+                    for part in (slice(0, rows.start), slice(rows.stop, None) if rows.stop else slice(0, 0)):
+                        lines.append(Line("", time[part], values[part], paint, width, "", size, reference=True))
+                    lines.append(Line(label, time[rows], values[rows], paint, width, "", size))
             yield plot.plot(_TITLES[component], unit, lines, span, marks=marks, width=_WIDTH, height=_HEIGHT)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,15 +13,21 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.report.run.track import degrees, draw_map
+from sinssim.recording.report.run.gravity import gravity_plots
+from sinssim.recording.report.run.track import Places, Track, degrees, draw_map
 from sinssim.recording.report.run.track_source import track_source
-from sinssim.recording.scales import duration_words
-from sinssim.scenario.summary import given, values_of
+from sinssim.recording.scales import duration_words, thinned
+from sinssim.scenario.summary import field_words, given, values_of
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.simulation.result import Run
     from sinssim.truth.trajectory import Channel, Trajectory
+
+
+MAP = "<!-- map -->"
+"""Stands for the map in the section: it is drawn when the filter's track is known."""
+_MAP_ROWS = 16384
 
 
 def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterator[str]:
@@ -40,6 +46,7 @@ def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterato
     marks = [Mark(begin, str(i + 1), faint=True) for i, (_, _, begin, _) in enumerate(legs)]
     airspeed = trajectory.channels.get("airspeed_mps")
     yield from motion_plots(run.time, truth, marks, run.scenario.output.angles, airspeed)
+    yield from gravity_plots(trajectory)
     yield from track_source(run.scenario, trajectory)
     if legs:
         yield '<h3>Legs as flown</h3><div class="events">'
@@ -60,19 +67,44 @@ def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterato
         )
 
 
+def map_of(run: Run, trajectory: Trajectory, truth: NavState) -> Callable[[Mapping[str, Track]], str]:
+    """Return what draws the map, with as many points of the tracks as it shows.
+
+    Args:
+        run: whose solutions are drawn.
+        trajectory: the true motion.
+        truth: true states at the run's times.
+
+    Returns:
+        A function of further tracks, such as that of the filter, that returns SVG for the place of `MAP`.
+    """
+    k = thinned(len(run.time), _MAP_ROWS)
+    state = NavState(truth.latitude[k], truth.longitude[k], truth.height[k], truth.velocity_ned[k], truth.q_nb[k])
+    time, ellipsoid = run.time[k], trajectory.ellipsoid
+    own = {name: _thin(solution) for name, solution in (run.solutions if run.has("solutions") else {}).items()}
+    aiding = run.scenario.aiding
+    outages = () if aiding is None else aiding.outages
+
+    def chart(more: Mapping[str, Track]) -> str:
+        tracks = {**own, **{name: _thin(track) for name, track in more.items()}}
+        green = style.COLORS["truth"]
+        colors = [style.css(style.tint(green) if tracks else green), *map(style.css, style.colors(list(tracks)))]
+        return draw_map(time, state, tracks, colors, ellipsoid, outages=outages)
+
+    return chart
+
+
+def _thin(track: Track) -> Track:
+    k = thinned(len(track.time), _MAP_ROWS)
+    return Places(track.time[k], track.latitude[k], track.longitude[k])
+
+
 def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
     """Return the map of the tracks, and the table of the motion's facts beside it."""
     time, velocity = run.time, truth.velocity_ned
     roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(truth.q_nb))
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
-    solutions = run.solutions if run.has("solutions") else {}
-    names = list(solutions)
-    colors = [
-        style.css(style.tint(style.COLORS["truth"])) if names else style.css(style.COLORS["truth"]),
-        *map(style.css, style.colors(names)),
-    ]
-    chart = draw_map(time, truth, solutions, colors, trajectory.ellipsoid)
     facts = [
         ("duration", duration_words(float(time[-1] - time[0]))),
         ("distance over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
@@ -90,7 +122,7 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
         ("true motion of the sensor block", ""), [(words(k), f'<td class="text">{v}</td>') for k, v in facts]
     )
     return (
-        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant projection about the middle of the true '
+        f'<div class="pair"><div>{MAP}<p class="note">Azimuthal equidistant projection about the middle of the true '
         "track; the axes point east and north there. Dotted: meridians and parallels.</p></div>"
         f"<div>{listed}</div></div>"
     )
@@ -144,7 +176,7 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
         yield "turbulence", values_of(flight.turbulence) if flight.turbulence else "none"
     if scenario.track is not None:
         yield "planned route" if scenario.track.waypoints else "recorded track", scenario.track.what
-    for name in ("parked", "great_circle", "motion"):
+    for name in ("parked", "great_circle", "motion", "drive", "voyage", "turntable"):
         section = getattr(scenario, name)
         if section is not None:
             yield name.replace("_", " "), given(section)
@@ -152,6 +184,8 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
         yield "vibration", given(vibration)
     if scenario.isolator is not None:
         yield "isolator", values_of(scenario.isolator)
+    if scenario.gravity is not None:
+        yield "gravity field", field_words(scenario)
 
 
 def _legs(

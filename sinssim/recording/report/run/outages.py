@@ -47,7 +47,7 @@ def _table(numbers: Mapping[str, Any]) -> str:
         keys.append(_SMOOTHED)
     lines = [
         (f"{one['from_s']:g} … {one['to_s']:g}", *("–" if one[k] is None else signed(one[k]) for k in keys))
-        for one in each
+        for one in sorted(each, key=lambda one: one["from_s"])
     ]
     for word, name in (("median", "median"), ("90 %", "p90")):
         own = numbers[name]
@@ -60,21 +60,14 @@ def _table(numbers: Mapping[str, Any]) -> str:
 
 def _growth(run: Run, numbers: Mapping[str, Any]) -> str:
     """Draw the horizontal error from the beginning of each outage on."""
-    aided = run.aided
-    assert aided is not None
+    assert run.outages is not None
     longest = max(one["to_s"] - one["from_s"] for one in numbers["each"])
-    time, color = aided.estimate.time, style.css(style.COLORS["aided"])
-    lines = []
-    for number, one in enumerate(numbers["each"]):
-        rows = np.flatnonzero((time >= one["from_s"]) & (time <= one["to_s"] + 1e-9))
-        error = aided.error_at(rows).horizontal
-        known = np.isfinite(error)
-        if known.sum() > 1:
-            lines.append(
-                Line(
-                    "" if number else "one line an outage", time[rows][known] - one["from_s"], error[known], color, 1.0
-                )
-            )
+    color = style.css(style.COLORS["aided"])
+    drawn = [(time, error) for time, error in run.outages.growth if len(time) > 1]
+    lines = [
+        Line("" if number else "one line an outage", time, error, color, 1.0)
+        for number, (time, error) in enumerate(drawn)
+    ]
     if not lines:
         return ""
     return plot.plot("Horizontal error since the last fix", "m", lines, (0.0, longest), from_zero=True)

@@ -29,7 +29,7 @@ from sinssim.scenario.sections.within_imu.sensor_set import (
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.sensors.imu.terms import of_triad
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from sinssim.scenario.sections.compensation import CompensationSection
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.scenario.sections.within_imu.faults import Fault
-    from sinssim.sensors.imu.grades import TriadGrade
+    from sinssim.sensors.imu.grade_file import TriadGrade
     from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors
     from sinssim.sensors.sets.true_errors import TrueErrors
 
@@ -59,7 +59,7 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         HTML.
     """
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
-    name = f"<strong>{words(section.grade)}</strong>"
+    name = f"<strong>{words(grade_name(section.grade))}</strong>"
     if isinstance(section.sensor_set, Gyros | Redundant | Platform):
         of = f"Grade {name}: {words(grade.description)}."
     else:  # the grade's description is that of a unit with gyros
@@ -231,7 +231,7 @@ def _triad(errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], k
     """Return the rows of one triad: turn-on errors per axis, and their 1σ."""
 
     def spread(term: ErrorTerm) -> str:
-        of_grade = getattr(grade, term.field, 0.0) / term.unit
+        of_grade = grade.of(term) / term.unit
         return _spread(section.get(term.key) is not None, section.get(term.sigma_key), of_grade)
 
     for term in of_triad(kind):

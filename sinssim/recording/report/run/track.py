@@ -7,14 +7,16 @@ is exact near it and in error by up to one percent on the other side of the Eart
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.models import Ellipsoid
+from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.scales import thinned, tick_label, ticks, time_ticks
 from sinssim.units import DEG
@@ -24,11 +26,38 @@ STYLE = ".dot { fill: var(--ink); stroke: var(--paper); } .graticule { stroke: v
 _ROWS = 4096
 """Maximum number of points drawn of a track."""
 _LEFT, _TOP, _BOTTOM, _RIGHT = 64, 8, 38, 8
+_OUTAGE, _OUTAGE_WIDTH = style.css(style.tint(style.COLORS["refused"])), 11.0
+"""Colour and width, px, of the mark of an outage under the track."""
 _LEAST = 100.0
 """Least extent of a map, m."""
 _WIDEST, _FAR = 2.0, 10_000.0
 """Factor of the true track's extent up to which a solution widens the map; at least 10 km."""
 _GRATICULES = (30.0, 20.0, 10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60)  # deg
+
+
+class Track(Protocol):
+    """Places over time.
+
+    Attributes:
+        time: (N,) s.
+        latitude, longitude: (N,) rad.
+    """
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def latitude(self) -> Array: ...
+    @property
+    def longitude(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Places:
+    """A track of its own, see `Track`."""
+
+    time: Array
+    latitude: Array
+    longitude: Array
 
 
 @dataclass(frozen=True)
@@ -114,13 +143,14 @@ class _Frame:
 def draw_map(
     time: Array,
     truth: NavState,
-    tracks: Mapping[str, NavSolution],
+    tracks: Mapping[str, Track],
     colors: Sequence[str],
     ellipsoid: Ellipsoid,
     *,
     width: int = 560,
     height: int = 420,
     name: str = "truth",
+    outages: Sequence[tuple[float, float]] = (),
 ) -> str:
     """Draw the true track and the tracks of the solutions.
 
@@ -132,6 +162,7 @@ def draw_map(
         ellipsoid: reference ellipsoid.
         width, height: of the map without its labels, px.
         name: of the first track, if it is not the true one.
+        outages: spans without satellites, s, marked on the first track.
 
     Returns:
         An SVG element.
@@ -157,7 +188,10 @@ def draw_map(
     widths = [6.0 if tracks else 2.0, *[1.8] * len(tracks)]
     dashes = ["", *plot.dashes(len(tracks))]
     nowhere = np.empty(0)
-    entries = zip((name, *tracks), colors, widths, dashes, strict=True)
+    entries = list(zip((name, *tracks), colors, widths, dashes, strict=True))
+    parts = [projection.plane(*part) for part in _within(time, truth, outages)]
+    if parts:
+        entries.append(("no satellites", _OUTAGE, _OUTAGE_WIDTH, ""))
     legend, top = plot.legend([plot.Line(n, nowhere, nowhere, c, w, d) for n, c, w, d in entries], width, 15)
     top += _TOP
     bottom = top + height
@@ -171,6 +205,7 @@ def draw_map(
     body.append(plot.text(14, top, f"north [{unit}]", "end", "soft", f'transform="rotate(-90 14 {top})"'))
     body.append(f'<svg x="{_LEFT}" y="{top}" width="{inner}" height="{height}">')
     body.append(_graticule(projection, frame))
+    body += [plot.path(*_sparse(*frame.pixels(*part)), _OUTAGE, _OUTAGE_WIDTH) for part in parts]
     body.append(plot.path(*_sparse(*frame.pixels(east, north)), colors[0], widths[0]))
     for line, color, thick, dashed in zip(lines, colors[1:], widths[1:], dashes[1:], strict=True):
         if len(line[0]):
@@ -179,6 +214,15 @@ def draw_map(
     body.append("</svg>")
     body.append(plot.segments([_LEFT, _LEFT], [top, bottom], [_LEFT, _LEFT + inner], [bottom, bottom], "axis"))
     return plot.element(width, bottom + _BOTTOM, "map of the track", "".join(body))
+
+
+def _within(time: Array, truth: NavState, spans: Sequence[tuple[float, float]]) -> Iterator[tuple[Array, Array]]:
+    """Yield the latitudes and longitudes of the track within spans of time."""
+    for begin, end in spans:
+        first, last = np.searchsorted(time, (begin, end))
+        rows = first + thinned(int(last - first), _ROWS) if last - first > 1 else np.empty(0, np.intp)
+        if len(rows):
+            yield truth.latitude[rows], truth.longitude[rows]
 
 
 def _sparse(x: Array, y: Array) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.filter_axes import EDGE, NAVIGATION, SETTLED
+from sinssim.recording.filter_axes import EDGE, NAVIGATION, settled
 from sinssim.recording.scales import Rows, suiting, thinned
 from sinssim.recording.store.streams import Computed
 
@@ -46,10 +46,15 @@ def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
         bands.append(
             ("smoothed", estimate.smoothed.time[j], aided.smoothed_state_errors[j], estimate.smoothed.sigma[j])
         )
+    if estimate.backward is not None and aided.backward_state_errors is not None:
+        j = thinned(len(estimate.backward.time))
+        bands.append(
+            ("backward", estimate.backward.time[j], aided.backward_state_errors[j], estimate.backward.sigma[j])
+        )
     for name, scale, components, sign in NAVIGATION:
         at = estimate.model.slices[name]
         for i, component in enumerate(components):
-            unit, size = suiting(scale, *[3.0 * s[_late(t), at.start + i] for _, t, _, s in bands])
+            unit, size = suiting(scale, *[3.0 * s[_settled(n, t), at.start + i] for n, t, _, s in bands])
             labels[f"filter_{component}"] = unit
             for kind, when, error, sigma in bands:
                 one = (sign if i == 2 else 1.0) * error[:, at.start + i] / size
@@ -74,13 +79,14 @@ def _band(recording: Recording, entity: str, time: Array, error: Array, bound: A
         colors=[pale, pale, color],
         widths=[1.2, 1.2, 1.8],
     )
-    shown = np.concatenate((bound[_late(time)], -bound[_late(time)], error[_late(time)]))
+    late = _settled(kind, time)
+    shown = np.concatenate((bound[late], -bound[late], error[late]))
     recording.ranges[entity] = (float(np.nanmin(shown)), float(np.nanmax(shown)))
 
 
-def _late(time: Array) -> slice:
+def _settled(kind: str, time: Array) -> slice:
     """Return the rows after the filter has settled."""
-    return slice(int(np.searchsorted(time, time[0] + SETTLED * (time[-1] - time[0]))), None)
+    return settled(kind, time, (float(time[0]), float(time[-1])))
 
 
 def _parameters(recording: Recording, aided: Aided, rows: Rows) -> None:

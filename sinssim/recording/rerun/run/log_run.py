@@ -12,7 +12,7 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording import style
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.scene import Scene, aircraft_mesh
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
+from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import FlightEvent
@@ -102,6 +102,28 @@ def draw_flight(
     _aircraft(recording, "world/aircraft", t, points, q, scene.aircraft_length)
 
     _draw_attitude(recording, t, q_nb)
+
+
+def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
+    """Mark the parts of the track without satellites on the map.
+
+    Args:
+        recording: the recording.
+        time: (N,) s.
+        truth: the track at those times.
+        outages: spans, s.
+    """
+    parts = []
+    for begin, end in outages:
+        first, last = (int(k) for k in np.searchsorted(time, (begin, end)))
+        if last - first > 1:
+            k = first + thinned(last - first, _PATH_POINTS)
+            parts.append(np.column_stack((truth.latitude[k], truth.longitude[k])) / units.DEG)
+    if parts:
+        color = style.tint(style.COLORS["refused"])
+        recording.static(
+            "map/no_satellites", rr.GeoLineStrings(lat_lon=parts, radii=rr.Radius.ui_points(6.0), colors=color)
+        )
 
 
 def _draw_attitude(recording: Recording, t: Array, q_nb: Array) -> None:
@@ -246,7 +268,7 @@ def draw_navigation(
     lines("horizontal", [e.horizontal for e in found], LENGTHS, "position")
     for i, axis in enumerate(("north", "east")):
         lines(f"position_{axis}", [e.position_ned[:, i] for e in found], LENGTHS, "position")
-    lines("height", [e.height for e in found], LENGTHS, "height")
+    lines("height", [e.height for e in found], HEIGHTS, "height")
     lines("speed", [e.speed for e in found], SPEEDS, "velocity")
     for i, axis in enumerate(("north", "east", "down")):
         lines(f"velocity_{axis}", [e.velocity_ned[:, i] for e in found], SPEEDS, "velocity")

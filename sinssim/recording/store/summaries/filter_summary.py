@@ -57,12 +57,12 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
 
     Returns:
         `divergence`, `remarks` and `consistent`, with `findings` and explaining `hints`; the errors of the solutions
-        `aided` and `smoothed` in the form of the algorithms' errors; the heading's σ and error before and after an
-        alignment, if there was one; for each sensor the use of its readings and the tests on its innovations; for each
-        jump and ramp of the scenario whether the gate caught it; `nees`, the mean over the run per state, for all
-        states and each block, and `noise`, the variance of each noise of the inertial sensors relative to the assumed
-        variance, with their 95 % bands; for each state, named with its unit, σ at the start and at the end, the error
-        at the end, and whether it is observable: the motion shows it, and the filter at least halved its σ.
+        `aided`, `smoothed` and `backward` in the form of the algorithms' errors; the heading's σ and error before and
+        after an alignment, if there was one; for each sensor the use of its readings and the tests on its innovations;
+        for each jump and ramp of the scenario whether the gate caught it; `nees`, the mean over the run per state, for
+        all states and each block, and `noise`, the variance of each noise of the inertial sensors relative to the
+        assumed variance, with their 95 % bands; for each state, named with its unit, σ at the start and at the end, the
+        error at the end, and whether it is observable: the motion shows it, and the filter at least halved its σ.
     """
     from sinssim.estimation.checks.consistency import consistency
 
@@ -70,7 +70,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     judged, truly = consistency(estimate), _actual(aided)
     findings = [*judged.sentences, *truly.sentences]
     known = aided.true_parameters_known
-    smoothed = aided.smoothed_error
+    smoothed, backward = aided.smoothed_error, aided.backward_error
     numbers_of = error_numbers_of if known else known_error_numbers_of
     end = estimate.divergence
     return {
@@ -84,6 +84,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "hints": list(hints(scenario)) if findings and known else [],
         "aided": numbers_of(aided.error_blocks) if len(estimate.time) else None,
         **({} if smoothed is None else {"smoothed": numbers_of(lambda: [smoothed])}),
+        **({} if backward is None else {"backward": numbers_of(lambda: [backward])}),
         **_alignment(aided, scenario),
         "sensors": {
             i.sensor: {

@@ -13,7 +13,7 @@ from sinssim.strapdown.nav_error import NavError
 
 if TYPE_CHECKING:
     from sinssim.data import NavSolution
-    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.estimation import Estimate
     from sinssim.simulation.result import Run
 
 _SHARES = {"median": 50.0, "p90": 90.0}
@@ -36,23 +36,23 @@ def best_solution(run: Run) -> tuple[str, NavSolution]:
     return next(iter(run.solutions.items()))
 
 
-def outage_numbers(
-    aided: Aided, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
-) -> dict[str, Any]:
+def outage_errors(
+    estimate: Estimate, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
+) -> list[dict[str, Any]]:
     """Return the errors at the end of each outage.
 
     Args:
-        aided: the aided solution.
+        estimate: the aided solution.
         error: its differences from the reference, or from the withheld fixes, at the filter's epochs.
         smoothed: the same of the smoothed solution, if there is one.
         outages: beginning and end of each, s.
 
     Returns:
-        `each`: for every outage its times, the horizontal and height error and the velocity error of the filter at the
-        last known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the
-        smoothed solution within it; `median` and `p90` of these over the outages.
+        For every outage its times, the horizontal and height error and the velocity error of the filter at the last
+        known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
+        solution within it.
     """
-    estimate, found = aided.estimate, []
+    found = []
     for begin, end in outages:
         during = (error.time > begin) & (error.time <= end + 1e-9)
         known = np.flatnonzero(during & np.isfinite(error.position_ned).all(axis=1))
@@ -74,7 +74,25 @@ def outage_numbers(
             values = values[np.isfinite(values)]
             one["smoothed_max_horizontal_error_m"] = float(values.max()) if len(values) else math.nan
         found.append(one)
-    return {"each": found, **{word: _share(found, percent) for word, percent in _SHARES.items()}}
+    return found
+
+
+def outage_numbers(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the errors of outages together.
+
+    Args:
+        found: the errors of each, of `outage_errors`.
+
+    Returns:
+        `each`: the same; `median` and `p90` over the outages of the magnitude of each error; `error_over_sigma`: root
+        mean square of the horizontal error over the filter's own 1σ, which is 1 on average for a filter that is right.
+    """
+    ratio = [one["horizontal_error_m"] / one["horizontal_sigma_m"] for one in found]
+    return {
+        "each": list(found),
+        **{word: _share(found, percent) for word, percent in _SHARES.items()},
+        "error_over_sigma": float(np.sqrt(np.mean(np.square(ratio)))) if ratio else math.nan,
+    }
 
 
 def _share(found: Sequence[Mapping[str, float]], percent: float) -> dict[str, float]:
@@ -114,6 +132,8 @@ def outage_sentence(numbers: Mapping[str, Any]) -> Iterator[str]:
     median, high = numbers["median"], numbers["p90"]
     lengths = {round(one["to_s"] - one["from_s"], 3) for one in each}
     of = f" of {lengths.pop():g} s" if len(lengths) == 1 else ""
+    passes = len({one.get("pass", 1) for one in each})
+    of += f" in {passes} passes" if passes > 1 else ""
     text = (
         f"{len(each)} outage{'s' * (len(each) != 1)}{of}: horizontal error at the end "
         f"{number_text(median['horizontal_error_m'])} m (median), {number_text(high['horizontal_error_m'])} m (90 %)"
@@ -121,4 +141,6 @@ def outage_sentence(numbers: Mapping[str, Any]) -> Iterator[str]:
     key = "smoothed_max_horizontal_error_m"
     if key in median:
         text += f"; smoothed, at most {number_text(median[key])} m and {number_text(high[key])} m within the outage"
+    if len(each) > 1:
+        text += f". The errors at the end are {number_text(numbers['error_over_sigma'])} of their 1σ (rms)"
     yield f"{text}."

@@ -21,6 +21,7 @@ from sinssim.data import Array, ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.section import LeverArm, Moment, Noise, Rate, Section
 from sinssim.sensors.aiding.registry import SENSORS
+from sinssim.system.short_repr import short_repr
 from sinssim.truth.sample_times import sample_edges
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ class SensorState(NamedTuple):
     correlation_time: float = math.inf
 
 
+@short_repr
 @dataclass(frozen=True)
 class AidingReadings:
     """The readings of an aiding sensor for one kind of measurement, with the true values of its parameters.

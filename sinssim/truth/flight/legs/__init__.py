@@ -9,6 +9,8 @@ from sinssim.truth.flight.leg import LegBase
 _FILES = (
     "takeoff",
     "parked",
+    "taxi",
+    "land",
     "hold",
     "altitude",
     "turn",

@@ -1,0 +1,173 @@
+"""The parameters of a calibration: their names, units, sizes, and the errors of a block that they stand for.
+
+The model is that of the emulator (`sinssim.sensors.imu.emulate`, stages 1, 2 and 4): y = (1 + k)(u + M u) + b for each
+triad, and the places of the accelerometers. The separate method refers all of it to the axes of the table's positions.
+The systematic method has no such reference: a common rotation of all sensors changes nothing that it observes. Its
+frame is that of the accelerometers: x along the sensitive axis of the forward accelerometer, and y in the plane of the
+forward and the right one, so that the misalignments xy, xz and yz of the accelerometers are zero by definition. The
+places of the accelerometers are those from the forward one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, stated
+from sinssim.sensors.imu.terms import TERMS
+from sinssim.units import ARCSEC, DEG_H, PPM, UG
+
+AXES = "xyz"
+_PAIRS = ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1))
+FIXED = ("accel misalignment xy", "accel misalignment xz", "accel misalignment yz")
+"""Zero by the definition of the systematic method's frame."""
+_USUAL = {
+    ("gyro", "bias"): 0.01 * DEG_H, ("gyro", "scale"): 10 * PPM, ("gyro", "misalignment"): 5 * ARCSEC,
+    ("accel", "bias"): 50 * UG, ("accel", "scale"): 50 * PPM, ("accel", "misalignment"): 5 * ARCSEC,
+}  # fmt: skip
+"""Sizes of the errors of a block whose grade has none: those of the grade laser-standard."""
+_ARM = 0.01
+"""Size of the places of accelerometers, m."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a calibration.
+
+    Attributes:
+        triad: "gyro" or "accel".
+        field: "bias", "scale", "misalignment" or "arm".
+        row: the sensitive axis, 0 to 2.
+        column: the other axis of a misalignment, or the coordinate of a place; else the sensitive axis.
+        size: 1σ of this error before the calibration, SI: the scale of what is observable.
+    """
+
+    triad: str
+    field: str
+    row: int
+    column: int
+    size: float
+
+    @property
+    def name(self) -> str:
+        """Its name, for example "gyro misalignment xy"."""
+        own = AXES[self.row] if self.field in ("bias", "scale") else AXES[self.row] + AXES[self.column]
+        return f"{self.triad} {self.field} {own}"
+
+    @property
+    def unit(self) -> tuple[str, float]:
+        """Its unit as people write it, and the size of the unit in SI."""
+        if self.field == "bias":
+            return ("deg/h", DEG_H) if self.triad == "gyro" else ("µg", UG)
+        return {"scale": ("ppm", PPM), "misalignment": ("arcsec", ARCSEC), "arm": ("mm", 1e-3)}[self.field]
+
+
+def parameters(section: ImuSection, method: str, arms: bool = False) -> tuple[Parameter, ...]:
+    """Return the parameters that a method estimates.
+
+    Args:
+        section: the [imu] section of a scenario, whose 1σ and given errors are the sizes of the parameters.
+        method: "separate" or "systematic".
+        arms: whether the places of the accelerometers are among them.
+
+    Returns:
+        The parameters, those of the gyros first.
+    """
+    found = []
+    for triad in ("gyro", "accel"):
+        for field in ("bias", "scale", "misalignment"):
+            size = _size(section, triad, field)
+            for row, column in _PAIRS if field == "misalignment" else ((0, 0), (1, 1), (2, 2)):
+                one = Parameter(triad, field, row, column, size)
+                if method == "separate" or one.name not in FIXED:
+                    found.append(one)
+    if arms:
+        size = max(_ARM, float(np.abs(section.accel_arms_mm).max()) * 1e-3)
+        found += [Parameter("accel", "arm", row, column, size) for row in (1, 2) for column in range(3)]
+    return tuple(found)
+
+
+def _size(section: ImuSection, triad: str, field: str) -> float:
+    (term,) = (term for term in TERMS if term.triad == triad and term.field == field)
+    mean, sigma = stated(section, term)
+    off = ~np.eye(3, dtype=bool) if term.size == 6 else np.ones(3, dtype=bool)
+    total = np.broadcast_to(mean, off.shape)[off] ** 2 + np.broadcast_to(sigma, off.shape)[off] ** 2
+    return float(np.sqrt(np.mean(total))) or _USUAL[triad, field]
+
+
+def errors_of(known: tuple[Parameter, ...], values: Array) -> ImuErrors:
+    """Return the errors of a block from the values of parameters; all others are zero.
+
+    Args:
+        known: the parameters.
+        values: their values, (p,) SI.
+
+    Returns:
+        The errors.
+    """
+    parts = {
+        triad: {"bias": np.zeros(3), "scale": np.zeros(3), "misalignment": np.zeros((3, 3))}
+        for triad in ("gyro", "accel")
+    }
+    arms = np.zeros((3, 3))
+    for one, value in zip(known, values, strict=True):
+        if one.field == "arm":
+            arms[one.row, one.column] = value
+        elif one.field == "misalignment":
+            parts[one.triad]["misalignment"][one.row, one.column] = value
+        else:
+            parts[one.triad][one.field][one.row] = value
+    return ImuErrors(TriadErrors(**parts["gyro"]), TriadErrors(**parts["accel"]), arms)
+
+
+def values_of(known: tuple[Parameter, ...], errors: ImuErrors) -> Array:
+    """Return the values of parameters from the errors of a block, (p,) SI.
+
+    Args:
+        known: the parameters.
+        errors: the errors, in the frame of the parameters.
+    """
+    found = []
+    for one in known:
+        if one.field == "arm":
+            found.append(errors.arms[one.row, one.column] - errors.arms[0, one.column])
+            continue
+        value = getattr(errors.gyro if one.triad == "gyro" else errors.accel, one.field)
+        found.append(value[one.row, one.column] if one.field == "misalignment" else value[one.row])
+    return np.array(found, dtype=np.float64)
+
+
+def in_accelerometer_frame(errors: ImuErrors) -> tuple[ImuErrors, Array]:
+    """Return the errors of a block in the frame of its accelerometers.
+
+    Args:
+        errors: the errors in the frame of the block.
+
+    Returns:
+        The same sensors in the frame in which the misalignments xy, xz and yz of the accelerometers are zero, and C,
+        v_accelerometers = C v_block, (3, 3).
+
+    Raises:
+        InputError: the sensitive axes of the accelerometers do not span space.
+    """
+    axes = np.eye(3) + errors.accel.misalignment
+    if not np.linalg.det(axes) > 0.0:
+        raise InputError("the sensitive axes of the accelerometers must span space.")
+    # rows of C by Gram and Schmidt: x along the first sensitive axis, y in the plane of the first two
+    q, r = np.linalg.qr(axes.T)
+    turn = (q * np.sign(np.diag(r))).T
+
+    def triad(own: TriadErrors) -> TriadErrors:
+        whole = (1.0 + own.scale)[:, None] * (np.eye(3) + own.misalignment) @ turn.T
+        scale = np.diag(whole)
+        tilt = whole / scale[:, None]
+        tilt[np.eye(3, dtype=bool)] = 0.0
+        return replace(own, scale=scale - 1.0, misalignment=tilt)
+
+    accel = triad(errors.accel)
+    accel.misalignment[np.triu_indices(3)] = 0.0  # zero but for rounding
+    return replace(errors, gyro=triad(errors.gyro), accel=accel, arms=errors.arms @ turn.T), turn

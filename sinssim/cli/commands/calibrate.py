@@ -1,0 +1,64 @@
+"""`sinssim calibrate`: errors of gyros and accelerometers from a sequence on a turntable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json, Quiet, ScenarioName, Settings
+from sinssim.cli.terminal import console, one_bar, print_json
+
+
+def command(
+    scenario: ScenarioName,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-calibration"),
+    ] = None,
+    settings: Settings = None,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", metavar="METHOD", help="separate or systematic.", show_default="the scenario's"),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing calibration; your own files stay.")
+    ] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Calibrate a sensor block on a turntable.
+
+    Estimates biases, scale factors, misalignments and, where wanted, the places of the accelerometers from the sequence
+    of the table [turntable]: by separate tests in known positions, or from the errors of navigation. Says what the
+    sequence does not determine. The readings are simulated, or recorded ones of [log]. See docs/calibration.md.
+
+    Writes a directory with the report (report.html, self-contained), the numbers (calibration.json), the file that
+    [compensation] takes (compensation.toml) and the scenario with all its defaults (scenario.toml).
+
+    Examples:
+
+        sinssim calibrate calibration_table
+        sinssim calibrate calibration_systematic --set turntable.dwell_s=60
+    """  # fmt: skip
+    from sinssim.calibration.calibrate import calibrate
+    from sinssim.recording.store.calibration import to_json, write_calibration
+    from sinssim.scenario import load_scenario
+
+    plan = load_scenario(scenario, settings or ())
+    directory = out or Path("runs") / f"{plan.name}-calibration"
+    with one_bar(show=not quiet) as bar:
+        result = calibrate(
+            plan, method=method, progress=None if bar is None else lambda fraction: bar("Calibrating", fraction)
+        )
+        place = write_calibration(result, directory, overwrite=overwrite)
+    if as_json:
+        print_json(to_json(result))
+    elif not quiet:
+        from sinssim.recording.tables.calibration import show
+
+        show(result, console(least_width=110))
+        print(f"Report:       {place / 'report.html'}    (in any browser)")
+        print(f'Compensation: {place / "compensation.toml"}    ([compensation] with file = "…")')

@@ -1,0 +1,131 @@
+"""A directory that a long computation fills over several calls: taken or continued, and locked while it is used."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from abc import ABC, abstractmethod
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+from sinssim.errors import InputError
+from sinssim.system.locks import MARK as IN_USE
+from sinssim.system.locks import try_hold
+
+
+class Kind(NamedTuple):
+    """What a directory holds.
+
+    Attributes:
+        manifest: name of the file that says so.
+        kind: value of the key `kind` in it.
+        article: "a" or "an".
+        name: the contents in words, such as "ensemble".
+    """
+
+    manifest: str
+    kind: str
+    article: str
+    name: str
+
+
+class GrowingDirectory(ABC):
+    """A directory that is begun, continued or replaced, and locked until `close`."""
+
+    KIND: ClassVar[Kind]
+
+    def __init__(self, path: Path, *, resume: bool, overwrite: bool) -> None:
+        """Begin a directory, or continue one.
+
+        Args:
+            path: the directory.
+            resume: whether its contents are continued; a missing or empty directory is begun in any case.
+            overwrite: whether its contents are removed; `resume` goes before it.
+
+        Raises:
+            InputError: the directory holds something else, or something other than what is asked for, or cannot be
+                written; or another process uses it.
+        """
+        self.path = path.resolve()
+        self._lock: int | None = None
+        taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
+        if taken:
+            found = read_manifest(self.path, self.KIND)
+            if not (resume or overwrite):
+                raise InputError(
+                    f"{path} already holds {self.KIND.article} {self.KIND.name}. Continue or extend it with --resume, "
+                    "give another folder with -o, or replace it with --overwrite."
+                )
+            if resume:
+                self._check_same(found, path)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = try_hold(self.path)
+            if self._lock is None:
+                raise InputError(
+                    f"another process is computing the {self.KIND.name} in {path}; wait for it, or give another -o."
+                )
+            if taken and overwrite and not resume:
+                self._remove()
+            self._begin()
+        except OSError as error:
+            self.close()
+            raise InputError(
+                f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
+            ) from error
+        except BaseException:
+            self.close()
+            raise
+
+    @abstractmethod
+    def _check_same(self, found: dict[str, Any], path: Path) -> None:
+        """Raise InputError unless a manifest is that of what is asked for; the message names the difference."""
+
+    @abstractmethod
+    def _remove(self) -> None:
+        """Remove what sinssim wrote in the directory; other files stay."""
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Write the manifest, and make folders."""
+
+    def free(self) -> float:
+        """Return the free space of the disk, MB."""
+        return shutil.disk_usage(self.path).free / 1e6
+
+    def close(self) -> None:
+        """Unlock the directory."""
+        if self._lock is not None:
+            with suppress(OSError):
+                (self.path / IN_USE).unlink(missing_ok=True)
+            os.close(self._lock)
+            self._lock = None
+
+
+def read_manifest(path: Path, kind: Kind) -> dict[str, Any]:
+    """Return the manifest of a directory.
+
+    Args:
+        path: the directory.
+        kind: what it should hold.
+
+    Returns:
+        The contents of the manifest.
+
+    Raises:
+        InputError: the path is a file, or the directory holds something else.
+    """
+    if not path.is_dir():
+        raise InputError(f"{path} is a file; give the name of a folder with -o.")
+    try:
+        found = json.loads((path / kind.manifest).read_text(encoding="utf-8"))
+        if found["kind"] != kind.kind:
+            raise KeyError("kind")
+        return dict(found)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"the folder {path} is not empty and holds no {kind.name}: it lacks a readable "
+            f" {kind.manifest}. It stays unchanged; give another folder with -o."
+        ) from error

@@ -1,0 +1,145 @@
+"""What the tables of a scenario need of each other: a filter, a platform, a block that turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from sinssim.algorithms import PLATFORM
+from sinssim.scenario.sections.within_imu.sensor_set import Platform
+from sinssim.sensors.imu.terms import of_triad
+
+if TYPE_CHECKING:
+    from sinssim.scenario.sections.aiding import AidingSection
+    from sinssim.scenario.sections.filter import FilterSection
+    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.scenario.sections.log import LogSection
+    from sinssim.scenario.sections.navigation import NavigationSection
+    from sinssim.section import Section
+
+_OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
+"""Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
+
+_FROM_READINGS = {
+    "zero_rate": "compares the mean of the gyros' readings with a vehicle that does not turn",
+    "land_vehicle": "has states for the angles between the block and the vehicle",
+}
+"""Aiding that takes the block's readings for those of the vehicle."""
+
+
+def check_filter(
+    section: FilterSection | None,
+    imu: ImuSection,
+    aiding: AidingSection | None,
+    log: LogSection | None,
+    vertical: str,
+) -> None:
+    """Raise ValueError for a filter without readings or without inertial sensors, and for readings without use.
+
+    Args:
+        section: the [filter] section, if there is one.
+        imu: the [imu] section.
+        aiding: the [aiding] section, if there is one.
+        log: the [log] section, if there is one.
+        vertical: the vertical channel of the navigators.
+    """
+    recorded = log is not None and (log.gnss is not None or bool(log.others))
+    if section is not None and aiding is None and not recorded:
+        where = "aiding.gnss" if log is None else "log.gnss"
+        raise ValueError(f"[filter] needs an aiding sensor: add one, for example [{where}]")
+    if aiding is not None and section is None:
+        if list(aiding.sensors()) != ["baro"]:
+            raise ValueError("[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults")
+        if vertical != "baro-loop":
+            raise ValueError('[aiding.baro] is not used: add [filter], or navigation.vertical = "baro-loop"')
+    if section is not None and imu.sensor_set.type == PLATFORM:
+        raise ValueError(
+            "[filter] estimates the errors of gyros and accelerometers fixed to the vehicle; on a platform they "
+            "act about its axes, and the filter would have to torque it: remove [filter], or sensor_set.type = "
+            '"platform"'
+        )
+    if section is not None and imu.sensor_set.type != "gyros":
+        raise ValueError(
+            f"[filter] needs three gyros and three accelerometers; imu.sensor_set.type = "
+            f'"{imu.sensor_set.type}" is another set'
+        )
+
+
+def check_platform(imu: ImuSection, navigation: NavigationSection) -> None:
+    """Raise ValueError for a platform without its algorithm, and for keys without effect on one.
+
+    Args:
+        imu: the [imu] section.
+        navigation: the [navigation] section.
+    """
+    algorithms, own = navigation.algorithms, imu.sensor_set
+    if (own.type == PLATFORM) != (PLATFORM in algorithms):
+        raise ValueError(
+            f'imu.sensor_set.type = "platform" requires "{PLATFORM}" among navigation.algorithms, and vice versa; '
+            f'here imu.sensor_set.type = "{own.type}" and navigation.algorithms = {list(algorithms)}'
+        )
+    if not isinstance(own, Platform):
+        return
+    torquer = [key for key in ("torquer_scale_ppm", "torquer_scale_sigma_ppm") if getattr(own, key) is not None]
+    if torquer and navigation.frame == "inertial":
+        raise ValueError(
+            f'imu.sensor_set.{torquer[0]} would have no effect: with navigation.frame = "inertial" the platform '
+            "keeps its direction in inertial space and is not torqued; remove it, or choose another frame"
+        )
+    if len(algorithms) > 1:
+        return
+    for term in of_triad("gyro"):
+        for key in term.keys if term.stage in _OF_TURNS or term.field in ("scale", "misalignment") else ():
+            if getattr(imu, key) is not None and not (key == "gyro_scale_sigma_ppm" and not torquer):
+                raise ValueError(
+                    f"imu.{key} would have no effect: the gyros hold the platform and sense no turns; remove it, "
+                    'or add a strapdown algorithm for the same sensors, for example "quaternion", to '
+                    "navigation.algorithms"
+                )
+
+
+def check_rotation(
+    imu: ImuSection, section: FilterSection | None, aiding: AidingSection | None, others: Mapping[str, Section | None]
+) -> None:
+    """Raise ValueError if a part of a scenario cannot be used with a block that turns in the vehicle.
+
+    Args:
+        imu: the [imu] section.
+        section: the [filter] section, if there is one.
+        aiding: the [aiding] section, if there is one.
+        others: the tables "log" and "one_component", None where there is none.
+    """
+    if imu.rotation is None:
+        return
+    for name, why in (
+        ("log", "holds recorded readings, and no angles of a turning block"),
+        ("one_component", "has no attitude"),
+    ):
+        if others[name] is not None:
+            raise ValueError(f"[{name}] {why}: remove it, or [imu.rotation]")
+    if section is not None:
+        if section.alignment_s is not None:
+            raise ValueError(
+                f"filter.alignment_s = {section.alignment_s:g} needs readings in the vehicle's axes, but the block "
+                "turns: remove it, or [imu.rotation]"
+            )
+        if section.backward:
+            raise ValueError(
+                "filter.backward = true navigates in reverse time, which is provided for a block fixed to the vehicle, "
+                "but the block turns: remove it, or [imu.rotation]"
+            )
+        if section.vibration_noise:
+            raise ValueError(
+                f"filter.vibration_noise = {section.vibration_noise:g} takes the changes of the readings for "
+                "vibration, and the turning changes them, too: remove it, or [imu.rotation]"
+            )
+    for name, sensor in (aiding.sensors() if aiding else {}).items():
+        if name in _FROM_READINGS:
+            raise ValueError(
+                f"[aiding.{name}] {_FROM_READINGS[name]}, but the block turns in it: remove it, or [imu.rotation]"
+            )
+        if getattr(sensor, "detect", False):
+            raise ValueError(
+                f"aiding.{name}.detect = true finds stops in the block's readings, but the block turns: give during_s, "
+                "or remove [imu.rotation]"
+            )

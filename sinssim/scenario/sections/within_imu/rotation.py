@@ -1,0 +1,264 @@
+"""The [imu.rotation] table: the sensor block turns in the vehicle, so that its constant errors average out.
+
+The block turns on an outer axis that is fixed in the vehicle (more exactly, in the axes of `mounting_deg`), and
+optionally on an inner axis that the outer one carries. Angles are read by an encoder on each axis.
+
+Ready sequences of half and quarter turns with stops (Levinson and Majure, Navigation 34, 1987; Yuan, Liao and Han,
+Meas. Sci. Technol. 23, 2012, 025102, describe eight and sixteen positions on two axes and what they have to cancel).
+The order here is the package's own and follows from their conditions:
+
+- "4-position": quarter turns on one axis, four forwards and four back. Biases across the axis cancel over the stops,
+  and the scale factor's drift of the turns forwards by that of the turns back.
+- "8-position": half turns on two axes. The four orientations of the block have equal times, so that all three biases
+  cancel over the stops. Every half turn has one of the opposite sign in each position of the other axis, so that scale
+  factor and misalignment of the gyros cancel over the turns. The time spent in turns remains: every half turn passes
+  the same side.
+- "16-position": the eight and then the same with all signs reversed, so that the turns pass both sides and biases
+  cancel over the turns as well.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sinssim.section import Axis, Duration, NotNegative, Positive, Section, Turn, Vector3
+
+Half = tuple[str, float]
+_OUT, _IN = "outer", "inner"
+_EIGHT: tuple[Half, ...] = (
+    (_IN, 180.0), (_OUT, 180.0), (_IN, -180.0), (_OUT, -180.0),
+    (_OUT, 180.0), (_IN, 180.0), (_OUT, -180.0), (_IN, -180.0),
+)  # fmt: skip
+SEQUENCES: dict[str, tuple[Half, ...]] = {
+    "4-position": ((_OUT, 90.0),) * 4 + ((_OUT, -90.0),) * 4,
+    "8-position": _EIGHT,
+    "16-position": _EIGHT + tuple((axis, -turn) for axis, turn in _EIGHT),
+}
+"""Turns of the ready sequences: axis, and angle in degrees."""
+
+MOST_PER_SAMPLE = 2.0
+"""Most degrees that the block may turn in one sample: the fits of the engine over five samples then see ten degrees,
+and their error, which grows with the fifth power of the angle, is below that of any sensor."""
+FEWEST_IN_RAMP = 5
+"""Samples that a change of the turning rate must last: those of a fit."""
+
+_Tilt = Annotated[float, Field(ge=0.0, le=3600.0)]
+_Cycles = Annotated[int, Field(ge=1, le=100_000)]
+_SlowRate = Annotated[float, Field(gt=0.0, le=3600.0)]
+_EitherRate = Annotated[float, Field(ge=-3600.0, le=3600.0)]
+
+
+class Step(Section):
+    """One turn of an explicit sequence."""
+
+    axis: Literal["outer", "inner"] = Field(default="outer", description="which axis turns")
+    turn_deg: float = Field(description="angle of the turn, positive by the right-hand rule about the axis")
+
+    @model_validator(mode="after")
+    def _turns(self) -> Self:
+        if not 0.0 < abs(self.turn_deg) <= 36_000.0:
+            raise ValueError(
+                f"turn_deg = {self.turn_deg:g} must be a turn of at most 36000 degrees in either direction; dwell_s "
+                "gives the time between turns"
+            )
+        return self
+
+
+class _OnAxes(Section):
+    """Axes, bearings and encoders of a turning block."""
+
+    inner_axis: Axis = Field(
+        default=(0.0, 0.0, 1.0), description="direction of the inner axis in the block, forward, right, down"
+    )
+    wobble_arcsec: _Tilt = Field(default=0.0, description="angle by which the outer axis wobbles as it turns")
+    wobble_cycles: _Cycles = Field(default=2, description="cycles of the wobble in one turn of the outer axis")
+    wobble_phase_deg: float = Field(default=0.0, description="direction of the wobble at the angle zero")
+    encoder_bias_arcsec: tuple[float, float] | None = Field(
+        default=None, description="given error of the outer and the inner encoder"
+    )
+    encoder_bias_sigma_arcsec: NotNegative = Field(
+        default=0.0, description="1σ of a random error of each encoder, added to the given one"
+    )
+    encoder_noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each reading of an encoder")
+    encoder_quantum_arcsec: NotNegative = Field(default=0.0, description="smallest step of an encoder")
+    encoder_periodic_arcsec: NotNegative = Field(
+        default=0.0, description="amplitude of an error that is a sine of the angle, as by eccentricity of the disc"
+    )
+    encoder_cycles: _Cycles = Field(default=1, description="cycles of the periodic error in one turn")
+    encoder_phase_deg: float = Field(default=0.0, description="phase of the periodic error at the angle zero")
+
+    @property
+    def outer(self) -> Vector3:
+        """Direction of the outer axis."""
+        raise NotImplementedError
+
+    @property
+    def fastest_deg_s(self) -> float:
+        """Highest rate of either axis, deg/s."""
+        raise NotImplementedError
+
+    @property
+    def mean_square_rate_deg2_s2(self) -> float:
+        """Mean square of the turning rate over the run, for estimates."""
+        raise NotImplementedError
+
+    def check_rate(self, rate_hz: float) -> None:
+        """Raise ValueError if the samples cannot follow the turning.
+
+        Args:
+            rate_hz: samples per second.
+        """
+        if self.fastest_deg_s > MOST_PER_SAMPLE * rate_hz * (1.0 + 1e-9):
+            key = "rate_deg_s"
+            if getattr(self, "rate_deg_s", 0.0) < self.fastest_deg_s:
+                key = "inner_rate_deg_s"
+            raise ValueError(
+                f"rotation.{key} = {getattr(self, key):g} turns the block by {self.fastest_deg_s / rate_hz:g} degrees "
+                f"in a sample, more than the samples can follow; at rate_hz = {rate_hz:g} it can be at most "
+                f"{MOST_PER_SAMPLE * rate_hz:g}"
+            )
+        ramp = getattr(self, "ramp_s", math.inf)
+        if ramp * rate_hz < FEWEST_IN_RAMP * (1.0 - 1e-9):
+            raise ValueError(
+                f"rotation.ramp_s = {ramp:g} is shorter than {FEWEST_IN_RAMP} samples, which the samples cannot "
+                f"follow; at rate_hz = {rate_hz:g} it must be at least {FEWEST_IN_RAMP / rate_hz:g}"
+            )
+
+
+class Continuous(_OnAxes):
+    """The block turns at constant rates for the whole run."""
+
+    type: Literal["continuous"] = Field(description="constant rate")
+    axis: Axis = Field(default=(0.0, 0.0, 1.0), description="direction of the outer axis, forward, right, down")
+    rate_deg_s: _EitherRate = Field(default=6.0, description="rate about the outer axis; not 0")
+    inner_rate_deg_s: _EitherRate = Field(default=0.0, description="rate about the inner axis; 0 for one axis")
+
+    @property
+    def outer(self) -> Vector3:
+        """Direction of the outer axis."""
+        return self.axis
+
+    @property
+    def fastest_deg_s(self) -> float:
+        """Highest rate of either axis, deg/s."""
+        return max(abs(self.rate_deg_s), abs(self.inner_rate_deg_s))
+
+    @property
+    def mean_square_rate_deg2_s2(self) -> float:
+        """Mean square of the turning rate."""
+        return self.rate_deg_s**2 + self.inner_rate_deg_s**2
+
+    @model_validator(mode="after")
+    def _turns(self) -> Self:
+        if self.rate_deg_s == 0.0:
+            raise ValueError("rate_deg_s = 0 does not turn the block: give another rate, or remove [imu.rotation]")
+        return self
+
+
+class Reversing(_OnAxes):
+    """The block turns forwards and back by the same angle, so that its scale factor cancels."""
+
+    type: Literal["reversing"] = Field(description="forwards and back")
+    axis: Axis = Field(default=(0.0, 0.0, 1.0), description="direction of the outer axis, forward, right, down")
+    rate_deg_s: _SlowRate = Field(default=6.0, description="rate about the outer axis between the ramps")
+    turn_deg: Turn = Field(default=360.0, description="angle of each turn; whole turns average best")
+    ramp_s: Positive = Field(default=1.0, description="time in which the rate changes from 0 to rate_deg_s, and back")
+    dwell_s: Annotated[float, Field(ge=0.0, le=1e9)] = Field(default=0.0, description="time at rest after each turn")
+
+    @property
+    def outer(self) -> Vector3:
+        """Direction of the outer axis."""
+        return self.axis
+
+    @property
+    def fastest_deg_s(self) -> float:
+        """Highest rate, deg/s."""
+        return self.rate_deg_s
+
+    @property
+    def mean_square_rate_deg2_s2(self) -> float:
+        """Mean square of the turning rate, the ramps taken for turns at the full rate."""
+        return _mean_square(self.turns, self.rate_deg_s, self.ramp_s + self.dwell_s)
+
+    @property
+    def turns(self) -> tuple[Half, ...]:
+        """Turns of one cycle."""
+        return (_OUT, self.turn_deg), (_OUT, -self.turn_deg)
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        _check_ramps(self.turn_deg, self.rate_deg_s, self.ramp_s, "turn_deg")
+        return self
+
+
+class Indexed(_OnAxes):
+    """The block turns from position to position and rests in each."""
+
+    type: Literal["indexed"] = Field(description="turns with stops")
+    sequence: Literal["4-position", "8-position", "16-position"] | None = Field(
+        default=None, description='a ready sequence; default: "16-position", if no steps are given'
+    )
+    steps: tuple[Step, ...] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="turns of a sequence of your own, instead of a ready one; it is repeated to the end of the run",
+    )
+    axis: Axis | None = Field(
+        default=None,
+        description="direction of the outer axis; default: down for one axis, forward where the inner axis turns, too",
+    )
+    rate_deg_s: _SlowRate = Field(default=20.0, description="rate of the turns between the ramps")
+    ramp_s: Positive = Field(default=1.0, description="time in which the rate changes from 0 to rate_deg_s, and back")
+    dwell_s: Duration = Field(default=60.0, description="time at rest in each position")
+
+    @property
+    def turns(self) -> tuple[Half, ...]:
+        """Turns of one cycle."""
+        if self.steps is not None:
+            return tuple((step.axis, step.turn_deg) for step in self.steps)
+        return SEQUENCES[self.sequence or "16-position"]
+
+    @property
+    def outer(self) -> Vector3:
+        """Direction of the outer axis, with the default filled in."""
+        if self.axis is not None:
+            return self.axis
+        return (1.0, 0.0, 0.0) if any(axis == _IN for axis, _ in self.turns) else (0.0, 0.0, 1.0)
+
+    @property
+    def fastest_deg_s(self) -> float:
+        """Highest rate, deg/s."""
+        return self.rate_deg_s
+
+    @property
+    def mean_square_rate_deg2_s2(self) -> float:
+        """Mean square of the turning rate, the ramps taken for turns at the full rate."""
+        return _mean_square(self.turns, self.rate_deg_s, self.ramp_s + self.dwell_s)
+
+    @model_validator(mode="after")
+    def _one_sequence(self) -> Self:
+        if self.sequence is not None and self.steps is not None:
+            raise ValueError("sequence and steps both give the turns: keep one of them")
+        for number, (_, turn) in enumerate(self.turns, start=1):
+            _check_ramps(abs(turn), self.rate_deg_s, self.ramp_s, f"steps.{number}.turn_deg")
+        return self
+
+
+def _mean_square(turns: tuple[Half, ...], rate: float, between: float) -> float:
+    angle = sum(abs(turn) for _, turn in turns)
+    return angle * rate / (angle / rate + len(turns) * between)
+
+
+def _check_ramps(turn: float, rate: float, ramp: float, key: str) -> None:
+    if rate * ramp > turn * (1.0 + 1e-9):
+        raise ValueError(
+            f"ramp_s = {ramp:g}: {key} = {turn:g} is over before the rate of {rate:g} deg/s is reached; use a ramp of "
+            f"at most {turn / rate:g} s or a lower rate_deg_s"
+        )
+
+
+Rotation = Annotated[Continuous | Reversing | Indexed, Field(discriminator="type")]

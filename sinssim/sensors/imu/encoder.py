@@ -1,0 +1,196 @@
+"""The encoders of a turning block: the angles that are read, and attitudes turned in and out by them.
+
+A reading of the angle α is
+
+    (1) α̃ = Q round((α + b + A sin(mα + χ) + n) / Q)
+
+with the bias b, the amplitude A and the m cycles of the periodic error, the noise n and the smallest step Q. The
+navigator takes the attitude of the block in the vehicle from the readings, q̃_vb, and turns its own attitude out,
+q_nv = q_nb ∘ q̃_vb*. The wobble of the axis is not in the readings.
+
+The true attitude of the block enters the initial state: an alignment gives the attitude of the block, whatever the
+encoders say. Their errors therefore appear in the vehicle's attitude from the start, and in nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.noise.random_numbers import normals
+from sinssim.truth.motions.turning import Turning
+from sinssim.truth.motions.turning_block import TurningBlock
+from sinssim.truth.trajectory import Trajectory
+from sinssim.units import ARCSEC, DEG
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+_GAUSS = tuple(zip((0.5 * (_NODES + 1.0)).tolist(), (0.5 * _WEIGHTS).tolist(), strict=True))
+"""Nodes and weights of the quadrature over an interval of length 1."""
+
+
+@dataclass(frozen=True)
+class EncoderErrors:
+    """The errors of the two encoders in one run.
+
+    Attributes:
+        bias: b of the outer and the inner encoder, (2,) rad.
+        periodic: A, rad.
+        cycles: m.
+        phase: χ, rad.
+        noise: 1σ of n, rad.
+        quantum: Q, rad; 0 for none.
+        seed: the run's seed.
+    """
+
+    bias: Array = field(default_factory=lambda: np.zeros(2))
+    periodic: float = 0.0
+    cycles: int = 1
+    phase: float = 0.0
+    noise: float = 0.0
+    quantum: float = 0.0
+    seed: int = 0
+
+
+def draw_encoders(section: ImuSection, seed: int) -> EncoderErrors | None:
+    """Return the errors of one run's encoders: given values plus random ones.
+
+    Args:
+        section: the [imu] section of a scenario.
+        seed: the run's seed.
+
+    Returns:
+        The errors, SI; None without [imu.rotation].
+    """
+    own = section.rotation
+    if own is None:
+        return None
+    drawn = np.array([normals(seed, "encoder", axis, 1)[0] for axis in range(2)])
+    bias = np.array(own.encoder_bias_arcsec or (0.0, 0.0)) + own.encoder_bias_sigma_arcsec * drawn
+    return EncoderErrors(
+        bias * ARCSEC,
+        own.encoder_periodic_arcsec * ARCSEC,
+        own.encoder_cycles,
+        own.encoder_phase_deg * DEG,
+        own.encoder_noise_arcsec * ARCSEC,
+        own.encoder_quantum_arcsec * ARCSEC,
+        seed,
+    )
+
+
+def read_angles(turns: Turning, errors: EncoderErrors, edges: Array, t: Array) -> Array:
+    """Return the readings of the encoders (1).
+
+    Args:
+        turns: the true rotation.
+        errors: errors of the encoders.
+        edges: edges of the samples, (N+1,) s; each has a noise of its own.
+        t: instants, (K,) s; an instant between two edges has the noise of the nearest.
+
+    Returns:
+        Angles of the outer and the inner axis, (K, 2) rad.
+    """
+    true = turns.angles(t)
+    read = true + errors.bias
+    if errors.periodic:
+        read += errors.periodic * np.sin(errors.cycles * true + errors.phase)
+    if errors.noise:
+        step = (edges[-1] - edges[0]) / (len(edges) - 1)
+        nearest = np.clip(np.rint((t - edges[0]) / step).astype(np.intp), 0, len(edges) - 1)
+        for axis in range(2):
+            read[:, axis] += errors.noise * normals(errors.seed, "encoder noise", axis, len(edges))[nearest]
+    if errors.quantum:
+        read = errors.quantum * np.rint(read / errors.quantum)
+    if not turns.two_axes:  # there is no second encoder
+        read[:, 1] = true[:, 1]
+    return read
+
+
+@dataclass(frozen=True)
+class Encoders:
+    """The encoders of a turning block in one run.
+
+    Attributes:
+        turns: the true rotation.
+        errors: their errors.
+        edges: edges of the samples, (N+1,) s.
+    """
+
+    turns: Turning
+    errors: EncoderErrors
+    edges: Array
+
+    def attitude(self, t: Array) -> Array:
+        """Return the block's attitude in the vehicle as it is read.
+
+        Args:
+            t: instants, (K,) s.
+
+        Returns:
+            q̃_vb, (K, 4).
+        """
+        return self.turns.without_wobble(self.angles(t))
+
+    def angles(self, t: Array) -> Array:
+        """Return the readings, (K, 2) rad, at instants (K,) s."""
+        return read_angles(self.turns, self.errors, self.edges, t)
+
+    def mean_rate(self, t: Array) -> Array:
+        """Return the mean rate of the block in the vehicle over two samples around each instant, as gyros are averaged.
+
+        Args:
+            t: instants, (K,) s.
+
+        Returns:
+            ω_vb in the block's axes as it is commanded, (K, 3) rad/s.
+        """
+        interval = (self.edges[-1] - self.edges[0]) / (len(self.edges) - 1)
+        begin = np.maximum(t - interval, self.edges[0])
+        length = np.minimum(t + interval, self.edges[-1]) - begin
+        rates = [weight * self.turns.rate(begin + node * length) for node, weight in _GAUSS]
+        return np.asarray(sum(rates))
+
+    def turned_out(self, solution: NavSolution) -> NavSolution:
+        """Return the solution of the block with the vehicle's attitude.
+
+        Args:
+            solution: with the block's attitude, K rows.
+
+        Returns:
+            The same with the vehicle's attitude.
+        """
+        q_nv = rotation.multiply(solution.q_nb, rotation.conjugate(self.attitude(solution.time)))
+        return replace(solution, q_nb=q_nv)
+
+
+def encoders_of(block: Trajectory, errors: EncoderErrors | None, edges: Array) -> Encoders | None:
+    """Return the encoders of a block.
+
+    Args:
+        block: the motion that its sensors feel, from `block_of`.
+        errors: errors of the encoders in this run; none by default.
+        edges: edges of the samples, (N+1,) s.
+
+    Returns:
+        The encoders; None for a block that does not turn.
+    """
+    return Encoders(block.turns, errors or EncoderErrors(), edges) if isinstance(block, TurningBlock) else None
+
+
+def turned_in(state: NavState, block: Trajectory, t: float) -> NavState:
+    """Return the state of a turning block from that of its vehicle, by the true angles.
+
+    Args:
+        state: of the vehicle at one instant, possibly with errors.
+        block: the motion that the sensors feel.
+        t: the instant, s.
+
+    Returns:
+        The state with the block's attitude; the same state for a block that does not turn.
+    """
+    if not isinstance(block, TurningBlock):
+        return state
+    return replace(state, q_nb=rotation.multiply(state.q_nb, block.turns.attitude(np.array([t]))[0]))

@@ -1,0 +1,128 @@
+"""The [turntable] table: a sequence of positions and turns for calibration, and the errors of the table."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from sinssim.errors import unknown_name
+from sinssim.section import Axis, Heading, Height, Latitude, Longitude, Section
+from sinssim.truth.turntable.sequences import SEQUENCES, Sequence
+
+_Rate = Annotated[float, Field(ge=1e-3, le=3600.0)]
+_Dwell = Annotated[float, Field(gt=0.0, le=1e6)]
+_Error = Annotated[float, Field(ge=0.0, le=36_000.0)]
+_RAMP, _SETTLE = 1.0, 1.0
+_USUAL = "19-positions"
+
+
+class TableTurn(Section):
+    """A turn about an axis of the block, and the dwell in the position after it."""
+
+    axis: Axis = Field(description="axis of the turn in the block's axes: forward, right, down")
+    angle_deg: float = Field(ge=-36_000.0, le=36_000.0, description="angle of the turn, right-handed about the axis")
+    rate_deg_s: _Rate | None = Field(default=None, description="full rate of this turn; default: that of the table")
+    dwell_s: _Dwell | None = Field(default=None, description="dwell after this turn; default: that of the table")
+
+    @field_validator("angle_deg")
+    @classmethod
+    def _turns(cls, angle: float) -> float:
+        if angle == 0.0:
+            raise ValueError("a turn by 0° is none: give its angle, for example 90 or -90")
+        return angle
+
+
+class TurntableSection(Section):
+    """A calibration on a turntable: dwells in positions, and turns between them. See docs/calibration.md."""
+
+    latitude_deg: Latitude = Field(default=45.0, description="latitude of the laboratory")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude of the laboratory")
+    altitude_m: Height = Field(default=0.0, description="height of the table above the ellipsoid")
+    heading_deg: Heading = Field(default=0.0, description="heading of the block in the first position")
+    roll_deg: float | None = Field(
+        default=None, ge=-180.0, le=180.0, description="its roll; default: that of the sequence, else 0"
+    )
+    pitch_deg: float | None = Field(
+        default=None, ge=-90.0, le=90.0, description="its pitch; default: that of the sequence, else 0"
+    )
+    sequence: str | None = Field(
+        default=None, description=f"a ready sequence: {', '.join(SEQUENCES)}; default: {_USUAL}, without turns"
+    )
+    turns: tuple[TableTurn, ...] = Field(default=(), description="instead of a ready sequence: the turns in order")
+    dwell_s: _Dwell = Field(default=120.0, description="dwell in each position")
+    first_dwell_s: _Dwell | None = Field(default=None, description="dwell in the first position; default: dwell_s")
+    rate_deg_s: _Rate = Field(default=10.0, description="full rate of the turns")
+    ramp_s: float = Field(
+        default=_RAMP, ge=1e-3, le=1e4, description="duration of the rise of the rate, and of its fall"
+    )
+    settle_s: float = Field(
+        default=_SETTLE, ge=0.01, le=1e4, description="time after a turn in which the table settles in its position"
+    )
+    position_sigma_arcsec: _Error = Field(
+        default=0.0,
+        description="1σ of the table's position about each axis, anew in each position, and of the direction of the "
+        "axis of each turn",
+    )
+    tilt_sigma_arcsec: _Error = Field(
+        default=0.0, description="1σ of the tilt of the table's base, about north, east and down"
+    )
+
+    @field_validator("sequence")
+    @classmethod
+    def _is_known(cls, name: str | None) -> str | None:
+        if name is not None and name not in SEQUENCES:
+            raise ValueError(str(unknown_name("sequence of a turntable", name, SEQUENCES)).rstrip("."))
+        return name
+
+    @model_validator(mode="after")
+    def _can_be_done(self) -> Self:
+        if self.sequence is not None and self.turns:
+            raise ValueError(f"give either sequence (one of {', '.join(SEQUENCES)}) or [[turntable.turns]], not both")
+        for number, turn in enumerate(self.all_turns, start=1):
+            rate = turn.rate_deg_s or self.rate_deg_s
+            if abs(turn.angle_deg) < rate * self.ramp_s:
+                raise ValueError(
+                    f"turn {number} by {turn.angle_deg:g}° never reaches {rate:g}°/s with ramp_s = {self.ramp_s:g}; "
+                    f"give a ramp_s of at most {abs(turn.angle_deg) / rate:g}, or a lower rate"
+                )
+        return self
+
+    @property
+    def all_turns(self) -> tuple[TableTurn, ...]:
+        """The turns, given or of the ready sequence."""
+        own = self.ready
+        return self.turns if own is None else tuple(TableTurn(axis=axis, angle_deg=a) for axis, a in own.turns)
+
+    @property
+    def ready(self) -> Sequence | None:
+        """The ready sequence, None with given turns."""
+        return None if self.turns else SEQUENCES[self.sequence or _USUAL]
+
+    @property
+    def start_deg(self) -> tuple[float, float, float]:
+        """Roll, pitch and heading of the first position."""
+        own = self.ready
+        roll = self.roll_deg if self.roll_deg is not None else own.roll_deg if own else 0.0
+        pitch = self.pitch_deg if self.pitch_deg is not None else own.pitch_deg if own else 0.0
+        return roll, pitch, self.heading_deg
+
+    @property
+    def dwells(self) -> tuple[tuple[float, float], ...]:
+        """Beginning and end of the dwell in each position, s."""
+        first = self.first_dwell_s or self.dwell_s
+        found, time = [(0.0, first)], first
+        for turn in self.all_turns:
+            time += self.turn_duration(turn)
+            found.append((time, time + (turn.dwell_s or self.dwell_s)))
+            time = found[-1][1]
+        return tuple(found)
+
+    def turn_duration(self, turn: TableTurn) -> float:
+        """Return the duration of a turn with its settling, s."""
+        return abs(turn.angle_deg) / (turn.rate_deg_s or self.rate_deg_s) + self.ramp_s + self.settle_s
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the sequence, s."""
+        return self.dwells[-1][1]

@@ -1,0 +1,135 @@
+"""A real browser for tests: Chromium without a window, spoken to over a pipe."""
+
+from __future__ import annotations
+
+import base64
+import itertools
+import json
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Self
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+"""The browser, None on a machine without one."""
+
+_SOFTWARE_GRAPHICS = (
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+)
+
+
+class Page:
+    """A page of Chromium.
+
+    Attributes:
+        problems: errors on its console, and exceptions.
+    """
+
+    def __init__(self, *, size: tuple[int, int] = (1600, 1000), dark: bool = False) -> None:
+        """Start the browser with an empty page of a size in pixels, in the light or in the dark colours."""
+        assert CHROMIUM is not None
+        self.problems: list[str] = []
+        self._folder = tempfile.TemporaryDirectory(prefix="sinssim-browser-", ignore_cleanup_errors=True)
+        to_browser, self._write = os.pipe()
+        self._read, from_browser = os.pipe()
+        options = [
+            *("--headless", "--no-sandbox", "--remote-debugging-pipe", "--hide-scrollbars", "--no-first-run"),
+            *("--disable-background-networking", f"--user-data-dir={self._folder.name}"),
+            *(*_SOFTWARE_GRAPHICS, f"--window-size={size[0]},{size[1]}", "about:blank"),
+        ]
+        # the browser expects the pipe's ends at 3 and 4
+        command = ["bash", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "bash", CHROMIUM, *options]
+        self._process = subprocess.Popen(
+            command, pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        os.close(to_browser)
+        os.close(from_browser)
+        self._numbers, self._rest = itertools.count(1), b""
+        self._session: str | None = None
+        target = self._ask("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self._ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log"):
+            self._ask(f"{domain}.enable")
+        width, height = size
+        self._ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._ask("Emulation.setEmulatedMedia", features=[scheme])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.terminate()
+        self._process.wait(20.0)
+        for end in (self._read, self._write):
+            os.close(end)
+        self._folder.cleanup()
+
+    def open(self, address: str) -> None:
+        """Load an address."""
+        self._ask("Page.navigate", url=address)
+
+    def value(self, expression: str) -> Any:
+        """Return the value of an expression of the page."""
+        return self._ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+
+    def picture(self, *, whole: bool = False) -> bytes:
+        """Return a picture, PNG, of what is seen, or of the whole page."""
+        found = self._ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole, **self._clip(whole))
+        return base64.b64decode(found["data"])
+
+    def _clip(self, whole: bool) -> dict[str, Any]:
+        if not whole:
+            return {}
+        size = self._ask("Page.getLayoutMetrics")["cssContentSize"]
+        return {"clip": {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}}
+
+    def wait(self, seconds: float) -> None:
+        """Wait, and take note of problems."""
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0.0:
+            if select.select([self._read], [], [], left)[0]:
+                self._receive()
+
+    def _ask(self, method: str, **parameters: Any) -> dict[str, Any]:
+        number = next(self._numbers)
+        message: dict[str, Any] = {"id": number, "method": method, "params": parameters}
+        if self._session is not None:
+            message["sessionId"] = self._session
+        os.write(self._write, json.dumps(message).encode() + b"\0")
+        deadline = time.monotonic() + 120.0
+        while time.monotonic() < deadline:
+            for answer in self._receive():
+                if answer.get("id") == number:
+                    assert "error" not in answer, answer
+                    return dict(answer["result"])
+        raise TimeoutError(method)
+
+    def _receive(self) -> list[dict[str, Any]]:
+        """Return the messages that have arrived, at least a part of one."""
+        part = os.read(self._read, 1 << 20)
+        assert part, "the browser has ended"
+        *whole, self._rest = (self._rest + part).split(b"\0")
+        messages = [json.loads(message) for message in whole]
+        for message in messages:
+            found = message.get("params", {})
+            match message.get("method"):
+                case "Runtime.consoleAPICalled" if found["type"] in ("error", "assert"):
+                    self.problems.append(" ".join(str(a.get("value", a.get("description"))) for a in found["args"]))
+                case "Runtime.exceptionThrown":
+                    self.problems.append(str(found["exceptionDetails"].get("exception", found["exceptionDetails"])))
+                case "Log.entryAdded" if found["entry"]["level"] == "error":
+                    self.problems.append(f"{found['entry']['text']} {found['entry'].get('url', '')}".strip())
+        return messages
+
+
+def file_address(path: Path) -> str:
+    """Return the address of a file on this machine."""
+    return path.absolute().as_uri()

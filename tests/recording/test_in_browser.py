@@ -1,0 +1,106 @@
+"""Reports and the web view in a real browser: a console without errors, a page that fits, something drawn."""
+
+from __future__ import annotations
+
+import io
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from sinssim.cli import process as cli
+from sinssim.simulation import run
+from tests.browser import CHROMIUM, Page, file_address
+from tests.ensembles.examples import scenario
+from tests.recording import fake_run
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine")]
+
+STUDY = """\
+description = "a parked vehicle"
+
+[[parts]]
+title = "one"
+algorithms = ["quaternion"]
+rates_hz = [50.0, 100.0]
+
+[[parts.motions]]
+parked = { latitude_deg = 50.0, duration_s = 5.0 }
+"""
+
+
+def call(*arguments: str) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(arguments)
+    assert not stopped.value.code
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run, a study, an ensemble, and a comparison of two runs."""
+    folder = tmp_path_factory.mktemp("browser")
+    with pytest.MonkeyPatch.context() as patch:
+        fake_run.install(3000, patch.setattr)
+        for name in ("run", "other"):
+            run(fake_run.scenario(), folder / name)
+    (folder / "mine.toml").write_text(STUDY, encoding="utf-8")
+    (folder / "many.toml").write_text(scenario(ensemble={"epoch_s": 5.0}).to_toml(), encoding="utf-8")
+    call("compare", str(folder / "mine.toml"), "-o", str(folder / "study"), "-q")
+    call("ensemble", str(folder / "many.toml"), "--runs", "20", "-o", str(folder / "ensemble"), "-q")
+    call("compare-runs", str(folder / "run"), str(folder / "other"), "-o", str(folder / "both"), "-q")
+    return folder
+
+
+def seen(page: Page) -> np.ndarray:
+    return np.asarray(Image.open(io.BytesIO(page.picture())).convert("RGB")).astype(int)
+
+
+def colourful(picture: np.ndarray) -> int:
+    """Return the number of pixels of a colour, which frames and text are not."""
+    return int(((picture.max(axis=2) - picture.min(axis=2)) > 60).sum())
+
+
+@pytest.mark.parametrize("name", ["run", "study", "ensemble", "both"])
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_report(made: Path, name: str, dark: bool) -> None:
+    with Page(size=(1250, 1000), dark=dark) as page:
+        page.open(file_address(made / name / "report.html"))
+        page.wait(1.0)
+        assert page.problems == []
+        assert page.value("document.documentElement.scrollWidth <= window.innerWidth")
+        assert page.value("document.querySelectorAll('svg, img').length") > 0
+        assert page.value(
+            "[...document.querySelectorAll('svg text')].every(t => getComputedStyle(t).fill !== "
+            "getComputedStyle(document.body).backgroundColor)"
+        )
+        picture = seen(page)
+        assert (np.median(picture) < 60) == dark
+        assert colourful(picture) > 100
+
+
+@pytest.mark.parametrize("name", ["run", "study", "ensemble"])
+def test_the_web_view(made: Path, name: str) -> None:
+    code = "import pathlib, sys; from sinssim.recording.rerun.viewer import serve; serve(pathlib.Path(sys.argv[1]))"
+    server = subprocess.Popen([sys.executable, "-c", code, str(made / name)], stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    try:
+        address = server.stdout.readline().removeprefix("Open ").strip()
+        with Page() as page:
+            page.open(address)
+            begin, drawn = time.monotonic(), 0
+            while drawn < 2000 and time.monotonic() - begin < 240.0:  # 15 s on a machine of its own
+                page.wait(2.0)
+                drawn = colourful(seen(page)) if time.monotonic() - begin > 5.0 else 0
+            assert drawn >= 2000
+            # without internet the map's tiles are missing, and Chromium says so
+            ours = [problem for problem in page.problems if not re.search(r"tile\.openstreetmap\.org", problem)]
+            assert ours == []
+    finally:
+        server.terminate()
+        server.wait(20.0)
+        server.stdout.close()

@@ -1,0 +1,105 @@
+"""The motion on a turntable: positions, errors of the table, ready sequences, the way through the whole package."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim.ensembles.truth import truth_key
+from sinssim.scenario import Scenario
+from sinssim.scenario.duration import expected_duration
+from sinssim.scenario.summary import plan_lines
+from sinssim.simulation import run
+from sinssim.truth.source import fly
+from sinssim.truth.turntable.sequences import SEQUENCES
+from sinssim.truth.turntable.table import draw_table_errors
+from sinssim.units import ARCSEC
+
+
+def scenario(seed: int = 0, imu: dict[str, Any] | None = None, **table: Any) -> Scenario:
+    own = {"latitude_deg": 50.0, "dwell_s": 4.0, "rate_deg_s": 45.0, **table}
+    sensors = {"grade": "ideal", "rate_hz": 100.0, **(imu or {})}
+    return Scenario.model_validate({"name": "t", "seed": seed, "turntable": own, "imu": sensors})
+
+
+def positions(described: Scenario) -> Rotation:
+    """Return the attitudes q_nb in the middle of the dwells."""
+    middles = [0.5 * (begin + end) for begin, end in described.turntable.dwells]
+    return Rotation.from_quat(fly(described).state(middles).q_nb, scalar_first=True)
+
+
+@pytest.mark.parametrize(("name", "count", "different"), [
+    ("six-positions", 6, 6), ("six-positions-and-rates", 12, 6), ("24-positions", 24, 24), ("19-positions", 19, 10),
+])  # fmt: skip
+def test_ready_sequences(name: str, count: int, different: int) -> None:
+    """All axes of a block go up and down; every position has axes along the vertical."""
+    found = positions(scenario(sequence=name)).as_matrix()
+    assert len(found) == count == len(SEQUENCES[name].turns) + 1
+    assert len({tuple(np.round(one).astype(int).ravel()) for one in found}) == different
+    assert np.abs(found[:, 2]).max(axis=1) == pytest.approx(1.0, abs=1e-9)
+    assert {(int(np.argmax(np.abs(row))), bool(row.sum() > 0.0)) for row in found[:, 2]} == {
+        (axis, sign) for axis in range(3) for sign in (True, False)
+    }
+
+
+def test_errors_of_the_table_are_where_they_are_said_to_be() -> None:
+    """C = e^[τ×] A_p e^[ε_p×] in every position, at degree level, full turns included."""
+    sigma = {"position_sigma_arcsec": 3600.0, "tilt_sigma_arcsec": 1800.0}
+    wrong = scenario(seed=5, sequence="six-positions-and-rates", **sigma)
+    nominal = positions(scenario(sequence="six-positions-and-rates"))
+    errors = draw_table_errors(wrong.turntable, 5)
+    expected = Rotation.from_rotvec(errors.tilt) * nominal * Rotation.from_rotvec(errors.position)
+    assert (positions(wrong) * expected.inv()).magnitude() == pytest.approx(0.0, abs=1e-12)
+    many = np.array([draw_table_errors(wrong.turntable, seed).position for seed in range(100)])
+    # 3600 numbers: 5 σ of their standard deviation
+    assert many.std() / ARCSEC == pytest.approx(3600.0, rel=5.0 / np.sqrt(2.0 * many.size))
+    assert np.einsum("ki,ki->k", errors.axis, [turn.axis for turn in wrong.turntable.all_turns]) == pytest.approx(0.0)
+    assert truth_key(wrong) != truth_key(wrong.model_copy(update={"seed": 6}))
+    assert truth_key(scenario(seed=1)) == truth_key(scenario(seed=2))
+
+
+def test_the_increments_are_those_of_the_motion() -> None:
+    """Independent quadrature of the rates by Simpson's rule, across a turn with its settling."""
+    described = scenario(seed=5, sequence="six-positions", position_sigma_arcsec=3600.0)
+    trajectory = fly(described)
+    coarse = trajectory.increments(10.0)
+    edges = coarse.time[30:120]
+    t = np.linspace(edges[0], edges[-1], 200 * (len(edges) - 1) + 1)
+    rate, force = trajectory.rates(t)
+    h = t[1] - t[0]
+    for values, found in ((rate, coarse.dtheta), (force, coarse.dvel)):
+        pairs = (values[:-2:2] + 4.0 * values[1:-1:2] + values[2::2]) * h / 3.0
+        total = pairs.reshape(len(edges) - 1, 100, 3).sum(axis=1)
+        assert total == pytest.approx(found[30:119], abs=1e-8)
+
+
+def test_through_the_whole_package() -> None:
+    """A turntable is a source of motion like any other: checked, flown, sensed, navigated."""
+    turns = [
+        {"axis": [1.0, 0.0, 0.0], "angle_deg": 90.0},
+        {"axis": [0.0, 0.0, 1.0], "angle_deg": -180.0, "dwell_s": 2.0},
+    ]
+    described = scenario(turns=turns, imu={"lever_arm_m": [0.1, 0.0, 0.2], "mounting_deg": [0.0, 0.0, 90.0]})
+    assert expected_duration(described) == pytest.approx(4.0 + 4.0 + 4.0 + 6.0 + 2.0)
+    assert any(line.startswith("turntable") for line in plan_lines(described))
+    result = run(described)
+    assert np.abs(result.errors["quaternion"].position_ned).max() < 1e-4
+    assert np.linalg.norm(result.errors["quaternion"].attitude, axis=1).max() < 1e-7
+
+
+def test_mounting_turns_the_positions_and_the_axes() -> None:
+    """A calibration of a block that is mounted askew has the same result as that of one that is not."""
+    from sinssim.calibration.calibrate import calibrate
+
+    common = {"sequence": "six-positions-and-rates", "dwell_s": 20.0}
+    sensors = {"grade": "laser-standard", "rate_hz": 20.0}
+    for mounting in ([0.0, 0.0, 0.0], [10.0, -20.0, 130.0]):
+        result = calibrate(scenario(seed=3, imu={**sensors, "mounting_deg": mounting}, **common), method="separate")
+        assert {name for name, seen in zip(result.names, result.observable, strict=True) if not seen} == {
+            "gyro bias x", "gyro bias y", "gyro bias z",  # in 20 s their 0.01 deg/h is below the random walk
+        }  # fmt: skip
+        assert result.chi_square_of_errors is not None
+        assert result.chi_square_of_errors[0] < 65.0  # of 21: once in 10^6

@@ -1,0 +1,210 @@
+"""Motion on roads and at sea: spectra against the stated ones, standstill, and the closure of ideal sensors."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.signal import welch
+
+import sinssim
+from sinssim.earth.models import WGS84
+from sinssim.rotation.arrays import euler_from_quaternion
+from sinssim.scenario.schema import Scenario
+from sinssim.truth.curve import Curve
+from sinssim.truth.vehicles import road, sea
+from sinssim.truth.vehicles.motion import vehicle_curve
+from sinssim.truth.vehicles.response import gain, respond
+from sinssim.truth.vehicles.section import ROADS, DriveSection, VoyageSection
+
+LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def drive(*legs: dict[str, Any], **keys: Any) -> DriveSection:
+    return DriveSection.model_validate({"latitude_deg": 47.0, "altitude_m": 400.0, "legs": list(legs), **keys})
+
+
+def voyage(*legs: dict[str, Any], **keys: Any) -> VoyageSection:
+    return VoyageSection.model_validate({"latitude_deg": 54.0, "legs": list(legs), **keys})
+
+
+def curve(section: DriveSection | VoyageSection, seed: int = 1) -> Curve:
+    return vehicle_curve(section, seed, (0.0, 0.0, 0.0), LEVEL, "normal", WGS84)
+
+
+def banded(frequency: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    return np.array([values[(frequency >= a) & (frequency < b)].mean() for a, b in pairwise(edges)])
+
+
+@pytest.mark.parametrize("on_carrier", [True, False])
+def test_response_to_a_sine_is_the_transfer_function(on_carrier: bool) -> None:
+    time = np.arange(0.0, 60.0, 0.005)
+    for frequency in (0.4, 1.3, 3.0):
+        z = respond(np.sin(2.0 * np.pi * frequency * time), 0.005, 1.3, 0.3, on_carrier=on_carrier)
+        late = time > 30.0
+        assert np.abs(z[late]).max() == pytest.approx(gain(frequency, 1.3, 0.3, on_carrier=on_carrier), rel=2e-3)
+
+
+def test_road_has_the_density_of_the_standard() -> None:
+    heights = road.heights(100_000.0, ROADS["C"], road.HIGHEST, 3)
+    n, found = welch(heights, 1.0 / road.STEP, nperseg=8192)
+    edges = np.geomspace(0.03, 2.5, 9)
+    # over 250 segments of 819 m; a band of ten lines and more has a relative 1σ of at most 2 %
+    inside = (n > 0.02) & (n < 2.6)
+    n, found = n[inside], found[inside]
+    assert banded(n, found / road.density(n, ROADS["C"]), edges) == pytest.approx(np.ones(8), abs=0.08)
+    assert road.density(0.1, ROADS["A"]) == 16e-6  # ISO 8608, class A
+    # variance over the range of the standard, ∫G dn = G(n₀) n₀² (1/n₁ − 1/n₂)
+    whole = ROADS["C"] * 0.01 * (1.0 / road.LOWEST - 1.0 / road.HIGHEST)
+    assert heights.var() == pytest.approx(whole, rel=0.2)
+
+
+def test_heave_and_pitch_on_the_road_have_the_spectrum_of_road_and_suspension() -> None:
+    speed = 15.0
+    legs = ({"type": "straight", "distance_m": 200.0, "speed_mps": speed}, {"type": "straight", "duration_s": 900.0})
+    motion = curve(drive(*legs, road="C"))
+    time = np.arange(60.0, motion.end, 0.02)
+    state = motion.state(time)
+    n = lambda f: f / speed  # noqa: E731
+    edges = np.geomspace(0.3, 12.0, 9)
+    _, pitch, _ = euler_from_quaternion(state.q_nb)
+    for values, of in (
+        (state.height, lambda f: np.cos(np.pi * n(f) * 2.7) ** 2),  # the mean of both axles
+        (pitch, lambda f: (2.0 * np.sin(np.pi * n(f) * 2.7) / 2.7) ** 2),  # their difference over the wheelbase
+    ):
+        f, found = welch(values, 50.0, nperseg=2048)
+        stated = road.density(n(f), ROADS["C"]) / speed * gain(f, 1.3, 0.3, on_carrier=True) ** 2 * of(f)
+        # 40 segments: 16 % for one line, at most 8 % for a band, with overlap
+        assert banded(f, found, edges) / banded(f, stated, edges) == pytest.approx(np.ones(8), abs=0.3)
+
+
+def test_vehicle_leans_outwards_and_stands_still() -> None:
+    legs = (
+        {"type": "stop", "duration_s": 20.0},
+        {"type": "straight", "distance_m": 200.0, "speed_mps": 10.0},
+        {"type": "turn", "angle_deg": 360.0},
+        {"type": "stop", "duration_s": 60.0},
+    )
+    motion = curve(drive(*legs, road="smooth"))
+    begin, end = (event.time for event in motion.events if event.text.startswith("leg 3 "))
+    roll, _, _ = euler_from_quaternion(motion.state(np.array([0.5 * (begin + end)])).q_nb)
+    assert np.degrees(roll[0]) == pytest.approx(-0.5 * 1.5, rel=1e-3)  # to the left in a turn to the right
+    rough = curve(drive(*legs, road="D"))
+    for span in ((0.0, 19.0), (rough.end - 30.0, rough.end)):
+        assert np.abs(rough.state(np.linspace(*span, 200)).velocity_ned).max() < 1e-9
+    place = motion.state(np.array([0.0, begin]))
+    north = np.diff(place.latitude)[0] * 6.3700e6  # meridian's radius at 47° and 400 m
+    assert north == pytest.approx(200.0, rel=1e-3)
+
+
+def test_sea_has_its_height_and_its_peak() -> None:
+    height = 2.5
+    omega_p = sea.peak(height, None)
+    # Pierson and Moskowitz: ω_p = 0.877 g/U with H = 0.21 U²/g, so that ω_p² H = 0.1615 g
+    assert omega_p**2 * height / sea.G == pytest.approx(0.877**2 * 0.21, rel=0.01)
+    area, _ = quad(lambda w: float(sea.density(w, height, omega_p)), 0.05, 40.0, points=[omega_p])
+    assert 4.0 * np.sqrt(area) == pytest.approx(height, rel=1e-4)
+    grid = np.linspace(0.2, 3.0, 5001)
+    assert grid[np.argmax(sea.density(grid, height, omega_p))] == pytest.approx(omega_p, rel=1e-3)
+    squares = [np.sum(w.cosine**2 + w.sine**2) / 2.0 for w in (sea.waves(height, omega_p, k) for k in range(100))]
+    assert np.mean(squares) == pytest.approx(height**2 / 16.0, rel=0.06)
+
+
+def test_ship_at_anchor_moves_with_the_spectrum_of_sea_and_hull() -> None:
+    section = voyage(
+        {"type": "stop", "duration_s": 6000.0},
+        significant_height_m=2.0, waves_towards_deg=60.0, heading_deg=0.0,
+    )  # fmt: skip
+    motion = curve(section, 5)
+    omega_p = sea.peak(2.0, None)
+    waves = sea.waves(2.0, omega_p, 5)
+    time = np.arange(0.0, motion.end, 0.25)
+    state = motion.state(time)
+    roll, pitch, _ = euler_from_quaternion(state.q_nb)
+    power = 0.5 * (waves.cosine**2 + waves.sine**2)
+    f = waves.omega / (2.0 * np.pi)
+    heave = power * gain(f, 1.0 / 6.0, 0.4, on_carrier=False) ** 2
+    assert state.height.var() == pytest.approx(heave.sum(), rel=0.03)
+    for values, period, damping, part in ((roll, 10.0, 0.1, np.sin), (pitch, 6.0, 0.4, np.cos)):
+        slope = power * waves.k**2 * gain(f, 1.0 / period, damping, on_carrier=False) ** 2 * part(np.radians(60.0)) ** 2
+        assert values.var() == pytest.approx(slope.sum(), rel=0.03)
+    # and by bands, against the stated spectrum itself: a band of 32 waves has a relative 1σ of 18 %
+    at, found = welch(state.height, 4.0, nperseg=2048)
+    edges = np.linspace(0.6, 2.2, 5) * omega_p / (2.0 * np.pi)
+    stated = 2.0 * np.pi * sea.density(2.0 * np.pi * np.maximum(at, 1e-3), 2.0, omega_p)
+    stated *= gain(at, 1.0 / 6.0, 0.4, on_carrier=False) ** 2
+    assert banded(at, found, edges) / banded(at, stated, edges) == pytest.approx(np.ones(4), abs=0.7)
+
+
+def test_ship_meets_head_seas_more_often() -> None:
+    keys = {"significant_height_m": 1.0, "peak_period_s": 8.0, "waves_towards_deg": 180.0}
+    legs = ({"type": "straight", "duration_s": 3000.0, "speed_mps": 8.0},)
+    motion = curve(voyage(*legs, acceleration_mps2=0.5, **keys), 2)
+    time = np.arange(100.0, motion.end, 0.25)
+    wave = motion.channels["wave_height_m"]
+    f, power = welch(np.interp(time, wave.time, wave.values), 4.0, nperseg=2048)
+    omega = 2.0 * np.pi / 8.0
+    waves = sea.waves(1.0, omega, 2)
+    met = (waves.omega + waves.omega**2 * 8.0 / sea.G) / (2.0 * np.pi)  # encounter frequency, Lloyd, Seakeeping, 1989
+    own = waves.cosine**2 + waves.sine**2
+    assert np.sum(f * power) / np.sum(power) == pytest.approx(np.sum(met * own) / np.sum(own), rel=0.02)
+    assert np.sum(f * power) / np.sum(power) > 1.5 * np.sum(waves.omega * own) / np.sum(own) / (2.0 * np.pi)
+
+
+CLOSED: dict[str, dict[str, Any]] = {
+    "drive": {
+        "latitude_deg": 47.0, "longitude_deg": 8.0, "altitude_m": 400.0, "road": "D",
+        "legs": [
+            {"type": "stop", "duration_s": 10.0},
+            {"type": "straight", "distance_m": 400.0, "speed_mps": 15.0},
+            {"type": "turn", "angle_deg": 90.0},
+            {"type": "stop", "duration_s": 10.0},
+        ],
+    },
+    "voyage": {
+        "latitude_deg": 54.0, "longitude_deg": 8.0, "sea_state": 5,
+        "legs": [
+            {"type": "stop", "duration_s": 30.0},
+            {"type": "straight", "duration_s": 120.0, "speed_mps": 4.0},
+            {"type": "turn", "angle_deg": -40.0},
+        ],
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("source", ["drive", "voyage"])
+def test_ideal_sensors_close(source: str) -> None:
+    scenario = Scenario.model_validate({"name": "c", source: CLOSED[source], "imu": {"grade": "ideal", "rate_hz": 200}})
+    run = sinssim.run(scenario)
+    assert run.errors["quaternion"].horizontal.max() < 0.01
+    assert np.abs(run.errors["quaternion"].height).max() < 0.01
+    assert list(run.summary["phases"]) == ["quaternion"]
+    assert run.summary["phases"]["quaternion"][0]["phase"] == "standstill"
+
+
+def test_swaying_ship_aligns_itself() -> None:
+    table = {**CLOSED["voyage"], "legs": [{"type": "stop", "duration_s": 400.0}], "sea_state": 3}
+    scenario = Scenario.model_validate(
+        {
+            "name": "sway",
+            "voyage": table,
+            "imu": {"grade": "ideal", "rate_hz": 50},
+            "navigation": {"alignment": {"method": "disturbed"}},
+        }
+    )
+    run = sinssim.run(scenario)
+    assert abs(run.errors["quaternion"].attitude[0, 2]) < np.radians(0.5)
+    assert np.abs(run.errors["quaternion"].attitude[0, :2]).max() < np.radians(0.05)
+    # the ship moves at that instant, and the fit knows how fast
+    moving = run.truth.velocity_ned[np.searchsorted(run.time, 300.0)]
+    assert np.linalg.norm(moving) > 0.1
+    assert np.linalg.norm(run.errors["quaternion"].velocity_ned[0]) < 0.03
+
+
+def test_same_seed_same_motion_and_another_seed_another() -> None:
+    section = drive({"type": "straight", "distance_m": 100.0, "speed_mps": 5.0})
+    one, again, other = (curve(section, seed).state(np.array([15.0])) for seed in (1, 1, 2))
+    assert one.height[0] == again.height[0] != other.height[0]
