@@ -43,16 +43,25 @@ def used(folder: Path, cache: Path, code: str = USE, **options: Any) -> subproce
     return done
 
 
+@pytest.fixture(scope="module")
+def used_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache with the kernels of `USE`, and the file that has them."""
+    folder = tmp_path_factory.mktemp("used")
+    used(folder, folder / "cache")
+    return folder
+
+
 @pytest.mark.parametrize("damage", [b"", b"not a pickle", b"\x80\x04."])
 @pytest.mark.parametrize("which", ["*.nbi", "*.nbc"])
-def test_a_damaged_file_is_compiled_anew(tmp_path: Path, damage: bytes, which: str) -> None:
-    used(tmp_path, tmp_path / "cache")
+def test_a_damaged_file_is_compiled_anew(tmp_path: Path, used_once: Path, damage: bytes, which: str) -> None:
+    shutil.copytree(used_once / "cache", tmp_path / "cache")
     files = list((tmp_path / "cache").rglob(which))
     assert files
     for file in files:
         file.write_bytes(damage)
     used(tmp_path, tmp_path / "cache")
     assert "data saved" not in used(tmp_path, tmp_path / "cache").stdout  # and kept again
+    assert {file.name for file in (tmp_path / "cache").rglob(which)} == {file.name for file in files}
 
 
 def test_kernels_that_check_their_indices_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,8 +41,11 @@ def test_a_treatment_that_the_user_chose_stays() -> None:
     encode_everything(io.StringIO())  # no stream of the system: it holds everything as it is
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "ascii"])
-@pytest.mark.parametrize("command", [("sensors", "tactical"), ("list", "grades"), ("run", "σ"), ("--help",)])
+@pytest.mark.parametrize(
+    ("command", "encoding"),
+    [(("sensors", "tactical"), "cp1252"), (("sensors", "tactical"), "ascii"), (("list", "grades"), "latin-1"),
+     (("run", "σ"), "ascii"), (("--help",), "cp1252")],
+)  # fmt: skip
 def test_commands_into_a_file_and_a_pipe(tmp_path: Path, encoding: str, command: tuple[str, ...]) -> None:
     arguments = [sys.executable, "-m", "sinssim", *command]
     env = {**os.environ, "PYTHONIOENCODING": encoding}

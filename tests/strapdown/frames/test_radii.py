@@ -79,12 +79,17 @@ def test_what_the_claim_on_the_radii_rests_on():
     assert np.max(np.abs(north_error("spherical", 0.0, 0.0, times))) == pytest.approx(1698, abs=5)
 
 
-@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(
-    ("frame", "algorithm"),
-    [("wander", "quaternion"), ("free-azimuth", "quaternion"), ("transverse", "poisson"),
-     ("level", "functional-iteration"), ("wander", "functional-iteration")],
-)  # fmt: skip
+    ("form", "frame", "algorithm"),
+    [
+        *((form, "wander", "quaternion") for form in FORMS),
+        *((form, "free-azimuth", "quaternion") for form in FORMS),
+        *((form, "transverse", "poisson") for form in FORMS),
+        ("spherical", "level", "functional-iteration"),
+        ("no-height", "level", "functional-iteration"),
+        ("spherical-no-height", "wander", "functional-iteration"),
+    ],
+)
 def test_the_same_in_every_frame_with_radii(form, frame, algorithm):
     flight = STurn(duration=300, height=10e3).fly(20)
     first = NavState(flight.latitude[0], flight.longitude[0], flight.height[0], flight.velocity_ned[0], flight.q_nb[0])
