@@ -41,7 +41,7 @@ def errors_by(monkeypatch: pytest.MonkeyPatch, base: Scenario, reason: str | Non
     return errors_of_runs(plan, range(3, 11), truths)
 
 
-@pytest.mark.parametrize("latest", ["quaternion", "poisson-2"])
+@pytest.mark.parametrize("latest", ["quaternion", pytest.param("poisson-2", marks=pytest.mark.slow)])
 def test_together_and_one_by_one(latest: str, monkeypatch: pytest.MonkeyPatch) -> None:
     base = scenario(GREAT_CIRCLE, seed=11)
     navigation = base.navigation.model_copy(update={"algorithms": (latest,)})

@@ -78,7 +78,9 @@ def assert_equal(batch: BatchSolution, run: int, initial: NavState, errors: ImuE
     np.testing.assert_array_equal(q, expected)
 
 
-@pytest.mark.parametrize("name", SECTIONS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "laser-navigation" else []) for name in SECTIONS]
+)
 def test_every_run_has_the_bits_of_a_single_run(name: str) -> None:
     seeds, rows = range(100, 120), np.array([0, 1, 7, 500, 1997, 1998, 1999, 2000])
     errors = drawn(name, seeds)
@@ -95,12 +97,15 @@ def test_every_run_has_the_bits_of_a_single_run(name: str) -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        {"vertical": "free"},
-        {"vertical": "truth"},
-        {"gravity": "somigliana", "algorithm": "quaternion-3-norm"},
-        {"curvature": "simplified", "algorithm": "poisson"},
+        {"vertical": "free", "gravity": "j2", "algorithm": "poisson-1"},
+        {"vertical": "truth", "gravity": "somigliana", "algorithm": "quaternion-3-norm"},
         {"curvature": "spherical", "algorithm": "two-quaternions"},
-        {"gravity": "j2", "algorithm": "poisson-1"},
+        # each kernel takes five seconds to compile
+        pytest.param({"vertical": "free"}, marks=pytest.mark.slow),
+        pytest.param({"vertical": "truth"}, marks=pytest.mark.slow),
+        pytest.param({"gravity": "somigliana", "algorithm": "quaternion-3-norm"}, marks=pytest.mark.slow),
+        pytest.param({"curvature": "simplified", "algorithm": "poisson"}, marks=pytest.mark.slow),
+        pytest.param({"gravity": "j2", "algorithm": "poisson-1"}, marks=pytest.mark.slow),
     ],
     ids=lambda options: "-".join(map(str, options.values())),
 )
