@@ -4,7 +4,7 @@
 # make test-pyins set up beside it in .venv-pyins, with the package pyins, and run the comparisons with it
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure every bar of docs/performance.md
-# make docs   set up, write the reference of the scenario file, the page of questions and its diagrams
+# make docs   set up beside it in .venv-docs, write the generated pages and the site: build/site/index.html
 #
 # Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and
 # again only when requirements.lock or pyproject.toml change. Another Python: make demo PYTHON=/path/to/python3.12
@@ -13,13 +13,14 @@ VENV    ?= .venv
 BIN     := $(VENV)/bin
 READY   := $(VENV)/sinssim-ready
 KERNELS := $(VENV)/sinssim-kernels
+PYINS   := .venv-pyins
 CODE    := $(shell find sinssim -name '*.py')
 
 # The first Python that is new enough.
 PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test test-slow test-pyins lint format bench docs setup clean
+.PHONY: demo test test-slow test-pyins lint format bench docs site setup clean
 .DEFAULT_GOAL := demo
 
 demo: $(KERNELS)
@@ -33,12 +34,11 @@ test: $(KERNELS)
 test-slow: $(KERNELS)
 	$(BIN)/python -m pytest -m slow
 
-test-pyins: $(KERNELS)
-	@test -x .venv-pyins/bin/python || $(PYTHON) -m venv .venv-pyins
-	.venv-pyins/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.lock python-ins==1.0.1
-	.venv-pyins/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	.venv-pyins/bin/python -m pytest -m "slow or not slow" tests/estimation/test_pyins_filter.py \
-	  tests/logs/scoring/test_pyins.py
+# Both filters on the same readings: pyins' takes a minute or two for each run of 26 minutes.
+test-pyins: $(PYINS)/sinssim-ready
+	@echo "Comparing with pyins (some ten minutes); the figures are at the end ..."
+	@$(PYINS)/bin/python -m pytest -v -raP --no-header -m "slow or not slow" tests/estimation/test_pyins_filter.py \
+	  tests/estimation/test_pyins_world.py tests/logs/scoring/test_pyins.py
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -57,20 +57,43 @@ docs: $(READY)
 	$(BIN)/python docs/scenario_reference.py
 	$(BIN)/python docs/questions.py
 	$(BIN)/python docs/diagrams.py
+	$(BIN)/python docs/theory_page.py
+	$(MAKE) site
+
+# mkdocs and its theme have an environment of their own; a broken link or anchor is an error (with --quiet it is
+# not even seen).
+site: export NO_MKDOCS_2_WARNING = 1
+site:
+	@test -x .venv-docs/bin/python || $(PYTHON) -m venv .venv-docs
+	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
+	.venv-docs/bin/mkdocs build --strict
+	@echo "Open build/site/index.html"
 
 setup: $(KERNELS)
 
 clean:
 	rm -rf runs build dist .pytest_cache .mypy_cache .ruff_cache
 
-$(READY): requirements.lock pyproject.toml
+define PYTHON_FOUND
 	@test -n "$(PYTHON)" || { echo "sinssim needs Python 3.11 or newer, and none was found as python3," \
 	  "python3.13, python3.12 or python3.11. Install one, or name it: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "sinssim needs Python 3.11 or" \
 	  "newer; $(PYTHON) is not. Name another: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
+endef
+
+$(READY): requirements.lock pyproject.toml
+	$(PYTHON_FOUND)
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(PYINS)/sinssim-ready: requirements.lock pyproject.toml
+	$(PYTHON_FOUND)
+	@echo "Setting up $(PYINS) (once) ..."
+	@test -x $(PYINS)/bin/python || $(PYTHON) -m venv $(PYINS)
+	@$(PYINS)/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.lock python-ins==1.0.1
+	@$(PYINS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
 # The kernels are compiled here once, so that no run has to wait for it.

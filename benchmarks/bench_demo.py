@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import resource
 import subprocess
 import sys
@@ -21,6 +20,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks.bench_disk import environment
 from sinssim import load_scenario
 from sinssim.jit import cache_root
 from sinssim.recording.report.run_report import run_report
@@ -35,7 +35,7 @@ def timed(command: list[str], cache: Path) -> tuple[float, float, str]:
     """Run a process and return its wall-clock time, its processor time (s) and its output."""
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     ended = subprocess.run(
-        command, env={**os.environ, "SINSSIM_CACHE": str(cache)}, capture_output=True, text=True, check=True
+        command, env={**environment(), "SINSSIM_CACHE": str(cache)}, capture_output=True, text=True, check=True
     )
     wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, ended.stdout

@@ -306,9 +306,9 @@ def page() -> str:
     head = """\
 # Fourteen questions on strapdown navigation
 
-The textbook chapter on strapdown navigation that sinssim follows ends with control questions. Each answer here has a
-number that the program computes. `python docs/questions.py` writes this page, and a test compares the page with numbers
-that it computes anew.
+[Chapter 8](sources.md#chapter-8), a textbook chapter that sinssim implements, ends with control questions. Each answer
+here has a number that the program computes. `python docs/questions.py` writes this page, and a test compares the page
+with numbers that it computes anew.
 """
     parts = (
         head, _platform(), _advantages(), _difficulties(), _variants(), _usual(), _one_component(), _force(),

@@ -36,6 +36,18 @@ EXAMPLES: dict[str, Any] = {
     "leg_length_m": 30000.0,
     "vertical_speed_mps": 10.0,
     "velocity_ned_mps": [0.0, 5.0, 0.0],
+    "flight.legs.name": "ALPHA",
+    "flight.legs.waypoints.name": "ALPHA",
+    "flight.legs.waypoints.height_m": 5000.0,
+    "WaypointLeg.height_m": 5000.0,
+    "path_deg": 3.0,
+    "flight.wind.from_deg": 270.0,
+    "flight.wind.speed_mps": 10.0,
+    "flight.wind.speed_kt": 20.0,
+    "flight.wind.profile.height_m": 3000.0,
+    "flight.wind.profile.from_deg": 290.0,
+    "flight.wind.profile.speed_kt": 40.0,
+    "flight.wind.profile.speed_mps": 20.0,
     "motion.duration_s": 60.0,
     "turntable.sequence": "19-positions",
     "turntable.roll_deg": -90.0,
@@ -205,6 +217,7 @@ EXAMPLES: dict[str, Any] = {
 # Keys without a default value that are nevertheless set in the example: one of each "exactly one of" group.
 CHOSEN = {
     "VibrationSection": {"rms_arcsec", "high_hz"},
+    "WindLevel": {"speed_kt"},
     "Spike": {"gyro_arcsec"},
     "BiasStep": {"gyro_deg_h"},
     "Saturation": {"gyro_deg_s"},
@@ -222,7 +235,13 @@ LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in 
 """Keys of a valid leg by the name of its class: what its file gives as an example."""
 
 # Tables that exclude others of the example: they are shown as comments.
-OTHERS = {"track.waypoints", "turntable.turns", "one_component.attitude_sensor", "one_component.arm_accelerometer"}
+OTHERS = {
+    "flight.legs.waypoints",
+    "track.waypoints",
+    "turntable.turns",
+    "one_component.attitude_sensor",
+    "one_component.arm_accelerometer",
+}
 
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
 
@@ -231,8 +250,8 @@ INTRODUCTION = """\
 
 A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]`,
 `[motion]`, `[track]` and `[turntable]`) or names recorded sensors (`[log]`, see [Logs](logs.md)), the inertial sensors
-(`[imu]`) and the navigation on their readings (`[navigation]`). Or it describes the strapdown chapter's system in a
-vertical plane (`[one_component]` alone, see [One component](one-component.md)).
+(`[imu]`) and the navigation on their readings (`[navigation]`). Or it describes the system of
+[chapter 8](sources.md#chapter-8) in a vertical plane (`[one_component]` alone, see [One component](one-component.md)).
 
 Every key of a quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are
 commented out here have no value by default.
@@ -302,7 +321,8 @@ def _table(
         required = name in model.get("required", [])
         value = raw.get("default")
         if name == "description" or value is None or f"{path}.{name}" in EXAMPLES:
-            value = EXAMPLES.get(f"{path}.{name}", EXAMPLES.get(name))
+            of_class = EXAMPLES.get(f"{model.get('model')}.{name}", EXAMPLES.get(name))
+            value = EXAMPLES.get(f"{path}.{name}", of_class)
         value = example.get(name, value)
         if name in _TAGS:
             value = tag
@@ -374,7 +394,9 @@ def reference() -> str:
     motions = {
         "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "log", "one_component",
     }  # fmt: skip
-    plain = {name: field for name, field in properties.items() if name in ("name", "description", "seed", "views")}
+    plain = {
+        name: field for name, field in properties.items() if name in ("name", "description", "seed", "use", "views")
+    }
     blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
         "flight": "A flight",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sinssim.estimation.result import Estimate, Innovations
     from sinssim.frames import FRAMES
     from sinssim.logs.load import load_log
+    from sinssim.recording.finished.run_streams import load_streams
     from sinssim.scenario.load import load_scenario
     from sinssim.scenario.schema import Scenario
     from sinssim.sensors.imu.emulate import emulate
@@ -76,9 +77,11 @@ __all__ = [
     "fly",
     "load_log",
     "load_scenario",
+    "load_streams",
     "navigate",
     "navigation_error",
     "run",
+    "use",
 ]
 
 __getattr__, __dir__ = on_first_use(
@@ -119,9 +122,11 @@ __getattr__, __dir__ = on_first_use(
         "fly": "sinssim.truth.source",
         "load_log": "sinssim.logs.load",
         "load_scenario": "sinssim.scenario.load",
+        "load_streams": "sinssim.recording.finished.run_streams",
         "navigate": "sinssim.strapdown.navigate",
         "navigation_error": "sinssim.strapdown.nav_error",
         "run": "sinssim.simulation.execute",
+        "use": "sinssim.own_content.registry",
     },
 )
 

@@ -25,6 +25,7 @@ class Algorithm:
         variant: values for the file's constants; others keep the value in the file.
         windowed: whether the file has a complete engine, which works on windows of samples.
         problem: why the entry cannot be used; "" if it can.
+        path: its file, of an algorithm outside the package; "" otherwise.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Algorithm:
     variant: Mapping[str, int | bool] = field(default_factory=dict)
     windowed: bool = False
     problem: str = ""
+    path: str = ""
 
     @property
     def samples(self) -> int:

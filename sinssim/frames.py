@@ -28,6 +28,7 @@ class Frame:
             `sinssim/strapdown/three_rate/`.
         starts_anywhere: whether its engine fits across `Problem.first`, where a filter's segment begins; the segments
             of a frame without it are fitted by their own samples, which is less accurate at their ends.
+        path: its file, of a frame outside the package; "" otherwise.
     """
 
     sentence: str
@@ -38,6 +39,7 @@ class Frame:
     has_azimuth: bool = False
     has_three_rates: bool = False
     starts_anywhere: bool = False
+    path: str = ""
 
 
 FRAME_REGISTRY: dict[str, Frame] = {

@@ -12,6 +12,7 @@ import contextlib
 import hashlib
 import logging
 import os
+import sys
 import time
 import types
 from collections.abc import Callable, Iterator, Mapping
@@ -38,6 +39,8 @@ _MOST = 2**28
 _DAY = 86_400.0
 _ORDERED = {"nnan", "ninf", "nsz", "arcp", "contract"}
 """Liberties of the compiler with finite numbers, except for the order of operations."""
+_KNOWN = sys.stdlib_module_names | {"numpy", "scipy", "numba", "llvmlite"}
+"""Modules whose contents a kernel's key does not have; a user's own modules may change like those of sinssim."""
 _OPTIONS = ("fastmath", "forceinline", "_nrt")
 """Options of compilation that the kernels here differ in."""
 
@@ -124,8 +127,8 @@ def _key(value: Any, above: tuple[int, ...] = ()) -> str:
 
 
 def _of_module(module: types.ModuleType, names: list[str], above: tuple[int, ...]) -> str:
-    """Return the key of what a function may use of a module; for numpy and others numba's version suffices."""
-    if module.__name__.split(".")[0] != __name__.split(".")[0]:
+    """Return the key of what a function may use of a module; for those of `_KNOWN` numba's version suffices."""
+    if module.__name__.split(".")[0] in _KNOWN:
         return module.__name__
     return _digest(module.__name__, *(f"{n} {_key(getattr(module, n), above)}" for n in names if hasattr(module, n)))
 

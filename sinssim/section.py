@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from sinssim.errors import InputError
+from sinssim.system.short_repr import described
 
 
 def _tuples(value: Any) -> Any:
     """Convert lists to tuples at any depth, because a frozen model must not contain mutable values."""
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+class _Words(str):
+    """Text whose `repr` is itself."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
 
 
 class Section(BaseModel):
@@ -31,6 +42,15 @@ class Section(BaseModel):
 
     # pydantic then makes nested tables itself and gives the full path of a mistake in them
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __repr_args__(self) -> Iterator[tuple[str, str]]:
+        """Yield the keys that were given, each in a few words: a table has a hundred more with their defaults."""
+        for name in type(self).model_fields:
+            if name in self.model_fields_set and (value := getattr(self, name)) is not None:
+                yield name, _Words(described(value))
+
+    def __str__(self) -> str:
+        return repr(self)
 
     @classmethod
     def _example(cls) -> str:

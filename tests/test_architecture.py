@@ -19,7 +19,7 @@ PACKAGE = Path(sinssim.__file__).parent
 LAYERS = [
     # what stands under everything
     "errors", "lazy", "moved", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
-    "transverse", "checks", "jit", "rotation", "earth", "statistics", "requirements",
+    "transverse", "checks", "own_content", "jit", "rotation", "earth", "statistics", "requirements",
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe
@@ -27,12 +27,15 @@ LAYERS = [
     "sensors.sets.geometry",
     "scenario.content", "scenario.mistakes", "section", "scenario.toml_file",
     "sensors.imu.grade_file", "sensors.imu.grades",
-    "truth.trajectory", "truth.sample_times", "truth.block", "sensors.from_readings", "sensors.aiding",
+    "truth.trajectory", "truth.sample_times", "truth.block", "truth.flight.air", "sensors.from_readings",
+    "sensors.aiding",
     "truth.flight.aircraft", "truth.flight.autopilot", "truth.flight.dead_reckoning", "truth.flight.leg",
+    "truth.flight.planning.height_path", "truth.flight.planning.envelope",
     "truth.flight.ground", "truth.flight.legs",
     "logs.streams", "logs.gps_time", "logs.utc", "logs.formats.registry", "logs.read", "truth.curve", "truth.track",
     "truth.vehicles", "truth.turntable.sequences", "truth.turntable.section", "calibration.section",
     "logs.text.description", "logs.text.fix_description",
+    "own_content.aiding", "own_content.in_scenario", "own_content.new_project",
     "scenario",
     # data flows right, imports point left
     "truth", "sensors", "logs", "ensembles.batch", "platform", "noise_identification", "alignment", "inspection",

@@ -7,13 +7,14 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import sinssim
 from sinssim import jit
+from tests.forked import Forks
 
 USE = """
 from sinssim.jit import inline, kernel
@@ -30,21 +31,31 @@ print(seven(3.0))
 """
 
 
-def used(folder: Path, cache: Path, code: str = USE, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Compile and call a kernel that lies in a file of the folder, in a process of its own."""
-    (folder / "use.py").write_text(code)
-    done = subprocess.run(
-        [sys.executable, str(folder / "use.py")],
-        env={**os.environ, "SINSSIM_CACHE": str(cache), "NUMBA_DEBUG_CACHE": "1", "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True, text=True, check=False, **options,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-1] == "7.0"
-    return done
+Use = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture(scope="module")
-def used_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def forks() -> Iterator[Forks]:
+    with Forks() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def used(forks: Forks) -> Use:
+    """Compiles and calls a kernel that lies in a file of a folder, in a process of its own."""
+
+    def use(folder: Path, cache: Path, code: str = USE) -> subprocess.CompletedProcess[str]:
+        (folder / "use.py").write_text(code)
+        done = forks.run(folder / "use.py", SINSSIM_CACHE=str(cache), NUMBA_DEBUG_CACHE="1")
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.splitlines()[-1] == "7.0"
+        return done
+
+    return use
+
+
+@pytest.fixture(scope="module")
+def used_once(tmp_path_factory: pytest.TempPathFactory, used: Use) -> Path:
     """A cache with the kernels of `USE`, and the file that has them."""
     folder = tmp_path_factory.mktemp("used")
     used(folder, folder / "cache")
@@ -53,7 +64,7 @@ def used_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("damage", [b"", b"not a pickle", b"\x80\x04."])
 @pytest.mark.parametrize("which", ["*.nbi", "*.nbc"])
-def test_a_damaged_file_is_compiled_anew(tmp_path: Path, used_once: Path, damage: bytes, which: str) -> None:
+def test_a_damaged_file_is_compiled_anew(tmp_path: Path, used_once: Path, used: Use, damage: bytes, which: str) -> None:
     shutil.copytree(used_once / "cache", tmp_path / "cache")
     files = list((tmp_path / "cache").rglob(which))
     assert files
@@ -64,14 +75,16 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path, used_once: Path, damage
     assert {file.name for file in (tmp_path / "cache").rglob(which)} == {file.name for file in files}
 
 
-def test_kernels_that_check_their_indices_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kernels_that_check_their_indices_are_others(
+    tmp_path: Path, used: Use, monkeypatch: pytest.MonkeyPatch
+) -> None:
     used(tmp_path, tmp_path / "cache")
     monkeypatch.setenv("NUMBA_BOUNDSCHECK", "1")
     for saved in (True, False):
         assert ("data saved" in used(tmp_path, tmp_path / "cache").stdout) == saved
 
 
-def test_nowhere_to_keep_kernels_is_a_warning_and_leaves_nothing_elsewhere(tmp_path: Path) -> None:
+def test_nowhere_to_keep_kernels_is_a_warning_and_leaves_nothing_elsewhere(tmp_path: Path, used: Use) -> None:
     (tmp_path / "file").touch()
     done = used(tmp_path, tmp_path / "file")
     assert done.stderr.startswith(f"the compiled kernels cannot be stored in {tmp_path / 'file' / 'kernels'}")
@@ -105,18 +118,29 @@ def as_anybody() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="whether the superuser may write is settled by other means here")
-def test_a_read_only_folder_is_read(tmp_path: Path) -> None:
+def test_a_read_only_folder_is_read(tmp_path: Path, used: Use) -> None:
     """As in a container's image: the kernels that it holds are loaded, one that it lacks is compiled with a warning."""
     cache = tmp_path / "cache"
     used(tmp_path, cache)
     before = sorted(cache.rglob("*"))
     for place in (cache, *before):
         place.chmod(0o555 if place.is_dir() else 0o444)
+
+    def use(code: str) -> subprocess.CompletedProcess[str]:
+        (tmp_path / "use.py").write_text(code)
+        done = subprocess.run(
+            [sys.executable, str(tmp_path / "use.py")],
+            env={**os.environ, "SINSSIM_CACHE": str(cache), "NUMBA_DEBUG_CACHE": "1", "PYTHONDONTWRITEBYTECODE": "1"},
+            preexec_fn=as_anybody, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "7.0"), done.stderr
+        return done
+
     try:
-        done = used(tmp_path, cache, preexec_fn=as_anybody)
+        done = use(USE)
         assert "data loaded" in done.stdout
         assert done.stderr == ""
-        done = used(tmp_path, cache, USE.replace("2.0 * x", "x + 3.0"), preexec_fn=as_anybody)
+        done = use(USE.replace("2.0 * x", "x + 3.0"))
         assert "data saved" not in done.stdout
         assert done.stderr.count("cannot be stored") == 1
         assert sorted(cache.rglob("*")) == before
@@ -125,7 +149,7 @@ def test_a_read_only_folder_is_read(tmp_path: Path) -> None:
             place.chmod(0o755)
 
 
-def test_the_least_used_kernels_go_when_there_are_too_many(tmp_path: Path) -> None:
+def test_the_least_used_kernels_go_when_there_are_too_many(tmp_path: Path, used: Use) -> None:
     """Of kernels that fill the cache to its limit the one goes that was not used for longest, and a former version."""
     kernels = tmp_path / "cache" / "kernels"
     (kernels / "0123456789abcdef").mkdir(parents=True)
@@ -139,7 +163,7 @@ def test_the_least_used_kernels_go_when_there_are_too_many(tmp_path: Path) -> No
     assert names == {"newest", "middle", "double_k", "seven"}
 
 
-def test_use_keeps_a_kernel_young(tmp_path: Path) -> None:
+def test_use_keeps_a_kernel_young(tmp_path: Path, used: Use) -> None:
     used(tmp_path, tmp_path / "cache")
     files = list((tmp_path / "cache" / "kernels").glob("seven-*.nbi"))
     os.utime(files[0], (1e9, 1e9))
@@ -188,7 +212,8 @@ def thrice_k(x: float) -> float:
 class Copy:
     """A package of two modules with `sinssim.jit`, and the kernels that it compiled."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, forks: Forks) -> None:
+        self._forks = forks
         self.cache, self.package = folder / "cache", folder / "package" / "sinssim"
         own = Path(sinssim.__file__).parent
         shutil.copytree(own / "system", self.package / "system")
@@ -199,11 +224,9 @@ class Copy:
         """Return what the package prints, and the kernels that were compiled for it."""
         (self.package / "whole.py").write_text(whole)
         (self.package / "other.py").write_text(other)
-        done = subprocess.run(
-            [sys.executable, "-m", "sinssim.whole"],
-            env={**os.environ, "PYTHONPATH": str(self.package.parent), "SINSSIM_CACHE": str(self.cache),
-                 "NUMBA_DEBUG_CACHE": "1", "PYTHONDONTWRITEBYTECODE": "1"},
-            cwd=self.package.parent, capture_output=True, text=True, check=False,
+        done = self._forks.run(
+            "-m", "sinssim.whole",
+            cwd=self.package.parent, SINSSIM_CACHE=str(self.cache), NUMBA_DEBUG_CACHE="1",
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         saved = [line for line in done.stdout.splitlines() if "data saved" in line]
@@ -212,9 +235,9 @@ class Copy:
 
 
 @pytest.fixture(scope="module")
-def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def compiled_once(tmp_path_factory: pytest.TempPathFactory, forks: Forks) -> Path:
     folder = tmp_path_factory.mktemp("compiled")
-    assert Copy(folder).run(PARTS, OTHER) == (72.0, {"thrice_k", "inner_k", "whole"})
+    assert Copy(folder, forks).run(PARTS, OTHER) == (72.0, {"thrice_k", "inner_k", "whole"})
     return folder / "cache"
 
 
@@ -235,13 +258,13 @@ def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_an_edit_compiles_what_it_reaches_and_nothing_else(
-    tmp_path: Path, compiled_once: Path, before: str, after: str, value: float, compiled: set[str]
+    tmp_path: Path, compiled_once: Path, forks: Forks, before: str, after: str, value: float, compiled: set[str]
 ) -> None:
     """Each kind of thing that a kernel is compiled from, changed after another process has compiled it."""
     shutil.copytree(compiled_once, tmp_path / "cache")
     edited = [text.replace(before, after, 1) for text in (PARTS, OTHER)]
     assert edited != [PARTS, OTHER]
-    assert Copy(tmp_path).run(*edited) == (value, compiled)
+    assert Copy(tmp_path, forks).run(*edited) == (value, compiled)
 
 
 COMPILES = """
@@ -271,13 +294,9 @@ except KeyboardInterrupt:
 """
 
 
-def test_an_interruption_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
+def test_an_interruption_does_not_wait_for_the_compiler(tmp_path: Path, forks: Forks) -> None:
     (tmp_path / "use.py").write_text(COMPILES)
-    done = subprocess.run(
-        [sys.executable, str(tmp_path / "use.py")],
-        env={**os.environ, "SINSSIM_CACHE": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = forks.run(tmp_path / "use.py", SINSSIM_CACHE=str(tmp_path / "cache"))
     assert (done.stdout, done.stderr) == ("interrupted", "")
 
 
@@ -305,17 +324,10 @@ print(told)
 """
 
 
-def test_compilation_is_told_of_once(tmp_path: Path) -> None:
+def test_compilation_is_told_of_once(tmp_path: Path, forks: Forks) -> None:
     """Of each kernel that is called, not of those within it, and not when they come from the cache."""
     (tmp_path / "use.py").write_text(TELLS)
-    said = [
-        subprocess.run(
-            [sys.executable, str(tmp_path / "use.py")],
-            env={**os.environ, "SINSSIM_CACHE": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"},
-            capture_output=True, text=True, check=True,
-        ).stdout
-        for _ in range(2)
-    ]  # fmt: skip
+    said = [forks.run(tmp_path / "use.py", SINSSIM_CACHE=str(tmp_path / "cache")).stdout for _ in range(2)]
     assert said == ["[True, False, True, False]\n", "[]\n"]
 
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.alignment.axes import SINGULAR_ZONE, Angles
 from sinssim.alignment.determination import EARTH_RATE_TOLERANCE, Determination, Flags, check_lengths
@@ -91,11 +92,7 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
     check_lengths(np.asarray(OMEGA_IE), np.asarray(np.linalg.norm(accel)))
 
     attitude, velocity = inertial_curve(imu)
-    # Means over blocks avoid aliasing of vibration.
-    edges = np.unique(np.linspace(0, len(imu) + 1, _BLOCKS + 1).astype(int))
-    counts = np.diff(edges)[:, None]
-    t = np.add.reduceat(imu.time - imu.time[0], edges[:-1]) / counts[:, 0]
-    v = np.add.reduceat(velocity, edges[:-1], axis=0) / counts
+    edges, t, v = mean_blocks(imu, velocity)
     fits = [_fit(t, v, start, fixed=latitude is not None or start.latitude == 0.0) for start in _starts(t, v, latitude)]
     turn = _turn_about_vertical(imu.time[edges[:-1]] - imu.time[0], attitude[edges[:-1]], fits[0])
     fit = min(fits, key=lambda candidate: abs(turn - OMEGA_IE * np.sin(candidate.latitude)))
@@ -106,7 +103,42 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
     return DisturbedAlignment(determination, rms, imu.time, unexplained)
 
 
-def _check_stayed(fit: _Fit, imu: ImuData, velocity: Array) -> None:
+def mean_blocks(imu: ImuData, velocity: Array) -> tuple[NDArray[np.intp], Array, Array]:
+    """Average the curve of the velocity over blocks, which avoids aliasing of vibration.
+
+    Args:
+        imu: the session's increments.
+        velocity: at their edges, (N+1, 3) m/s.
+
+    Returns:
+        Edges of the blocks among the rows of `velocity`, (B+1,), their mean times since the start, (B,) s, and their
+        mean velocities, (B, 3) m/s.
+    """
+    edges = np.unique(np.linspace(0, len(imu) + 1, _BLOCKS + 1).astype(np.intp))
+    counts = np.diff(edges)[:, None]
+    t = np.add.reduceat(imu.time - imu.time[0], edges[:-1]) / counts[:, 0]
+    return edges, t, np.add.reduceat(velocity, edges[:-1], axis=0) / counts
+
+
+def fit_of_session(imu: ImuData, latitude: float) -> ConeFit:
+    """Return the fitted cone of a session at a known latitude.
+
+    Args:
+        imu: the session's increments.
+        latitude: rad.
+
+    Returns:
+        The fit.
+
+    Raises:
+        InputError: the readings are impossible for a parked vehicle.
+        RunError: the fit does not converge.
+    """
+    _, t, v = mean_blocks(imu, inertial_curve(imu)[1])
+    return _fit(t, v, _starts(t, v, latitude)[0], fixed=True)
+
+
+def _check_stayed(fit: ConeFit, imu: ImuData, velocity: Array) -> None:
     """Raise for velocities too large for a swaying base.
 
     A constant acceleration throughout the session is not detected, because it cannot be distinguished from a tilt.
@@ -154,8 +186,15 @@ def _accumulate(steps: Array, out: Array) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
-    """Unknowns of the fit: C_ib0,i, latitude, g, v₀."""
+class ConeFit:
+    """Unknowns of the fit.
+
+    Attributes:
+        c: C_ib0,i, (3, 3).
+        latitude: rad.
+        gravity: m/s².
+        v0: velocity at the start, (3,) m/s.
+    """
 
     c: Array
     latitude: float
@@ -180,7 +219,7 @@ def _cone(t: Array, latitude: float) -> Array:
     )
 
 
-def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
+def _starts(t: Array, v: Array, latitude: float | None) -> list[ConeFit]:
     """Return initial values in each hemisphere, or on the equator, from the parabola v₀ + at + bt².
 
     a points up, b points east, and the length of b gives cosφ.
@@ -221,11 +260,11 @@ def _starts(t: Array, v: Array, latitude: float | None) -> list[_Fit]:
     starts = []
     for phi in candidates:
         meridian, axis = np.cos(phi) * up - np.sin(phi) * north, np.sin(phi) * up + np.cos(phi) * north
-        starts.append(_Fit(np.stack([meridian, east, axis], axis=1), phi, gravity, v0))
+        starts.append(ConeFit(np.stack([meridian, east, axis], axis=1), phi, gravity, v0))
     return starts
 
 
-def _turn_about_vertical(t: Array, attitude: Array, fit: _Fit) -> float:
+def _turn_about_vertical(t: Array, attitude: Array, fit: ConeFit) -> float:
     """Return the mean rate of the block about the plumb line, rad/s: U sinφ if it does not turn on the Earth.
 
     It is the slope of a straight line through the angle, which a sway hardly changes. It distinguishes north from
@@ -238,24 +277,39 @@ def _turn_about_vertical(t: Array, attitude: Array, fit: _Fit) -> float:
     return float(np.polynomial.polynomial.polyfit(t, angle, 1)[1])
 
 
-def _fit(t: Array, v: Array, start: _Fit, fixed: bool) -> _Fit:
+def cone_jacobian(fit: ConeFit, t: Array, fixed: bool) -> Array:
+    """Return the derivatives of the fitted velocity with respect to the unknowns.
+
+    Args:
+        fit: the fit about which they are.
+        t: times since the start, (N,) s.
+        fixed: whether the latitude is known.
+
+    Returns:
+        By a small rotation of `fit.c` in ib0, latitude (zero if it is known), gravity and v₀, (N, 3, 8).
+    """
+    curve = _cone(t, fit.latitude) @ fit.c.T
+    slope = _cone(t, fit.latitude + 0.5 * np.pi) @ fit.c.T  # derivatives of cosine and sine
+    jacobian = np.empty((len(t), 3, 8))
+    for k in range(3):  # a small rotation δ of C adds δ × curve
+        jacobian[:, :, k] = fit.gravity * np.cross(np.eye(3)[k], curve)
+    jacobian[:, :, 3] = 0.0 if fixed else fit.gravity * slope
+    jacobian[:, :, 4] = curve
+    jacobian[:, :, 5:] = np.eye(3)
+    return jacobian
+
+
+def _fit(t: Array, v: Array, start: ConeFit, fixed: bool) -> ConeFit:
     """Fit the cone by Gauss-Newton steps on a small rotation of C_ib0,i, latitude, g and v₀."""
     fit = start
     scale = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0])
     for _ in range(_ITERATIONS):
-        curve = _cone(t, fit.latitude) @ fit.c.T
-        slope = _cone(t, fit.latitude + 0.5 * np.pi) @ fit.c.T  # derivatives of cosine and sine
-        jacobian = np.empty((len(t), 3, 8))
-        for k in range(3):  # a small rotation δ of C adds δ × curve
-            jacobian[:, :, k] = fit.gravity * np.cross(np.eye(3)[k], curve)
-        jacobian[:, :, 3] = 0.0 if fixed else fit.gravity * slope
-        jacobian[:, :, 4] = curve
-        jacobian[:, :, 5:] = np.eye(3)
+        jacobian = cone_jacobian(fit, t, fixed)
         step, *_ = np.linalg.lstsq(jacobian.reshape(-1, 8) * scale, fit.residual(t, v).reshape(-1), rcond=1e-13)
         step *= scale
         length = float(np.linalg.norm(step[:3])) + abs(step[3])
         step *= min(1.0, 0.3 / length) if length > 0.0 else 1.0
-        fit = _Fit(
+        fit = ConeFit(
             _rotation(step[:3]) @ fit.c,
             float(np.clip(fit.latitude + step[3], -np.pi / 2, np.pi / 2)),
             float(fit.gravity + step[4]),
@@ -275,7 +329,7 @@ def _rotation(vector: Array) -> Array:
     return rotation.dcm_from_quaternion(rotation.quaternion_from_rotation_vector(vector))
 
 
-def _determination(imu: ImuData, q_last: Array, fit: _Fit, turn: float, free: bool) -> Determination:
+def _determination(imu: ImuData, q_last: Array, fit: ConeFit, turn: float, free: bool) -> Determination:
     from sinssim import rotation
 
     phi, ut = fit.latitude, OMEGA_IE * (imu.time[-1] - imu.time[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -212,7 +213,7 @@ def align_source(
     Args:
         source: a scenario's file or name, or a log, recognised by its suffix (`sinssim.logs.text.samples.SUFFIXES`).
         columns: TOML file that names a log's columns, units and axes.
-        grade: the grade of a log's sensors, for the expected error.
+        grade: the grade of a log's sensors, for the expected error; in a scenario it replaces imu.grade.
         start, end: part of the session to use, in its own time, s.
         method: "quiet" or "disturbed".
         latitude: rad, if known, for "disturbed".
@@ -239,11 +240,12 @@ def align_source(
             )
         return _align_log(Path(source), columns, grade, (start, end), method, latitude)
     _check_is_scenario(source)
-    if columns is not None or grade is not None:
+    if columns is not None:
         raise InputError(
-            f"{source} is a scenario, which describes its own sensors; --columns and --grade are for logs "
-            f"({', '.join(SUFFIXES)}). Choose another grade with --set imu.grade=NAME."
+            f"{source} is a scenario, which describes its own sensors; --columns is for logs ({', '.join(SUFFIXES)})."
         )
+    if grade is not None:
+        settings = (*settings, f"imu.grade={json.dumps(grade)}")
     return _align_scenario(source, settings, (start, end), method, latitude)
 
 

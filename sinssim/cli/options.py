@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -29,10 +31,25 @@ def want_traceback(value: bool) -> bool:
     return value
 
 
+def scenario_names(incomplete: str) -> list[str]:
+    """Return the names of scenarios for the shell's completion, which adds files where none of them fits.
+
+    Args:
+        incomplete: beginning of the name.
+
+    Returns:
+        The names with this beginning.
+    """
+    from sinssim.scenario.content import list_content
+
+    return [name for name in list_content("scenarios") if name.startswith(incomplete)]
+
+
 ScenarioName = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
+        autocompletion=scenario_names,
         help="A scenario's TOML file, or a name from `sinssim list scenarios`.",
         show_default=False,
     ),
@@ -44,6 +61,15 @@ Settings = Annotated[
         metavar="KEY=VALUE",
         help="Replace a value of the scenario; may be given several times. A key is a path with dots; legs are "
         "counted from 1: `--set imu.grade=tactical --set flight.legs.2.altitude_m=9000`.",
+        show_default=False,
+    ),
+]
+GradeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--grade",
+        metavar="NAME|FILE",
+        help="Replace imu.grade: a name from `sinssim list grades`, or a grade's TOML file.",
         show_default=False,
     ),
 ]
@@ -67,3 +93,16 @@ Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JS
 Debug = Annotated[
     bool, typer.Option("--debug", callback=want_traceback, help="Show Python's traceback if an error occurs.")
 ]
+
+
+def with_grade(settings: Sequence[str] | None, grade: str | None) -> list[str]:
+    """Return the settings of a scenario with that of --grade.
+
+    Args:
+        settings: those of --set.
+        grade: that of --grade.
+
+    Returns:
+        The settings; that of --grade is the last one.
+    """
+    return [*(settings or ()), *([] if grade is None else [f"imu.grade={json.dumps(grade)}"])]

@@ -21,6 +21,7 @@ _STAGES = {
     "truth": "Fitting the true motion",
     "imu": "Sensing",
     "navigate": "Navigating",
+    "budget": "Sources of the phases",
     "filter": "Filtering",
     "record": "Recording",
 }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.ensembles.run_errors import COMPONENTS
 from sinssim.errors import InputError
-from sinssim.requirements.requirement import Requirement, parse_requirement
+from sinssim.requirements.requirement import Requirement
 from sinssim.requirements.verdict import CONFIDENCE, Tally, Verdict, columns_of, errors_of, joined, tally, verdict_of
 from sinssim.scenario.sections.ensemble import MOST_RUNS
 
@@ -22,22 +22,6 @@ if TYPE_CHECKING:
 LOOKS = 5
 """Most looks at an ensemble that runs until its requirements are decided; the number of runs doubles from one to the
 next, so that the last one has 16 times the first number."""
-
-
-def read_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
-    """Read requirements.
-
-    Args:
-        require: texts, see `parse_requirement`, or requirements; or one of them.
-
-    Returns:
-        The requirements.
-
-    Raises:
-        InputError: one of them cannot be read.
-    """
-    several = (require,) if isinstance(require, str | Requirement) else require
-    return tuple(one if isinstance(one, Requirement) else parse_requirement(one) for one in several)
 
 
 def looks_of(runs: int) -> tuple[int, ...]:

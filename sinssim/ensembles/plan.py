@@ -17,6 +17,7 @@ from sinssim.ensembles.fill_in import WITHIN
 from sinssim.ensembles.members import member
 from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError
+from sinssim.own_content.in_scenario import own_digests
 from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -89,7 +90,9 @@ class Plan:
     @property
     def contents(self) -> dict[str, Any]:
         """The keys of the scenario on which the numbers of a run depend, without seed and number of runs."""
-        contents = self.scenario.contents(without=(*_WITHOUT_EFFECT, "seed", "ensemble"))
+        contents = self.scenario.contents(without=(*_WITHOUT_EFFECT, "seed", "ensemble", "use"))
+        if files := own_digests(self.scenario):
+            contents["own_content"] = files
         vary = [one.model_dump() for one in self.scenario.ensemble.vary] if self.scenario.ensemble else []
         return {**contents, "ensemble": {"solution": self.solution, "vary": json.loads(json.dumps(vary))}}
 

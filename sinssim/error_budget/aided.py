@@ -24,16 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, Measurements, NavSolution
-from sinssim.error_budget.inertial import Snapshot, snapshot
+from sinssim.error_budget.filter_run import FilterRun
+from sinssim.error_budget.inertial import Marks, Snapshot, snapshot
 from sinssim.error_budget.motion import TrueMotion, gravity_input, noise_inputs, white_covariance
 from sinssim.error_budget.propagation import NavigationStep, Propagation, Reading
-from sinssim.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
+from sinssim.error_budget.shares import SensorAngle, SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.estimation.dynamics import CORE, PHI, V, driving_noise
 from sinssim.estimation.intake import CheckedMeasurements, take_in
-from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
+from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, of_vehicle
 from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.model import Block, ErrorModel
 from sinssim.estimation.nominal import rows_of
+from sinssim.sensors.imu.encoder import encoders_of
 from sinssim.sensors.imu.errors import ImuErrors
 
 if TYPE_CHECKING:
@@ -45,25 +47,6 @@ _SEGMENT = 64.0
 _SAME = 1e-6
 _GYRO_NOISE = "gyro_arw"
 """The source that readings of a mean rate share with the attitude."""
-
-
-@dataclass(frozen=True)
-class FilterRun:
-    """What the filter of a scenario is told, and where it starts.
-
-    Attributes:
-        model: its error model.
-        covariance: P₀, (n, n).
-        measurements: readings without random errors, with the 1σ that the filter assumes.
-        rate_hz: of its prediction.
-        start: first edge of its samples.
-    """
-
-    model: ErrorModel
-    covariance: Array
-    measurements: Sequence[Measurements]
-    rate_hz: float
-    start: int
 
 
 @dataclass
@@ -112,9 +95,11 @@ class Consider:
         time = motion.ideal.time[told.start :]
         self._readings, self._epochs = take_in(told.measurements, told.model, time, told.rate_hz)
         self._begins = self._beginnings()
+        self._angles = [one for one in shares.sensors if isinstance(one, SensorAngle)]
+        self._encoders = encoders_of(motion.trajectory, None, motion.ideal.time)
         self._around = Surroundings(
             told.model, driving_noise(told.model), self._epochs, self._readings, motion.rates, motion.gravity,
-            motion.trajectory.ellipsoid,
+            motion.trajectory.ellipsoid, encoders=self._encoders,
         )  # fmt: skip
         self._truth = ErrorModel(
             (
@@ -144,18 +129,28 @@ class Consider:
         """Number of core states."""
         return self._told.model.size
 
-    def run(self, propagation: Propagation, outputs: Array, progress: Callable[[float], None]) -> list[FilterSnapshot]:
+    def run(
+        self,
+        propagation: Propagation,
+        outputs: Array,
+        progress: Callable[[float], None],
+        marks: Marks | None = None,
+    ) -> list[FilterSnapshot]:
         """Propagate all sources.
 
         Args:
             propagation: shares at the filter's start, with the core states of (1).
             outputs: instants of the results, epochs of the filter at or after its start, (E,) s.
             progress: called with the fraction done.
+            marks: instants between which the changes are wanted, among `outputs`.
 
         Returns:
             The shares and the filter's covariance at those instants.
         """
         epochs = self._epochs.time
+        self._marks = marks
+        if marks is not None:
+            marks.start([propagation], float(epochs[0]))
         wanted = set(np.searchsorted(epochs, outputs - 1e-7).tolist())
         main = _Branch(np.inf, self._told.covariance.copy(), propagation, np.zeros((self.core, 3)))
         branches: list[_Branch] = [main]
@@ -216,12 +211,21 @@ class Consider:
                     branch.propagation.reset(_GYRO_NOISE)
             if event in wanted:
                 published = branches[0]
-                found.append(
-                    FilterSnapshot(
-                        snapshot(published.propagation, self._shares, rounded=now > self._motion.ideal.time[0]),
-                        published.covariance[:CORE, :CORE],
-                    )
-                )
+                seen = snapshot(published.propagation, self._shares, rounded=now > self._motion.ideal.time[0])
+                self._turn_out(seen, now)
+                found.append(FilterSnapshot(seen, published.covariance[:CORE, :CORE]))
+                if self._marks is not None:
+                    self._marks.pass_by(published.propagation, [branch.propagation for branch in branches], now)
+
+    def _turn_out(self, seen: Snapshot, now: float) -> None:
+        """Add the errors of the angles to the attitude, which is that of the vehicle."""
+        for one in self._angles:
+            phi = one.error.phi(np.array([now]))[0]
+            if one.error.what == "noise":
+                turned = phi * one.error.size
+                seen.covariances[one.source.name][PHI, PHI] += turned @ turned.T
+            else:
+                seen.sensitivity[PHI, self._shares.parts[one.source.name][0]] += phi
 
     def _steps(self, time: Array) -> dict[str, Array]:
         """Return noise and effects of constant errors over the steps between events."""
@@ -347,6 +351,12 @@ class Consider:
                     noise[sensor.source.name] = sensor.sigma**2
             elif isinstance(sensor, SensorGiven) and sensor.label == data.label:
                 constants[:, shares.of_label[sensor.label]] = one.residual
+            elif isinstance(sensor, SensorAngle):
+                off = h_true[:, PHI] @ sensor.error.phi(data.time[one.row : one.row + 1])[0]
+                if sensor.error.what == "noise":
+                    noise[sensor.source.name] = np.sum((off * sensor.error.size) ** 2, axis=1)
+                else:
+                    constants[:, shares.parts[sensor.source.name][0]] = off
         return Reading(gain, core, constants, processes, noise)
 
     def _true_readings(self, line: Linearisation) -> dict[tuple[int, int], Array]:
@@ -365,7 +375,10 @@ class Consider:
             rate = self._rate(readings, rows, self._epochs.time[epoch])
             time = data.time[rows]
             some = Measurements(data.kind, time, time, data.value[rows], data.sigma[rows], data.lever_arm, data.name)
-            h = observe(some, Prediction(state, rate, self._around.ellipsoid), self._truth, zero)[1]
+            predicted = Prediction(state, rate, self._around.ellipsoid)
+            if self._encoders is not None:
+                predicted = of_vehicle(predicted, self._encoders, time)
+            h = observe(some, predicted, self._truth, zero)[1]
             found |= {(sensor, row): h[k] for k, row in enumerate(rows.tolist())}
             c_nb = rotation.dcm_from_quaternion(state.q_nb)
             self._c_nb |= {(sensor, row): c_nb[k] for k, row in enumerate(rows.tolist())}

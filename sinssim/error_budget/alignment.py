@@ -1,4 +1,4 @@
-"""The start of a filter after a coarse alignment at rest: attitude errors by the mean readings of the session."""
+"""The start after an alignment at rest: attitude errors by the mean readings of the session."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def by_mean_readings(motion: TrueMotion, count: int) -> Array:
 def align(
     motion: TrueMotion, shares: Shares, series: tuple[Array, Array], count: int, propagation: Propagation
 ) -> None:
-    """Take all sources through the session, at whose end the filter starts.
+    """Take all sources through the session, at whose end the filter or the navigator starts.
 
     During the session, the rows of velocity and attitude hold the sums of the reading errors of accelerometers and
     gyros. The end turns them into the attitude's error. Velocity is exact, and the position keeps its initial error.
@@ -82,6 +82,11 @@ def align(
         fields[V] = interval * c_bn
         both = bias[:, :3], bias[:, 3:]
         propagation.step(NavigationStep(np.eye(n), constants, noise, both, interval, fields, 0.0))
+    for number, name in enumerate(propagation.white):  # the rounding of the last pulse
+        for own in shares.noises:
+            if own.source.name == name and own.what == "quantum":
+                axes = range(6, 9) if own.triad == 0 else range(3, 6)
+                propagation.covariance[number, axes, axes] += own.size**2 / 12.0
     of_readings = by_mean_readings(motion, count) / float(time[-1] - time[0])
     last = only_position.copy()
     last[PHI, PHI], last[PHI, V] = of_readings[:, :3], of_readings[:, 3:]

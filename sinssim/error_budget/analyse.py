@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.error_budget.aided import Consider, FilterRun
+from sinssim.error_budget.aided import Consider
 from sinssim.error_budget.alignment import align
-from sinssim.error_budget.inertial import HeightErrors, Snapshot, Vertical, propagate
+from sinssim.error_budget.filter_run import FilterRun
+from sinssim.error_budget.inertial import STATES, HeightErrors, Marks, Snapshot, Vertical, propagate
 from sinssim.error_budget.inputs.aiding_sources import AidingSources, aiding_sources
 from sinssim.error_budget.inputs.algorithm import ALGORITHM, of_algorithm
 from sinssim.error_budget.inputs.given_readings import emulated_constants, given_readings
@@ -24,11 +25,14 @@ from sinssim.error_budget.inputs.sources import (
     inertial_noises,
     initial_errors,
 )
-from sinssim.error_budget.inputs.turning import of_turning
+from sinssim.error_budget.inputs.turning import angle_errors, of_turning
 from sinssim.error_budget.motion import TrueMotion
-from sinssim.error_budget.result import BudgetResult
-from sinssim.error_budget.shares import SensorGiven, SensorSource, Shares
+from sinssim.error_budget.own_alignment import begin_aligned, samples_of_alignment
+from sinssim.error_budget.result import Added, BudgetResult
+from sinssim.error_budget.served import check_kind
+from sinssim.error_budget.shares import SensorAngle, SensorGiven, SensorSource, Shares
 from sinssim.errors import InputError
+from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.duration import check_times
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.imu.errors import warm_up
@@ -54,18 +58,6 @@ _ROUNDING = np.repeat((1e-3, 1e-6, 1e-8), 3)
 
 _HIGHEST = np.radians(89.5)
 """Latitude beyond which the error equations in north, east, down are not used."""
-
-_OTHER_SETS = {
-    "accelerometers": "its angular rate comes from differences of accelerometers, which it integrates once more than "
-    "the budget's error equations do",
-    "attitude-sensor": "its attitude is measured and not integrated, so that the budget's error equations of the "
-    "attitude do not hold",
-    "redundant": "its monitoring decides by each run's own errors which sensors count, which is not linear, and its "
-    "errors are those of more than three axes",
-    "platform": "its gimbals turn the sensors against the block, and the budget takes the sensors' inputs from the "
-    "block's own motion",
-}
-"""Why sets other than three gyros and three accelerometers have none."""
 
 EPOCHS = 500
 """Number of intervals between the instants of the results."""
@@ -99,73 +91,15 @@ class _InertialErrors(NamedTuple):
     series: tuple[Array, Array]
 
 
-def check_kind(scenario: Scenario, solution: str | None) -> str:
-    """Return the solution that a budget is made of; raise for a scenario that has none.
-
-    Args:
-        scenario: the scenario.
-        solution: "inertial", "filter", or None for the filter's if there is one.
-
-    Returns:
-        "inertial" or "filter".
-
-    Raises:
-        InputError: the scenario has no budget; the message names the key.
-    """
-    if scenario.one_component is not None:
-        raise InputError(
-            f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "
-            "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle], "
-            "[motion] or [track]."
-        )
-    if scenario.log is not None:
-        raise InputError(
-            f"the scenario {scenario.name} has [log]; a budget needs the true motion, and a recording has none. Give a "
-            "scenario with [flight], [parked], [great_circle] or [motion]."
-        )
-    if scenario.imu.sensor_set.type != "gyros":
-        kind = scenario.imu.sensor_set.type
-        raise InputError(
-            f'imu.sensor_set.type = "{kind}" has no budget: {_OTHER_SETS[kind]}. Use an ensemble, or '
-            'imu.sensor_set.type = "gyros".'
-        )
-    if solution not in (None, "inertial", "filter"):
-        raise InputError(f'solution = {solution!r} must be "inertial" or "filter".')
-    if solution == "filter" and scenario.filter is None:
-        raise InputError('solution = "filter" needs a scenario with [filter].')
-    chosen = solution or ("inertial" if scenario.filter is None else "filter")
-    if chosen == "inertial" and scenario.navigation.alignment is not None:
-        raise InputError(
-            "navigation.alignment has no budget: the errors of the start follow from the readings of the alignment. "
-            "Give their 1σ (`sinssim align`) in navigation.initial_error instead, or use an ensemble."
-        )
-    f = scenario.filter if chosen == "filter" else None
-    if f is not None and scenario.imu.rotation is not None:
-        raise InputError(
-            "[imu.rotation] has no budget of the filter's solution: the errors of the encoders also act on the "
-            'readings of the aiding sensors. Use an ensemble, or solution = "inertial".'
-        )
-    if f is not None and f.vibration_noise:
-        raise InputError(
-            f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the readings of one run. "
-            "Remove it, or use an ensemble."
-        )
-    if f is not None and f.alignment_s is not None and f.alignment != "at-rest":
-        raise InputError(
-            f'filter.alignment = "{f.alignment}" has no budget: the alignment starts from an unknown attitude, for '
-            "which no linear theory holds. Remove filter.alignment_s, or use an ensemble."
-        )
-    return chosen
-
-
 def budget(
     scenario: Scenario,
     *,
     times: Iterable[float] = (),
-    require: Iterable[Requirement] = (),
+    require: str | Requirement | Iterable[str | Requirement] = (),
     solution: str | None = None,
     progress: Progress | None = None,
     truth: KnownTruth | None = None,
+    marks: Iterable[float] = (),
 ) -> BudgetResult:
     """Compute the covariances of a scenario's navigation errors by source, without random numbers.
 
@@ -175,10 +109,11 @@ def budget(
     Args:
         scenario: the scenario.
         times: further instants of the results, s since the start of the run.
-        require: requirements whose times are further instants.
+        require: requirements, or their texts, whose times are further instants; the result's `answers` judges them.
         solution: "inertial" or "filter"; by default the filter's if the scenario has one.
         progress: called with the progress.
         truth: the scenario's true motion, if it is there already; by default it is made.
+        marks: instants in s since the start of the run, whose intervals `BudgetResult.added` tells apart.
 
     Returns:
         The budget, at 501 instants and at `times`.
@@ -194,17 +129,12 @@ def budget(
 
         scenario = with_states(scenario)
     say("flight", 0.0)
-    if scenario.gravity is not None and scenario.imu.rotation is not None:
-        raise InputError(
-            "the budget has the disturbance of gravity in the vehicle's axes, and the block of [imu.rotation] turns: "
-            "remove [gravity] or [imu.rotation], or use an ensemble."
-        )
     normal = in_normal_gravity(scenario)  # what the field does is a source
     trajectory = truth.trajectory if truth else fly(normal, lambda fraction: say("flight", fraction))
     if isinstance(trajectory, Disturbed):
         trajectory, truth = trajectory.base, None
     say("truth", 0.0)
-    wanted = tuple(require)
+    wanted = parse_requirements(require)
     for one in wanted:
         one.check_within(trajectory.end - trajectory.start)
     block = truth.block if truth else block_of(trajectory, scenario.imu)
@@ -222,18 +152,20 @@ def budget(
     aiding = None if scenario.aiding is None else aiding_sources(scenario, trajectory)
     fixed = constants(scenario)
     named, *of_one_run = given_readings(scenario, ideal)
-    of_field, *by_field = field_readings(scenario, trajectory, ideal)
+    of_field, *by_field = field_readings(scenario, block, ideal)
     named = [*named, *of_field]
     of_constants = emulated_constants(scenario, fixed, ideal)
     theta, velocity = (np.concatenate(parts) for parts in zip(of_constants, of_one_run, by_field, strict=True))
     inertial = _InertialErrors(fixed, named, (theta, velocity))
-    outputs = _instants(ideal.time, (*times, *(one.time for one in wanted if one.when == "at")))
+    marked = Marks(_instants(ideal.time, marks, 0)) if (marks := tuple(marks)) else None
+    outputs = _instants(ideal.time, (*times, *marks, *(one.time for one in wanted if one.when == "at")))
     initial = initial_errors(scenario, _given_start(scenario, trajectory))
     if kind == "inertial":
-        found = _inertial(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))
+        found = _inertial(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
         result = _result(scenario, kind, ideal.time[0], *found, None)
-        result = _with_algorithm(result, of_algorithm(normal, motion, outputs))
-        sources, covariance, mean = of_turning(scenario, block, outputs)
+        result = replace(result, added=_added(found[1], marked, ideal.time[0]))
+        result = _with_algorithm(result, of_algorithm(normal, motion, found[0]))
+        sources, covariance, mean = of_turning(scenario, block, found[0])
         return replace(
             result,
             sources=(*result.sources, *sources),
@@ -241,17 +173,17 @@ def budget(
             mean={**result.mean, **mean},
         )
     assert aiding is not None
-    return _aided(scenario, motion, inertial, initial, aiding, outputs, lambda f: say("budget", f))
+    return _aided(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
 
 
-def _instants(edges: Array, times: Iterable[float]) -> Array:
+def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) -> Array:
     """Return the instants of the results at edges of samples, those that are asked for included, (E,) s."""
     start, end = float(edges[0]), float(edges[-1])
     asked = np.array([float(t) for t in times]) + start
     if len(asked) and not (np.isfinite(asked).all() and asked.min() >= start and asked.max() <= end + 1e-6):
         wrong = asked[~((asked >= start) & (asked <= end + 1e-6))][0] - start
         raise InputError(f"t = {wrong:g} s lies outside the run, which lasts {end - start:g} s.")
-    wanted = np.concatenate([np.linspace(start, end, EPOCHS + 1), asked])
+    wanted = np.concatenate([np.linspace(start, end, epochs), asked])
     rows = np.searchsorted(edges, wanted - 0.5 * float(edges[1] - edges[0]))
     return np.asarray(edges[np.unique(np.minimum(rows, len(edges) - 1))])
 
@@ -282,6 +214,7 @@ def _inertial(
     initial: InitialErrors,
     aiding: AidingSources | None,
     outputs: Array,
+    marks: Marks | None,
     progress: Callable[[float], None],
 ) -> tuple[Array, Shares, list[Snapshot]]:
     section, readings = scenario.navigation, None
@@ -297,7 +230,11 @@ def _inertial(
     noises = [*inertial_noises(scenario), *remainder_noise(scenario, motion.state)]
     shares = Shares(inertial.constants, noises, inertial.named, initial, own)
     vertical = Vertical(section.vertical, section.baro_time_constant_s, readings)
-    return outputs, shares, propagate(motion, shares, inertial.series, vertical, outputs, progress)
+    begun = None
+    if count := samples_of_alignment(scenario, motion):
+        begun = count, begin_aligned(scenario, motion, shares, inertial.series, count, STATES)
+        outputs = np.union1d(motion.ideal.time[count], outputs[outputs > motion.ideal.time[count] + 1e-9])
+    return outputs, shares, propagate(motion, shares, inertial.series, vertical, outputs, progress, begun, marks)
 
 
 def _aided(
@@ -307,8 +244,10 @@ def _aided(
     initial: InitialErrors,
     aiding: AidingSources,
     outputs: Array,
+    marks: Marks | None,
     progress: Callable[[float], None],
 ) -> BudgetResult:
+    from sinssim.estimation.from_scenario.along_the_way import with_declination
     from sinssim.estimation.from_scenario.filter_model import filter_model
     from sinssim.estimation.from_scenario.filter_states import inertial_sigma
     from sinssim.estimation.initial_alignment.start import at_rest
@@ -316,13 +255,13 @@ def _aided(
     section, ideal = scenario.filter, motion.ideal
     assert section is not None
     time = ideal.time
-    model = filter_model(scenario, float(time[-1] - time[0]))
+    model = with_declination(filter_model(scenario, float(time[-1] - time[0])), scenario, motion.trajectory)
     shares = Shares(
         inertial.constants,
         [*inertial_noises(scenario, summed="zero_rate" in aiding.tables), *remainder_noise(scenario, motion.state)],
         inertial.named,
         initial,
-        aiding.sources,
+        [*aiding.sources, *(SensorAngle(one.source, one) for one in angle_errors(scenario, motion.trajectory))],
     )
     covariance, start = np.diag(model.sigma**2), 0
     propagation = shares.begin(model.size)
@@ -347,9 +286,12 @@ def _aided(
     epochs = consider.on_edge
     after = outputs[outputs >= time[start] - 1e-9]
     nearest = epochs[np.unique(np.clip(np.searchsorted(epochs, after - 1e-7), 0, len(epochs) - 1))]
-    found = consider.run(propagation, nearest, progress)
+    if marks is not None:  # the filter's epochs are the nearest
+        marks.time = epochs[np.unique(np.clip(np.searchsorted(epochs, marks.time - 1e-7), 0, len(epochs) - 1))]
+    found = consider.run(propagation, nearest, progress, marks)
     own = np.array([one.own for one in found])
-    return _result(scenario, "filter", time[0], nearest, shares, [one.shares for one in found], own)
+    result = _result(scenario, "filter", time[0], nearest, shares, [one.shares for one in found], own)
+    return replace(result, added=_added(shares, marks, time[0]))
 
 
 def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
@@ -380,6 +322,24 @@ def _result(
     own: Array | None,
 ) -> BudgetResult:
     """Combine the columns of each source."""
+    sources, covariance, mean = _by_source(shares, found)
+    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, own)
+    sigma = result.sigma()
+    small = {  # rounding and interpolation, in readings without errors of this kind
+        name
+        for name, error in mean.items()
+        if any(isinstance(s, SensorGiven) and s.source.name == name for s in shares.sensors)
+        and (np.abs(error) <= _NEGLIGIBLE * sigma).all()
+    }
+    return replace(
+        result,
+        sources=tuple(source for source in sources if source.name not in small),
+        mean={name: error for name, error in mean.items() if name not in small},
+    )
+
+
+def _by_source(shares: Shares, found: Sequence[Snapshot]) -> tuple[list[Source], dict[str, Array], dict[str, Array]]:
+    """Return the sources with an effect, the covariances of the random ones, and the errors of the others."""
     sensitivity = np.array([one.sensitivity for one in found])
     covariance: dict[str, Array] = {}
     mean: dict[str, Array] = {}
@@ -398,16 +358,13 @@ def _result(
             covariance[source.name] = part @ part.transpose(0, 2, 1)
         else:
             mean[source.name] = part.sum(axis=2)
-    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, own)
-    sigma = result.sigma()
-    small = {  # rounding and interpolation, in readings without errors of this kind
-        name
-        for name, error in mean.items()
-        if any(isinstance(s, SensorGiven) and s.source.name == name for s in shares.sensors)
-        and (np.abs(error) <= _NEGLIGIBLE * sigma).all()
-    }
-    return replace(
-        result,
-        sources=tuple(source for source in sources if source.name not in small),
-        mean={name: error for name, error in mean.items() if name not in small},
-    )
+    return sources, covariance, mean
+
+
+def _added(shares: Shares, marks: Marks | None, start: float) -> Added | None:
+    """Return what the intervals between the marks add."""
+    if marks is None or not marks.changes:
+        return None
+    _, covariance, mean = _by_source(shares, marks.changes)
+    edges = np.array([marks.begin, *marks.reached]) - start
+    return Added(edges[:-1], edges[1:], covariance, mean)

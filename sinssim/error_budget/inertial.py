@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from sinssim.error_budget.shares import SensorConstant, SensorGiven, SensorNoise
 from sinssim.estimation.dynamics import CORE, NominalMotion
 
 _INTEGRAL, _HELD = CORE, CORE + 1
-_STATES = CORE + 2
+STATES = CORE + 2
 """Core states: navigation errors, the loop's k₃∫e dt, and the error e that it holds between readings."""
 
 _LONGEST = 1.0
@@ -41,6 +41,40 @@ class Snapshot(NamedTuple):
 
     sensitivity: Array
     covariances: dict[str, Array]
+
+
+@dataclass
+class Marks:
+    """Instants between which the changes of the errors are wanted.
+
+    Attributes:
+        time: increasing, at edges of samples, s; those before the navigation begins do not count.
+        begin: the instant from which the first change counts, filled in, s.
+        changes: of the navigation errors from one instant to the next, filled in.
+        reached: ends of the changes, filled in, s.
+    """
+
+    time: Array
+    begin: float = 0.0
+    changes: list[Snapshot] = field(default_factory=list)
+    reached: list[float] = field(default_factory=list)
+
+    def start(self, propagations: Iterable[Propagation], now: float) -> None:
+        """Begin the first interval."""
+        self.begin = now
+        for one in propagations:
+            one.mark(CORE)
+
+    def pass_by(self, published: Propagation, all_of_them: Iterable[Propagation], now: float) -> None:
+        """End an interval and begin the next, if an instant is reached."""
+        if len(self.time) and np.abs(self.time - now).min() < _SAME_INSTANT and now > self.begin + _SAME_INSTANT:
+            self.changes.append(Snapshot(*published.changes()))
+            self.reached.append(now)
+            for one in all_of_them:
+                one.mark(CORE)
+
+
+_SAME_INSTANT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -98,7 +132,7 @@ def _with_loop(
 
     With e = δh − δh_ref, δh = −δr_D: δṙ_D = δv_D + k₁ e, δv̇_D = … + k₂ e + s, ṡ = k₃ e.
     """
-    whole = np.zeros((len(f), _STATES, _STATES))
+    whole = np.zeros((len(f), STATES, STATES))
     whole[:, :CORE, :CORE] = f
     if vertical.kind != "baro-loop":
         return whole
@@ -124,6 +158,8 @@ def propagate(
     vertical: Vertical,
     outputs: Array,
     progress: Callable[[float], None],
+    begun: tuple[int, Propagation] | None = None,
+    marks: Marks | None = None,
 ) -> list[Snapshot]:
     """Propagate all sources along the whole run.
 
@@ -134,17 +170,23 @@ def propagate(
         vertical: the vertical channel.
         outputs: instants of the results, edges of samples, (E,) s.
         progress: called with the fraction done.
+        begun: sample and shares where navigation begins, after an alignment; by default the start of the run.
+        marks: instants between which the changes are wanted, among `outputs`.
 
     Returns:
         The shares at those instants.
     """
+    start, propagation = (0, shares.begin(STATES)) if begun is None else begun
     time = _boundaries(motion, vertical, outputs)
-    propagation = shares.begin(_STATES)
+    time = time[time >= motion.ideal.time[start] - 1e-9]
     held = vertical.kind == "truth"
-    keep = np.eye(_STATES)
+    keep = np.eye(STATES)
     if held:
         keep[2, 2] = keep[5, 5] = 0.0
         propagation.map(keep)
+    only = keep[:CORE, :CORE]
+    if marks is not None:
+        marks.start([propagation], float(time[0]))
     wanted = set(np.searchsorted(time, outputs - 1e-9).tolist())
     found = [snapshot(propagation, shares, rounded=False)] if 0 in wanted else []
     readings = vertical.readings
@@ -161,10 +203,10 @@ def propagate(
         phi = keep @ exponential(f, interval)
         noise = _noise(f, nominal, shares, interval)
         effects = motion.responses(part, shares.kernel_columns, *series)
-        constants = np.zeros((len(interval), _STATES, shares.count))
+        constants = np.zeros((len(interval), STATES, shares.count))
         constants[:, :CORE, : shares.inertial] = effects.core[:, :, : shares.inertial]
         constants = keep @ constants
-        bias = np.zeros((len(interval), _STATES, 6))
+        bias = np.zeros((len(interval), STATES, 6))
         bias[:, :CORE] = effects.core[:, :, shares.inertial :]
         bias = keep @ bias
         distance = motion.distance(part)
@@ -177,7 +219,12 @@ def propagate(
             if readings is not None and at_boundary[row] >= 0:
                 propagation.read(_height_reading(shares, readings, int(at_boundary[row])))
             if row in wanted:
-                found.append(snapshot(propagation, shares))
+                seen = snapshot(propagation, shares)
+                if held:  # nor does a pulse round what is held
+                    seen = Snapshot(seen.sensitivity, {name: only @ p @ only for name, p in seen.covariances.items()})
+                found.append(seen)
+                if marks is not None:
+                    marks.pass_by(propagation, [propagation], float(time[row]))
     progress(1.0)
     return found
 
@@ -206,9 +253,9 @@ def _readings_at(time: Array, readings: HeightErrors | None) -> tuple[NDArray[np
 
 def _height_reading(shares: Shares, readings: HeightErrors, number: int) -> Reading:
     """Return the correction that replaces the held error by −δr_D − δh_ref."""
-    gain = np.zeros((_STATES, 1))
+    gain = np.zeros((STATES, 1))
     gain[_HELD] = 1.0
-    core = np.zeros((1, _STATES))
+    core = np.zeros((1, STATES))
     core[0, _HELD], core[0, 2] = -1.0, -1.0
     constants = np.zeros((1, shares.count))
     processes: dict[str, Array] = {}

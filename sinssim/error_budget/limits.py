@@ -19,7 +19,7 @@ from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.result import BudgetResult
 from sinssim.errors import InputError
 from sinssim.requirements.quantity import Asked
-from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement
+from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement, parse_requirements
 from sinssim.statistics.circle_about_mean import radius_about_mean, share_inside
 
 _LARGEST = 2.0**20
@@ -88,23 +88,25 @@ def times_of(requirements: Iterable[Requirement]) -> tuple[float, ...]:
     return tuple(one.time for one in requirements if one.when == "at")
 
 
-def answers(result: BudgetResult, requirements: Sequence[Requirement], free: Sequence[str] = ()) -> tuple[Answer, ...]:
+def answers(
+    result: BudgetResult, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str] = ()
+) -> tuple[Answer, ...]:
     """Judge requirements by a budget, and solve them for the sources.
 
     Args:
         result: the budget, with the instants of `times_of`.
-        requirements: the requirements.
+        requirements: requirements, or their texts, see `parse_requirements`.
         free: names of sources that share one factor.
 
     Returns:
         One answer for each requirement.
 
     Raises:
-        InputError: a source is unknown or has no size, or a time lies outside the run.
+        InputError: a requirement cannot be read, a source is unknown or has no size, or a time lies outside the run.
     """
     together = tuple(_sized(result, name) for name in free)
     found = []
-    for requirement in requirements:
+    for requirement in parse_requirements(requirements):
         requirement.check_within(float(result.time[-1]))
         rows, values = _values(result, requirement)
         worst = int(np.argmax(values))

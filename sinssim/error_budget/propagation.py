@@ -94,12 +94,15 @@ class Propagation:
         white: names of the white sources, in the order of `covariance`.
         covariance: P_j of the white sources, (w, n, n).
         processes: the processes.
+        kept: number of states at the end of the core that hold the first ones as they were at a marked instant; steps,
+            readings and maps are those of the core without them.
     """
 
     sensitivity: Array
     white: Sequence[str]
     covariance: Array
     processes: list[RunningProcess]
+    kept: int = 0
     _steps: dict[tuple[str, float], Step] = field(default_factory=dict)
 
     @classmethod
@@ -124,6 +127,8 @@ class Propagation:
 
     def step(self, step: NavigationStep) -> None:
         """Advance over a step of time."""
+        if self.kept:
+            step = _widened(step, self.kept)
         phi = step.phi
         self.sensitivity = phi @ self.sensitivity + step.constants
         if len(self.white):
@@ -158,6 +163,8 @@ class Propagation:
     def read(self, reading: Reading) -> None:
         """Correct by a reading."""
         gain, core = reading.gain, reading.core
+        if self.kept:
+            gain, core = _with_rows(gain, self.kept), _with_rows(core.T, self.kept).T
         self.sensitivity = self.sensitivity + gain @ (core @ self.sensitivity + reading.constants)
         kept = np.eye(len(gain)) + gain @ core
         if len(self.white):
@@ -190,6 +197,9 @@ class Propagation:
 
     def map(self, core: Array) -> None:
         """Apply a linear map to the core state, (n, n)."""
+        self._apply(_with_identity(core, self.kept))
+
+    def _apply(self, core: Array) -> None:
         n = len(core)
         self.sensitivity = core @ self.sensitivity
         self.covariance = core @ self.covariance @ core.T
@@ -197,12 +207,75 @@ class Propagation:
             one.covariance[:n] = core @ one.covariance[:n]
             one.covariance[:, :n] = one.covariance[:, :n] @ core.T
 
+    def project(self, core: Array) -> None:
+        """Apply a linear map to the core state that changes their number, (m, n); nothing may be kept yet."""
+        m, n = core.shape
+        self.sensitivity = core @ self.sensitivity
+        self.covariance = core @ self.covariance @ core.T
+        for one in self.processes:
+            whole = np.zeros((m + len(one.covariance) - n, len(one.covariance)))
+            whole[:m, :n] = core
+            whole[m:, n:] = np.eye(len(one.covariance) - n)
+            one.covariance = whole @ one.covariance @ whole.T
+
+    def mark(self, count: int) -> None:
+        """Keep the first core states as they are now, beside the core, for `changes`.
+
+        Args:
+            count: their number, the same at every call.
+        """
+        n = len(self.sensitivity) - self.kept
+        again = np.eye(n + count, n)
+        again[n:, :count] = np.eye(count)
+        whole = np.hstack([again, np.zeros((n + count, self.kept))])
+        self.kept, kept = 0, count
+        self.project(whole)
+        self.kept = kept
+
+    def changes(self) -> tuple[Array, dict[str, Array]]:
+        """Return the changes of the kept states since they were marked.
+
+        Returns:
+            Their sensitivity, (c, m), and their covariances by random source, (c, c).
+        """
+        n, c = len(self.sensitivity), self.kept
+        less = np.eye(c, n)
+        less[:, n - c :] -= np.eye(c)
+        found = {name: less @ self.covariance[k] @ less.T for k, name in enumerate(self.white)}
+        found |= {one.name: less @ one.covariance[:n, :n] @ less.T for one in self.processes}
+        return less @ self.sensitivity, found
+
     def copy(self) -> Propagation:
         """Return a copy that continues by itself."""
         processes = [RunningProcess(p.name, p.process, p.sigma, p.triad, p.covariance) for p in self.processes]
-        return Propagation(self.sensitivity, self.white, self.covariance, processes, self._steps)
+        return Propagation(self.sensitivity, self.white, self.covariance, processes, self.kept, self._steps)
 
     def covariances(self, rows: int) -> dict[str, Array]:
         """Return the covariances of the first core states by random source, (rows, rows) each."""
         found = {name: self.covariance[k, :rows, :rows] for k, name in enumerate(self.white)}
         return found | {one.name: one.covariance[:rows, :rows] for one in self.processes}
+
+
+def _with_rows(values: Array, count: int) -> Array:
+    """Return a matrix with rows of zeros below it."""
+    return np.concatenate([values, np.zeros((count, values.shape[1]))])
+
+
+def _with_identity(core: Array, count: int) -> Array:
+    """Return a square matrix with further states that it leaves as they are."""
+    whole = np.eye(len(core) + count)
+    whole[: len(core), : len(core)] = core
+    return whole
+
+
+def _widened(step: NavigationStep, count: int) -> NavigationStep:
+    """Return a step with further states that it leaves as they are."""
+    return NavigationStep(
+        _with_identity(step.phi, count),
+        _with_rows(step.constants, count),
+        {name: np.pad(q, (0, count)) for name, q in step.noise.items()},
+        (_with_rows(step.bias[0], count), _with_rows(step.bias[1], count)),
+        step.interval,
+        None if step.gravity is None else _with_rows(step.gravity, count),
+        step.distance,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from sinssim.statistics.circle_about_mean import radius_about_mean
 from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:
+    from sinssim.requirements.requirement import Requirement
     from sinssim.scenario import Scenario
 
 COMPONENTS = (
@@ -47,6 +48,41 @@ class Improvement:
     share: float
 
 
+@dataclass(frozen=True, eq=False)
+class Added:
+    """What the intervals between some instants add to the navigation errors, by source.
+
+    Attributes:
+        begin, end: of the intervals, (K,) s, in the run's time.
+        covariance: of the change within each interval by name of each random source, (K, 9, 9) SI.
+        mean: the change by name of each source that is the same in every run, (K, 9) SI.
+    """
+
+    begin: Array
+    end: Array
+    covariance: Mapping[str, Array]
+    mean: Mapping[str, Array]
+
+    def shares(self, interval: int, rows: Sequence[int]) -> tuple[float, list[tuple[str, float]]]:
+        """Return the root mean square of a change, and the sources' shares in its square.
+
+        Args:
+            interval: number of the interval.
+            rows: components of the navigation errors, whose squares are added.
+
+        Returns:
+            The root mean square, SI, and name and share of the sources, the largest first.
+        """
+        own = {name: float(sum(p[interval, k, k] for k in rows)) for name, p in self.covariance.items()}
+        bias = np.sum([mean[interval, list(rows)] for mean in self.mean.values()], axis=0)
+        own |= {name: float(mean[interval, list(rows)] @ bias) for name, mean in self.mean.items()}
+        square = sum(own.values())
+        if not square > 0.0:
+            return 0.0, []
+        ordered = sorted(own.items(), key=lambda one: -one[1])
+        return square**0.5, [(name, value / square) for name, value in ordered]
+
+
 @short_repr
 @dataclass(frozen=True, eq=False)
 class BudgetResult:
@@ -60,6 +96,7 @@ class BudgetResult:
         covariance: by name of each random source, position, velocity (north, east, down) and attitude φ, (E, 9, 9) SI.
         mean: by name of each source that is the same in every run, its error with its sign, (E, 9) SI.
         filter_covariance: the filter's own covariance of the navigation errors, (E, 9, 9); None without a filter.
+        added: what the intervals between the instants `marks` of `budget` add; None without them.
     """
 
     scenario: Scenario
@@ -69,6 +106,12 @@ class BudgetResult:
     covariance: Mapping[str, Array]
     mean: Mapping[str, Array]
     filter_covariance: Array | None = None
+    added: Added | None = None
+
+    def first(self) -> Added:
+        """Return the errors at the first instant as one interval that begins without errors."""
+        covariance = {name: p[:1] for name, p in self.covariance.items()}
+        return Added(self.time[:1], self.time[:1], covariance, {name: mean[:1] for name, mean in self.mean.items()})
 
     def _repr_html_(self) -> str:
         def radius(share: float, covariance: Array | None, mean: Array | None) -> str:
@@ -84,7 +127,26 @@ class BudgetResult:
             ),
         ]
         title = f"Budget of {self.scenario.name}, {self.solution}, at the end"
-        return html_table(title, rows, ("source", "CEP, m", "R95, m (of a source: alone)"))
+        return html_table(title, rows, ("source", "CEP, m", "R95, m (of a source: by it alone)"))
+
+    def answers(
+        self, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str] = ()
+    ) -> tuple[Any, ...]:
+        """Judge requirements, and say how large each source may be.
+
+        Args:
+            requirements: such as "r95(3600 s) <= 1852 m", one or several. A time that is none of `time` has to be among
+                the `require` or `times` of `sinssim.budget`.
+            free: names of sources that share one factor.
+
+        Returns:
+            One answer for each requirement, see `sinssim.error_budget.limits.Answer`.
+
+        Raises:
+            InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not there.
+        """
+        found: tuple[Any, ...] = from_later_stage("sinssim.error_budget.limits", "answers")(self, requirements, free)
+        return found
 
     def plot(self) -> Any:
         """Return a figure of the growth of CEP and R95, and of the shares of the sources.

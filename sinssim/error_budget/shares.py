@@ -9,6 +9,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Constants, InertialNoise, InitialErrors, Source
 from sinssim.error_budget.inputs.step_response_kernel import BIAS, SERIES
+from sinssim.error_budget.inputs.turning import AngleError
 from sinssim.error_budget.propagation import Propagation
 from sinssim.estimation.dynamics import CORE
 
@@ -75,7 +76,20 @@ class SensorGiven:
     label: str
 
 
-SensorSource = SensorConstant | SensorProcess | SensorNoise | SensorGiven
+@dataclass(frozen=True)
+class SensorAngle:
+    """An error of the angles of a turning block, for a filter whose readings are those of the vehicle.
+
+    Attributes:
+        source: the source.
+        error: the error.
+    """
+
+    source: Source
+    error: AngleError
+
+
+SensorSource = SensorConstant | SensorProcess | SensorNoise | SensorGiven | SensorAngle
 
 
 class Shares:
@@ -129,6 +143,10 @@ class Shares:
                 self.of_label[sensor.label] = count
                 self.parts[sensor.source.name] = ([count], np.ones(1))
                 count += 1
+            elif isinstance(sensor, SensorAngle) and sensor.error.what != "noise":
+                own = list(range(count, count + len(sensor.error.size)))
+                self.parts[sensor.source.name] = (own, sensor.error.size)
+                count += len(own)
         self.count = count
 
     def begin(self, core: int) -> Propagation:
@@ -139,6 +157,7 @@ class Shares:
         """
         white = [n.source.name for n in self.noises if n.process is None]
         white += [s.source.name for s in self.sensors if isinstance(s, SensorNoise)]
+        white += [s.source.name for s in self.sensors if isinstance(s, SensorAngle) and s.error.what == "noise"]
         propagation = Propagation.start(core, self.count, white)
         for column, start in self.starts.items():
             propagation.sensitivity[:CORE, column] = start

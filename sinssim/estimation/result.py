@@ -13,6 +13,7 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import RunError
+from sinssim.estimation.explanation import Diagnosis
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.polar import carried
@@ -204,6 +205,8 @@ class Estimate:
         unaided: function that navigates without the filter; see `inertial`.
         backward: the estimate of the same filter in reverse time, from readings at each instant and later, if there is
             one.
+        diagnosis: what would explain innovations that speak against the filter; None if they do not, or if nobody
+            asked.
     """
 
     model: ErrorModel
@@ -220,6 +223,7 @@ class Estimate:
     remarks: tuple[str, ...]
     unaided: Callable[[], NavSolution]
     backward: Estimate | None = None
+    diagnosis: Diagnosis | None = None
 
     @property
     def inertial(self) -> NavSolution | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -29,7 +30,8 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         section: the table [log.imu].
 
     Returns:
-        Its readings in the axes of the unit, the clock of the file, and the reader's notes.
+        Its readings turned to forward-right-down, with the axes of the file in `axes`; the clock of the file; and the
+        reader's notes.
 
     Raises:
         InputError: the file cannot be read, holds no inertial unit, or has another kind than described.
@@ -40,7 +42,7 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         stream = _one(found.inertial, section, found, "inertial unit")
         axes = section.axes if "axes" in section.model_fields_set or stream.axes is None else stream.axes
         matrix = LogDescription.model_validate({"axes": axes}).matrix
-        return _turned(stream, matrix), found.clock, found.notes
+        return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
     samples = read_samples(path, section, TRIADS)
     # the axes are already turned; a copy of the first interval stands before the first stamp
     stream = InertialStream(samples.time[1:], samples.triads["gyro"], samples.triads["accel"], samples.kind)
@@ -48,8 +50,6 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
 
 
 def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
-    from dataclasses import replace
-
     return replace(stream, gyro=stream.gyro @ matrix.T, accel=stream.accel @ matrix.T)
 
 

@@ -51,6 +51,7 @@ class RecordedLog:
         passes: injected outages of each further pass of the filter, s.
         zero: GPS time of the run's time 0; None if the clocks have no date.
         notes: sentences on what was found and done.
+        axes: directions of the unit's axes in its file; None if the table [log.imu] says it all.
     """
 
     imu: ImuData
@@ -62,6 +63,7 @@ class RecordedLog:
     passes: tuple[tuple[tuple[float, float], ...], ...]
     zero: Instant | None
     notes: tuple[str, ...]
+    axes: tuple[str, str, str] | None = None
 
     @property
     def rates(self) -> dict[str, float]:
@@ -126,7 +128,7 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
         reference = _reference(section.reference, own, zero, span, whole, mounting_deg)
     rate = 1.0 / float(np.median(np.diff(imu.time)))
     start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
-    return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found))
+    return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), stream.axes)
 
 
 def _check_scale(imu: ImuData, file: str) -> None:

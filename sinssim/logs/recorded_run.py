@@ -12,14 +12,12 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.stored.error_rule import ERROR_COLUMNS, STATE_COLUMNS
+from sinssim.logs.stored.streams import StoredStreams
 from sinssim.logs.streams import FixStream, InertialStream, SolutionStream
 
 AXES = ("forward", "right", "down")
 _IMU = ("ideal", "measured", "compensated")
-_STATE = (
-    "latitude_rad", "longitude_rad", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps", "q_nb_w",
-    "q_nb_x", "q_nb_y", "q_nb_z",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -58,6 +56,10 @@ class RecordedRun:
         if not isinstance(found, dict):
             raise InputError(f"{self.path / 'summary.json'} is not the summary of a run.")
         return found
+
+    @cached_property
+    def _stored(self) -> StoredStreams:
+        return StoredStreams(self.path / "streams")
 
     @cached_property
     def of_log(self) -> bool:
@@ -101,7 +103,7 @@ class RecordedRun:
         Args:
             begin: for example "nav_".
         """
-        found = sorted(path.stem for path in (self.path / "streams").glob(f"{begin}*.parquet"))
+        found = (name for name in self._stored.names if name.startswith(begin))
         return [name.removeprefix(begin) for name in found]
 
     @property
@@ -151,7 +153,7 @@ class RecordedRun:
         if name not in self.solutions:
             raise unknown_name(f"solution of {self.path}", name, self.solutions)
         own = name in ("truth", "reference") and name not in self.streams("nav_")
-        rows = self._table(name if own else f"nav_{name}", ("time_s", *_STATE))
+        rows = self._table(name if own else f"nav_{name}", ("time_s", *STATE_COLUMNS))
         if own and name == "reference":
             whole = np.isfinite(rows[1:]).all(axis=0)  # velocities have instants of their own, and end before
             rows = [values[whole] for values in rows]
@@ -235,8 +237,7 @@ class RecordedRun:
         Returns:
             (10, N): time, position, velocity, attitude.
         """
-        columns = ("position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
-        return np.stack(self._table(f"error_{name}", ("time_s", *columns, "phi_n_rad", "phi_e_rad", "phi_d_rad")))
+        return np.stack(self._table(f"error_{name}", ERROR_COLUMNS))
 
     def table(self, name: str) -> dict[str, Array]:
         """Return all columns of a stream.
@@ -252,28 +253,27 @@ class RecordedRun:
 
     def _names(self, name: str) -> list[str]:
         """Return the names of a stream's columns."""
-        from pyarrow import ArrowException, parquet
+        from pyarrow import ArrowException
 
-        path = self.path / "streams" / f"{name}.parquet"
         try:
-            return list(parquet.read_schema(path).names)
+            return self._stored.columns(name)
         except (OSError, ArrowException) as error:
-            raise InputError(f"{path} cannot be read: {_first_line(error)}.") from error
+            raise InputError(f"{self._stored.path(name)} cannot be read: {_first_line(error)}.") from error
 
     def _table(self, name: str, columns: tuple[str, ...]) -> list[Array]:
         """Return columns of a stream."""
-        from pyarrow import ArrowException, parquet
+        from pyarrow import ArrowException
 
-        path = self.path / "streams" / f"{name}.parquet"
         known = self._names(name)
         missing = [column for column in columns if column not in known]
         if missing:
-            raise InputError(f"{path} has no column {missing[0]}; a run of this kind does not have it.")
+            raise InputError(
+                f"{self._stored.path(name)} has no column {missing[0]}; a run of this kind does not have it."
+            )
         try:
-            table = parquet.read_table(path, columns=list(columns))
+            return self._stored.read(name, columns)
         except (OSError, ArrowException) as error:
-            raise InputError(f"{path} cannot be read: {_first_line(error)}.") from error
-        return [table.column(column).to_numpy() for column in columns]
+            raise InputError(f"{self._stored.source(name)} cannot be read: {_first_line(error)}.") from error
 
 
 def _first_line(error: Exception) -> str:

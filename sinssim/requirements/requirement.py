@@ -141,11 +141,11 @@ def parse_requirement(text: str) -> Requirement:
     return Requirement(text.strip(), name, when, time, number * known[unit], unit)
 
 
-def parse_requirements(texts: Iterable[str]) -> tuple[Requirement, ...]:
-    """Read several requirements, one text each.
+def parse_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
+    """Read requirements.
 
     Args:
-        texts: see `parse_requirement`.
+        require: texts, see `parse_requirement`, or requirements; or one of them.
 
     Returns:
         The requirements.
@@ -153,7 +153,8 @@ def parse_requirements(texts: Iterable[str]) -> tuple[Requirement, ...]:
     Raises:
         InputError: one of them cannot be read.
     """
-    return tuple(parse_requirement(text) for text in texts)
+    several = (require,) if isinstance(require, str | Requirement) else require
+    return tuple(one if isinstance(one, Requirement) else parse_requirement(one) for one in several)
 
 
 def parse_when(text: str | None, name: str, about: str) -> tuple[When, float]:

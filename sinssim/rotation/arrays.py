@@ -223,7 +223,8 @@ def quaternion_from_euler(roll: ArrayLike, pitch: ArrayLike, heading: ArrayLike)
 def euler_from_quaternion(q_nb: ArrayLike) -> tuple[Array, Array, Array]:
     """Return roll in (−π, π], pitch in [−π/2, π/2] and heading in [0, 2π).
 
-    At pitch ±90° only heading ∓ roll is determined; the roll returned there is 0.
+    These are the angles (8.17) of chapter 8, in the axes of this package. At pitch ±90° only heading ∓ roll is
+    determined; the roll returned there is 0.
 
     Args:
         q_nb: unit quaternions, (..., 4).

@@ -1,9 +1,11 @@
 """Finds content, which is files in folders: aircraft, scenarios, studies, grades of sensors and views.
 
 The lookup is the same for a checkout, an installed package and a user's folder. It tries, in this order, the given
-path, the folder KIND below the current folder, and the content of the package.
+path, the folder KIND below the current folder, project folders and installed packages (`sinssim.own_content`), and the
+content of the package.
 
-Views are code. They are never searched in the current folder, only in the folders that `SINSSIM_VIEWS` names.
+Views are code. They are never searched in the current folder, only in the folders that `SINSSIM_VIEWS` and
+`SINSSIM_CONTENT` name and in installed packages with content.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from typing import Literal
 
 import sinssim
 from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.own_content.installed import offered
 
 logger = logging.getLogger(__name__)
 
@@ -90,20 +93,27 @@ def warn_of_two(what: str, name: str, used: Path, left_out: Path) -> None:
     logger.warning("There are two %ss named %s: %s is used, %s is ignored.", what, name, used, left_out)
 
 
-def list_content(kind: Kind) -> dict[str, Path]:
+_OWN: dict[Kind, str] = {"aircraft": "aircraft", "grades": "grades", "viz": "views"}
+"""Folder of a project with the same kind of content."""
+
+
+def list_content(kind: Kind, *, packages: bool = True) -> dict[str, Path]:
     """List content by name; the user's own content takes precedence over the package's.
 
-    The user's content lies in the current folder. The user's views, which are code, lie in the folders that the
-    environment variable `SINSSIM_VIEWS` names.
+    The user's content lies in the current folder, in the project folders that the environment variable
+    `SINSSIM_CONTENT` names, and in installed packages with content. The user's views, which are code, lie in the
+    latter and in the folders that the environment variable `SINSSIM_VIEWS` names.
 
     Args:
         kind: "aircraft", "scenarios", "studies", "grades" or "viz".
+        packages: whether to include that of installed packages, whose list takes a moment to read.
 
     Returns:
         File by name, sorted by name: a scenario's or study's TOML file, a view's Python file, an aircraft's
         aircraft.toml.
     """
     found: dict[str, Path] = {}
+    offers = offered(_OWN[kind], packages=packages) if kind in _OWN else {}
     for folder in (package_content(kind), *_own_folders(kind)):
         pattern = _entry(folder, kind, "*").relative_to(folder).as_posix()
         for file in folder.glob(pattern):
@@ -113,6 +123,9 @@ def list_content(kind: Kind) -> dict[str, Path]:
             if name in found and package_content(kind) not in found[name].parents:
                 warn_of_two(_SINGULAR[kind], name, file, found[name])
             found[name] = file
+    for name, item in offers.items():
+        if name not in found or package_content(kind) in found[name].parents:
+            found[name] = item.file
     return dict(sorted(found.items()))
 
 
@@ -146,8 +159,10 @@ def find_content(kind: Kind, name: str) -> Path:
         return given / "aircraft.toml"
     if _is_file(given) and (given.suffix == suffix or given.name == "aircraft.toml"):
         return given
-    known = list_content(kind)
     plain = given.name if kind == "aircraft" else given.name.removesuffix(suffix)
+    known = list_content(kind, packages=False)
+    if plain not in known:
+        known = list_content(kind)
     if plain in known and str(given.parent) in (".", _FOLDERS[kind]):
         return known[plain]
     if _is_file(given) and suffix:

@@ -49,7 +49,7 @@ def plan_at_start(flight: FlightSection) -> DeadReckoning:
         heading=math.radians(start.heading_deg),
         latitude=math.radians(start.latitude_deg),
         longitude=math.radians(start.longitude_deg),
-        wind=(flight.wind.north_mps, flight.wind.east_mps),
+        air=flight.air(),
         engines=start.on == "air" or start.engines == "running",
     )
 
@@ -90,8 +90,8 @@ def leg_durations(flight: FlightSection) -> list[float]:
         durations.append(seconds)
         if not math.isfinite(seconds):
             raise InputError(
-                f"flight.legs.{number} ({leg.type}) cannot be flown: the wind, {flight.wind.north_mps:g} m/s north and "
-                f"{flight.wind.east_mps:g} m/s east, is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. "
+                f"flight.legs.{number} ({leg.type}) cannot be flown: the wind, {plan.wind[0]:.3g} m/s north and "
+                f"{plan.wind[1]:.3g} m/s east, is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. "
                 "Give less wind or more airspeed."
             )
     return durations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.errors import InputError, shortened
+from sinssim.own_content.in_scenario import resolved_use, warn_of_changes
 from sinssim.scenario.content import find_content
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.log import files_from
@@ -43,6 +45,7 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
         raise InputError(f'overrides = {shown} must be a list of settings, for example ["imu.rate_hz=200"].')
     overridden = {override(data, setting) for setting in overrides}
     _files_from(data, Path.cwd())
+    warn_of_changes(file, data.get("use"))
     _check_grade(data.get("imu"))
     return validate(Scenario, data, text, str(path), overridden)
 
@@ -55,8 +58,9 @@ def _check_grade(imu: Any) -> None:
 
 
 def _files_from(data: dict[str, Any], folder: Path) -> None:
-    """Replace relative paths of a scenario's views, track, gravity, log, calibration and grades by absolute paths."""
+    """Replace relative paths of a scenario's own content, track, gravity, log and calibration by absolute paths."""
     files_from(data.get("log"), folder)
+    resolved_use(data, folder)
     aiding = data.get("aiding")
     for table in (data.get("imu"), aiding.get("master") if isinstance(aiding, dict) else None):
         grade = table.get("grade") if isinstance(table, dict) else None
@@ -65,6 +69,11 @@ def _files_from(data: dict[str, Any], folder: Path) -> None:
     for table in (data.get("track"), data.get("gravity"), data.get("compensation")):
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             table["file"] = str(folder.resolve() / table["file"])
+    flight = data.get("flight")
+    if isinstance(flight, dict) and isinstance(flight.get("aircraft"), str):
+        beside = str(folder.resolve() / flight["aircraft"])
+        if "/" in flight["aircraft"] and os.path.isfile(os.path.join(beside, "aircraft.toml")):
+            flight["aircraft"] = beside
     views = data.get("views")
     if isinstance(views, list):
         data["views"] = [str(folder.resolve() / view) if isinstance(view, str) else view for view in views]

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from sinssim.frames import OF_TRUTH
+from sinssim.scenario.duration import reckon_legs
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import Platform, Redundant
+from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
+from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import PPM
 
 FLICKER_SAMPLES = 2.5e6
@@ -117,6 +121,34 @@ def earth_of_the_navigator(scenario: Scenario) -> Iterator[str]:
         yield (
             f'navigation.ellipsoid = "{own}" over a true Earth "{true}": both give the start the same latitude, '
             "longitude and height, and the position error is the difference of these numbers."
+        )
+
+
+def barometer_of_the_day(scenario: Scenario) -> Iterator[str]:
+    """Yield a note if the filter does not know by how much the air makes the barometer wrong.
+
+    Args:
+        scenario: the scenario.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    flight, aiding = scenario.flight, scenario.aiding
+    baro = None if aiding is None else aiding.sensors().get("baro")
+    if flight is None or flight.atmosphere is None or not isinstance(baro, BarometerSection) or scenario.filter is None:
+        return
+    air, heights = flight.air(), [flight.start.altitude_m]
+    for leg, _, state in reckon_legs(flight):
+        places = leg.places() if isinstance(leg, WaypointLeg) else ()
+        heights += [state.altitude, *(place.height_m for place in places if place.height_m is not None)]
+    errors = [(abs(air.pressure_altitude(height) - height), height) for height in heights]
+    error, height = max(errors)
+    known = math.hypot(baro.bias_sigma_m, PPM * math.hypot(baro.scale_sigma_ppm, baro.scale_ppm or 0.0) * height)
+    if error > 3.0 * known:
+        yield (
+            f"aiding.baro.bias_sigma_m = {baro.bias_sigma_m:g}: in the air of [flight.atmosphere] the barometer is "
+            f"wrong by {error:.0f} m at a height of {height:g} m, and the filter will refuse its readings; give "
+            f"bias_sigma_m = {error:.0f}."
         )
 
 

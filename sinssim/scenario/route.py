@@ -137,11 +137,12 @@ def _on_track(scenario: Scenario) -> Iterator[_Approach]:
 def _on_flight(flight: FlightSection) -> Iterator[_Approach]:
     """Yield the start, and every waypoint, which is passed within its radius."""
     start = plan_at_start(flight)
-    wind = math.hypot(flight.wind.north_mps, flight.wind.east_mps)
-    yield _Approach(start.latitude, start.longitude, 0.0, max(0.0, start.true_airspeed() - wind), "at the start")
+    slowest = max(0.0, start.true_airspeed() - math.hypot(*start.wind))
+    yield _Approach(start.latitude, start.longitude, 0.0, slowest, "at the start")
     for number, (leg, _, plan) in enumerate(reckon_legs(flight), start=1):
         if isinstance(leg, WaypointLeg):
-            latitude, longitude = math.radians(leg.latitude_deg), math.radians(leg.longitude_deg)
-            speed = max(0.0, plan.true_airspeed() - wind)
+            speed = max(0.0, plan.true_airspeed() - math.hypot(*plan.wind))
             when = f"or less at the end of leg {number}, a waypoint"
-            yield _Approach(latitude, longitude, leg.capture_radius_m, speed, when)
+            for place in leg.places():
+                latitude, longitude = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
+                yield _Approach(latitude, longitude, leg.capture_radius_m, speed, when)

@@ -6,12 +6,14 @@ import os
 from collections.abc import Iterable
 from typing import Any, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.calibration.section import CalibrationSection
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.frames import BARO_TIME_CONSTANT, check_correctable, listed
+from sinssim.lazy import from_later_stage
+from sinssim.own_content.in_scenario import Use, WithOwnContent, complete_use
 from sinssim.scenario.combinations import check_filter, check_platform, check_rotation
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.compensation import CompensationSection
@@ -28,8 +30,9 @@ from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingS
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
 from sinssim.scenario.sections.within_truth.gravity import GravitySection, check_gravity, check_gravity_of_log
 from sinssim.scenario.variation import check_variation
-from sinssim.section import Name, Section, Sentence
+from sinssim.section import Name, Sentence
 from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.system.short_repr import html_lines
 from sinssim.truth.track.section import TrackSection
 from sinssim.truth.turntable.section import TurntableSection
 from sinssim.truth.vehicles.section import DriveSection, VoyageSection
@@ -68,7 +71,7 @@ _IN_SPACE = (
 """The tables of a run in three dimensions, which a one-component run does not have."""
 
 
-class Scenario(Section):
+class Scenario(WithOwnContent):
     """One run: a true motion, the IMU that measures it, and the algorithms that navigate on its readings.
 
     Exactly one of `flight`, `parked`, `great_circle`, `motion`, `track`, `drive`, `voyage` and `turntable` gives the
@@ -79,6 +82,10 @@ class Scenario(Section):
     name: Name = Field(description="short name, also the name of the run directory")
     description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of everything random: same seed, same numbers")
+    use: Use = Field(
+        default=(),
+        description="own content: files (.py) and project folders, relative to this file; see own-content.md",
+    )
     flight: FlightSection | None = None
     parked: ParkedSection | None = None
     great_circle: GreatCircleSection | None = None
@@ -98,7 +105,7 @@ class Scenario(Section):
     gravity: GravitySection | None = None
     imu: ImuSection = Field(default_factory=ImuSection)
     compensation: CompensationSection | None = None
-    aiding: AidingSection | None = None
+    aiding: SerializeAsAny[AidingSection] | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
     filter: FilterSection | None = None
     output: OutputSection = Field(default=OutputSection())
@@ -359,7 +366,12 @@ class Scenario(Section):
         Returns:
             Tables and values by key; without the tables of three dimensions for a one-component run.
         """
-        return self.model_dump(exclude=set(_IN_SPACE) if self.one_component is not None else None)
+        found = self.model_dump(exclude=set(_IN_SPACE) if self.one_component is not None else None)
+        return {**found, "use": complete_use(self)}
+
+    def _repr_html_(self) -> str:
+        """Return the plan for a notebook, as `sinssim check` prints it."""
+        return html_lines(from_later_stage("sinssim.scenario.summary", "plan_lines")(self))
 
     def to_toml(self, about_filter: Iterable[str] = ()) -> str:
         """Return the scenario as a TOML file with every default written out.

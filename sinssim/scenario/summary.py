@@ -7,21 +7,26 @@ from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
 
+from sinssim.own_content.in_scenario import own_files
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import (
+    barometer_of_the_day,
     defaults_taken,
     earth_of_the_navigator,
     keys_without_effect,
     times_not_reached,
     torquer_taken,
 )
+from sinssim.scenario.planned.limits import limit_notes
 from sinssim.scenario.route import check_route
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.imu.grades import grade_name
+from sinssim.truth.flight.leg import LegBase
+from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.track.section import TrackSection
 
 
@@ -54,8 +59,11 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"flight      {flight.aircraft}, starts {where} at {place}, heading {start.heading_deg:g}°"
         for number, (leg, seconds) in enumerate(zip(flight.legs, leg_durations(flight), strict=True), start=1):
             about = f"about {_clock(seconds)}"
-            yield f"  leg {number:<3} {leg.type:<12} {about:<16} {given(leg, 'type', 'timeout_s')}".rstrip()
-        yield f"wind        {given(flight.wind) or 'none'}"
+            yield f"  leg {number:<3} {leg.type:<12} {about:<16} {leg_words(leg)}".rstrip()
+            yield from (f"          to {place}" for place in route_words(leg))
+        yield f"wind        {flight.wind.words()}"
+        if flight.atmosphere is not None:
+            yield f"atmosphere  {flight.atmosphere.words()}"
         yield f"turbulence  {values_of(flight.turbulence) if flight.turbulence else 'none'}"
     elif scenario.parked is not None:
         yield f"parked      {given(scenario.parked)}"
@@ -102,9 +110,13 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         for one in scenario.ensemble.vary:
             yield f"  varied    {one.key}: {one.type}, {values_of(one, 'type', 'key')}"
     yield f"seed        {scenario.seed}"
+    for own in own_files(scenario):
+        yield f"own         {own.item.words}, {own.item.file}"
     for sentence in (
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
+        *barometer_of_the_day(scenario),
+        *limit_notes(scenario),
         *times_not_reached(scenario, duration),
         *(() if scenario.log is not None else keys_without_effect(scenario.imu, duration)),
         *defaults_taken(scenario.imu, duration),
@@ -239,6 +251,56 @@ def given(section: BaseModel, *without: str) -> str:
         "key = value, …", "" if all are defaults.
     """
     return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
+
+
+def leg_words(leg: LegBase) -> str:
+    """Return the values of a leg of a flight plan that differ from the defaults, but not the places of a route.
+
+    Args:
+        leg: the leg.
+
+    Returns:
+        "key = value, …", "" if all are defaults.
+    """
+    return given(leg, "type", "timeout_s", "waypoints")
+
+
+def route_words(leg: LegBase) -> list[str]:
+    """Return the places of a route in words.
+
+    Args:
+        leg: a leg of a flight plan.
+
+    Returns:
+        One entry per place; none for a leg without a route.
+    """
+    if not isinstance(leg, WaypointLeg) or not leg.waypoints:
+        return []
+    found = []
+    for number, place in enumerate(leg.waypoints):
+        more = given(place, "name", "latitude_deg", "longitude_deg")
+        where = f"{place.latitude_deg:g}°, {place.longitude_deg:g}°"
+        found.append(f"{leg.label(number)} at {where}{', ' if more else ''}{more}")
+    return found
+
+
+def named_places(scenario: Scenario) -> list[tuple[str, float, float]]:
+    """Return the waypoints of a scenario that have a name.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        Name, latitude and longitude, rad, in the order of the plan.
+    """
+    found: list[tuple[str | None, float, float]] = []
+    for leg in scenario.flight.legs if scenario.flight is not None else ():
+        if isinstance(leg, WaypointLeg):
+            places = enumerate(leg.places())
+            found += [(leg.label(number), place.latitude_deg, place.longitude_deg) for number, place in places]
+    if scenario.track is not None:
+        found += [(place.name, place.latitude_deg, place.longitude_deg) for place in scenario.track.waypoints]
+    return [(name, math.radians(lat), math.radians(lon)) for name, lat, lon in found if name is not None]
 
 
 def values_of(section: BaseModel, *without: str) -> str:

@@ -13,6 +13,7 @@ from sinssim.algorithms import PLATFORM
 from sinssim.data import Array
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
+from sinssim.logs.stored.error_rule import ErrorRule
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summaries.filter_summary import filter_markdown, filter_numbers
@@ -38,11 +39,14 @@ from sinssim.simulation.execute_one_component import compute_one_component
 from sinssim.simulation.finish import about, keep
 from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.navigation import height_reference, solve
+from sinssim.simulation.phase_sources import add_sources, budgets_of_phases
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Progress, Stages
+from sinssim.strapdown.files import check_own_files
 from sinssim.system.memory import give_back_memory, map_large_arrays
 
 if TYPE_CHECKING:
+    from sinssim.error_budget.result import BudgetResult
     from sinssim.estimation.from_scenario.truth_comparison import Aided
     from sinssim.scenario import Scenario
     from sinssim.strapdown.frames.vertical import HeightReadings
@@ -79,6 +83,7 @@ def run(
         InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
         RunError: navigation failed with every algorithm.
     """
+    check_own_files(scenario.navigation.algorithms, scenario.navigation.frame)
     stages = Stages(progress or (lambda stage, fraction: None))
     result = Run(scenario, recorded=directory is not None)
     compute = _compute
@@ -115,6 +120,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
     of_set: dict[str, Any] = {}
     phases = phases_of(run.trajectory.events, driven=run.scenario.flight is None)
     of_phases: dict[str, Any] = {}
+    budgets: dict[str, BudgetResult | str] = {}
     with ExitStack() as stack:
         writer = None
         if folder is not None and kept.has_streams:
@@ -152,11 +158,18 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                 of_set = {"platform": plain(of)}
             if run.encoders is not None:
                 of_set = {"rotation": plain(rotation_numbers(run.without_rotation))}
+        if phases and folder is not None and kept.has_report:
+            with stages("budget"):
+                budgets = budgets_of_phases(run, phases)
+            for rows in of_phases.values():
+                add_sources(rows, budgets["inertial"], float(run.time[0]))
         if writer is not None:
             with stages("record"):
                 if run.encoders is not None:
                     writer.turned(run.encoders, run.without_rotation)
-                writer.navigated(run.solutions, run.errors, run.failures, run.without_monitoring)
+                ellipsoid = run.trajectory.ellipsoid
+                rule = ErrorRule(ellipsoid.a, ellipsoid.f, run.axes)
+                writer.navigated(run.solutions, run.errors, run.failures, run.without_monitoring, rule)
                 if run.platform is not None:
                     without = run.without_errors_of_turns
                     writer.on_platform(run.platform, run.errors[PLATFORM], run.strapdown, without, run.ideal)
@@ -175,6 +188,8 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
                     of_phases["aided"] = phase_numbers(
                         phases, run.aided.estimate.solution.time, run.aided.error_at, fine
                     )
+                    if "filter" in budgets:
+                        add_sources(of_phases["aided"], budgets["filter"], float(run.time[0]))
             give_back_memory()
             if writer is not None:
                 with stages("record"):

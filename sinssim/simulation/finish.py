@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sinssim.own_content.in_scenario import FOLDER, own_files
 from sinssim.recording.store.directory import RunDirectory, write_text
 from sinssim.recording.store.summary import versions
 
@@ -36,6 +37,7 @@ def about(scenario: Scenario, stages: Stages, status: str, message: str = "") ->
         "rate_hz": scenario.imu.rate_hz if plane is None else plane.rate_hz,
         "timing": stages.timing(),
         "versions": versions(),
+        **({"own_content": own} if (own := [file.to_json() for file in own_files(scenario)]) else {}),
     }
 
 
@@ -56,6 +58,10 @@ def keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = ""
     """
     with folder.writing():
         write_text(folder.path / "scenario.toml", run.scenario.to_toml(run.about_filter))
+        for file in own_files(run.scenario):  # in the layout of a project folder, from which the run can be repeated
+            place = folder.path / FOLDER / file.place
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(file.contents)
         if report is not None:
             write_text(folder.path / "report.html", report)
         write_text(folder.path / "summary.json", json.dumps(run.summary, indent=2, allow_nan=False) + "\n")

@@ -38,6 +38,7 @@ _MADE_OF = {
 }  # fmt: skip
 """Sources of the computed properties."""
 
+_AIDED = ("aided", "backward", "smoothed")
 _SHOWN = ("horizontal_error_m", "velocity_error_mps", "attitude_error_arcsec")
 
 
@@ -90,9 +91,11 @@ class Run:
         return f"Run({self.scenario.name}: {'; '.join(parts)})"
 
     def _repr_html_(self) -> str:
+        of_filter = self.summary.get("filter") or {}
+        solutions = {**self.summary.get("algorithms", {}), **{k: of_filter[k] for k in _AIDED if k in of_filter}}
         rows = [
             (name, *(f"{one.get(f'{kind}_{what}', float('nan')):.4g}" for what in _SHOWN for kind in ("final", "max")))
-            for name, one in self.summary.get("algorithms", {}).items()
+            for name, one in solutions.items()
             if isinstance(one.get(f"final_{_SHOWN[0]}"), float)
         ]
         heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 Progress = Callable[[str, float], None]
 """Called with one of `STAGES` and the fraction done, 0…1."""
 
-STAGES = ("flight", "truth", "imu", "navigate", "filter", "record")
+STAGES = ("flight", "truth", "imu", "navigate", "budget", "filter", "record")
 
 
 class Stages:

@@ -13,10 +13,12 @@ from typing import Any
 
 from sinssim.algorithms import REGISTRY
 from sinssim.jit import bind, with_constants
+from sinssim.own_content.registry import on_change
 from sinssim.strapdown.files import algorithm_file
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments import block_turns as turns
 from sinssim.strapdown.increments import interval
+from sinssim.strapdown.own_algorithm import guarded
 
 _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
 
@@ -81,6 +83,11 @@ def engines(
     @cache
     def engine(algorithm: str, form: str = "") -> Callable[..., None]:
         name = "_".join((frame, algorithm, *([form] if form else []))).replace("-", "_")
-        return bind(template, name, **parts(algorithm), **(forms[form] if forms and form else {}))
+        made = bind(template, name, **parts(algorithm), **(forms[form] if forms and form else {}))
+        return guarded(algorithm, made) if REGISTRY[algorithm].path else made
 
+    on_change.append(engine.cache_clear)
     return engine
+
+
+on_change.append(parts.cache_clear)

@@ -7,19 +7,23 @@ algorithms and frames are not affected.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, wraps
 from importlib import import_module
 from importlib.util import find_spec
-from types import ModuleType
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
 from typing import Any, Protocol, cast
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import FRAME_REGISTRY
+from sinssim.own_content.modules import failure, load_module
+from sinssim.own_content.registry import on_change, registered
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.own_algorithm import check_parts
 
 
 class AttitudeFile(Protocol):
@@ -95,7 +99,10 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
     entry = REGISTRY[algorithm]
     if entry.problem:
         raise InputError(f"the algorithm {algorithm} cannot be used: {entry.problem}")
-    module, path = _loaded(f"algorithm {algorithm}", f"sinssim.strapdown.{entry.module}")
+    if entry.path:
+        module, path = _own("algorithms", algorithm), entry.path
+    else:
+        module, path = _loaded(f"algorithm {algorithm}", f"sinssim.strapdown.{entry.module}")
     if entry.windowed:
         _check(f"algorithm {algorithm}", module, path, EngineFile, compiled=False)
         return cast(EngineFile, module)
@@ -107,6 +114,8 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
             f"the algorithm {algorithm} cannot be used: its variant sets {', '.join(unknown)}, which {path} does not "
             "define."
         )
+    if entry.path:
+        check_parts(algorithm, path, module)
     return cast(AttitudeFile, module)
 
 
@@ -123,8 +132,15 @@ def frame_file(frame: str) -> FrameFile:
     Raises:
         InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
     """
-    module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{FRAME_REGISTRY[frame].file}")
+    entry = FRAME_REGISTRY[frame]
+    if entry.path:
+        module, path = _own("frames", frame), entry.path
+    else:
+        module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{entry.file}")
     _check(f"frame {frame}", module, path, FrameFile, compiled=False)
+    if entry.path:
+        functions = {name: _explained(frame, path, getattr(module, name)) for name in ("solve", "check")}
+        return cast(FrameFile, SimpleNamespace(**functions))
     return cast(FrameFile, module)
 
 
@@ -145,6 +161,45 @@ def three_rate_file(frame: str) -> ThreeRateFile:
     module, path = _loaded(what, f"sinssim.strapdown.three_rate.{FRAME_REGISTRY[frame].file}")
     _check(what, module, path, ThreeRateFile, compiled=False)
     return cast(ThreeRateFile, module)
+
+
+def check_own_files(algorithms: Iterable[str], frame: str) -> None:
+    """Raise for a file outside the package that cannot be used, before anything is computed.
+
+    Args:
+        algorithms: names of algorithms.
+        frame: name of the navigation frame.
+
+    Raises:
+        InputError: as for `algorithm_file` and `frame_file`.
+    """
+    for name in algorithms:
+        if name in REGISTRY and REGISTRY[name].path:
+            algorithm_file(name)
+    if FRAME_REGISTRY[frame].path:
+        frame_file(frame)
+
+
+def _explained(frame: str, path: str, function: Callable[..., None]) -> Callable[..., None]:
+    """Return a function of a frame outside the package whose failures name its file."""
+
+    @wraps(function)
+    def call(*arguments: Any) -> None:
+        try:
+            function(*arguments)
+        except SinssimError:
+            raise
+        except Exception as error:  # raised by the user's code
+            raise RunError(f"the navigation frame {frame} failed: {failure(Path(path), error)}.") from error
+
+    return call
+
+
+def _own(kind: str, name: str) -> ModuleType:
+    """Run the file of an algorithm or a frame outside the package and return its module."""
+    item = registered(kind, name)
+    assert item is not None
+    return load_module(item)
 
 
 def _loaded(what: str, name: str) -> tuple[ModuleType, str]:
@@ -181,3 +236,6 @@ def _check(what: str, module: ModuleType, path: str, protocol: type, *, compiled
                     wrong.append(f"{name} takes ({', '.join(own)}), but must take ({', '.join(arguments)})")
     if wrong:
         raise InputError(f"the {what} cannot be used: {path}: {'; '.join(wrong)}.")
+
+
+on_change += [algorithm_file.cache_clear, frame_file.cache_clear]

@@ -25,6 +25,7 @@ from sinssim.frames import (
     frames_that,
     listed,
 )
+from sinssim.own_content.registry import ensure
 from sinssim.strapdown.assemble import own_engine
 from sinssim.strapdown.attitude.singularity import singularity_events
 from sinssim.strapdown.files import frame_file, three_rate_file
@@ -86,6 +87,8 @@ def navigate(
         RunError: the frame cannot follow the flight (over a pole, for the transverse frame over its route's pole), or
             the numbers overflow.
     """
+    ensure("algorithms", algorithm)
+    ensure("frames", frame)
     for kind, name, known in (
         ("algorithm", algorithm, ALGORITHMS),
         ("frame", frame, FRAMES),

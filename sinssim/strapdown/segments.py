@@ -25,6 +25,7 @@ from sinssim.frames import (
     check_correctable,
     check_three_rates,
 )
+from sinssim.own_content.registry import ensure
 from sinssim.strapdown.disturbance import disturbance_of_segment
 from sinssim.strapdown.files import frame_file, three_rate_file
 from sinssim.strapdown.frames.problem import Problem, check_solution
@@ -75,6 +76,8 @@ class Segments:
         route: tuple[float, float, float, float] | None = None,
         field: DisturbingField | None = None,
     ) -> None:
+        ensure("algorithms", algorithm)
+        ensure("frames", frame)
         for kind, name, known in (
             ("algorithm", algorithm, ALGORITHMS),
             ("frame", frame, FRAMES),
@@ -106,7 +109,7 @@ class Segments:
             self._rates, self._per_row = (medium, slow, slow_quantities == "extrapolate"), medium * slow
         if len(self._dtheta) < self._per_row:
             raise InputError(f"the data, {len(imu)} samples, are shorter than one row of the solution.")
-        self.time = self._time[:: self._per_row]
+        self.time = np.ascontiguousarray(self._time[:: self._per_row])  # kernels are compiled for such arrays
         # samples around a segment that its fit uses; an algorithm of several samples uses its own alone
         across = self._rates is not None or (entry.samples == 1 and FRAME_REGISTRY[frame].starts_anywhere)
         self._around = WINDOW - 1 if across else 0

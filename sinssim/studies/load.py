@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.errors import InputError
+from sinssim.own_content.in_scenario import resolved_use
 from sinssim.scenario.content import find_content
 from sinssim.scenario.load import override
 from sinssim.scenario.toml_file import read_toml, validate
@@ -37,6 +38,7 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
         )
     data.setdefault("name", file.stem)
     _look_beside(data, file.parent)
+    resolved_use(data, file.parent, views=False)
     overridden = {override(data, setting) for setting in overrides}
     return validate(Study, data, text, str(path), overridden)
 

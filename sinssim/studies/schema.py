@@ -17,6 +17,8 @@ from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
 from sinssim.errors import InputError, unknown_name
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that, listed
+from sinssim.own_content.in_scenario import Use
+from sinssim.own_content.registry import ensure
 from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.motion import MotionSection, VibrationSection
@@ -175,6 +177,7 @@ class Part(Section):
     def _known_algorithms(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
         found: list[str] = []
         for pattern in patterns:
+            ensure("algorithms", pattern)
             matching = [name for name in ALGORITHMS if fnmatchcase(name, pattern)]
             if pattern == MEASURED_ATTITUDE:
                 raise ValueError(f'{pattern} belongs to a sensor set: give variants = ["attitude-sensor"] instead')
@@ -281,6 +284,10 @@ class Study(Section):
     name: Name = Field(description="short name, also the name of the directory")
     description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, description="seed of the sensors' errors")
+    use: Use = Field(
+        default=(),
+        description="own content: files (.py) and project folders, relative to this file; see own-content.md",
+    )
     blocks: dict[str, ImuSection] = Field(
         default={}, description="the study's own sensor blocks, by name: [imu] sections"
     )

@@ -7,7 +7,7 @@ import html
 import inspect
 import re
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -57,7 +57,7 @@ def described(value: Any) -> str:
         case Mapping():
             return f"{{{_items([repr(key) for key in value])}}}"
         case tuple() | list():
-            if any(dataclasses.is_dataclass(one) for one in value):
+            if any(dataclasses.is_dataclass(one) or hasattr(type(one), "model_fields") for one in value):
                 kinds = sorted({type(one).__name__ for one in value})
                 return f"{len(value)} × {' or '.join(kinds)}"
             return f"({_items([described(one) for one in value])})"
@@ -86,6 +86,18 @@ def html_table(title: str, rows: list[tuple[str, ...]], heads: tuple[str, ...] =
 
     lines = [row(heads, "th")] if heads else []
     return f"<b>{html.escape(title)}</b><table>{''.join([*lines, *(row(one, 'td') for one in rows)])}</table>"
+
+
+def html_lines(lines: Iterable[str]) -> str:
+    """Return lines of text for a notebook, with their columns.
+
+    Args:
+        lines: the lines.
+
+    Returns:
+        HTML.
+    """
+    return f"<pre>{html.escape(chr(10).join(lines))}</pre>"
 
 
 def _array(value: Any) -> str:

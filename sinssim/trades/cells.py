@@ -121,7 +121,7 @@ def _kind_mistake(study: TradeStudy, scenario: Scenario) -> str:
         if scenario.one_component is None:
             return ""
         return f"the scenario {scenario.name} has [one_component], which has no ensemble."
-    from sinssim.error_budget.analyse import check_kind
+    from sinssim.error_budget.served import check_kind
 
     try:
         check_kind(scenario, "inertial" if study.inertial else None)

@@ -22,6 +22,7 @@ _WITHOUT_EFFECT = {
     "name": "it is the name of the scenario and changes no number",
     "description": "it changes no number",
     "views": "it changes no number",
+    "use": "it names files; vary the names that they bring",
     "output": "a cell writes no streams",
     "recording": "a cell writes no run directory",
     "one_component": "a one-component run has no budget and no ensemble",

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from sinssim.scenario.sections.motion import MotionSection, VibrationSection
     from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
     from sinssim.section import Vector3
+    from sinssim.truth.curve import Curve
+    from sinssim.truth.flight.air import Air
     from sinssim.truth.motions.analytic import AnalyticMotion
     from sinssim.truth.motions.vibration import Tone
     from sinssim.truth.trajectory import Trajectory
@@ -116,7 +118,7 @@ def _source(
 
         log = cached_flight(scenario.flight, scenario.seed, progress, meanwhile)
         own = load_aircraft(scenario.flight.aircraft).mounting
-        return Curve(
+        curve = Curve(
             log.time,
             log.position_ecef,
             log.q_eb,
@@ -127,6 +129,7 @@ def _source(
             log.events,
             log.channels,
         )
+        return curve if scenario.flight.atmosphere is None else _in_air(curve, scenario.flight.air())
 
     lever_arm, q_bs = imu.lever_arm_m or _NOWHERE, _quaternion(imu.mounting_deg or _NOWHERE)
     if scenario.parked is not None:
@@ -174,6 +177,23 @@ def _source(
         gravity,
         ellipsoid,
     )
+
+
+def _in_air(curve: Curve, air: Air) -> Curve:
+    """Return the motion of a flight with what the air's pressure and temperature are along it, for a barometer."""
+    from sinssim.truth.trajectory import Channel
+
+    time = curve.channels["airspeed_mps"].time
+    heights = curve.state(np.clip(time, curve.start, curve.end)).height.tolist()
+    channels = dict(curve.channels)
+    for name, value, unit in (
+        ("pressure_altitude_m", air.pressure_altitude, "m"),
+        ("static_temperature_k", air.temperature, "K"),
+        ("static_pressure_pa", air.pressure, "Pa"),
+    ):
+        channels[name] = Channel(time, np.array([value(height) for height in heights]), unit)
+    curve.channels = channels
+    return curve
 
 
 def _on_table(

@@ -252,7 +252,7 @@ def test_what_is_neither_log_nor_scenario_is_said(tmp_path, capsys, name, option
     [
         (["nothing.csv"], "cannot be read"),
         (["nothing.toml"], "nothing"),
-        (["SCENARIO", "--grade", "tactical"], "describes its own sensors"),
+        (["SCENARIO", "--grade", "tactcal"], "Did you mean 'tactical'?"),
         (["SCENARIO", "--from", "400"], "no session from 400"),
         (["SCENARIO", "--to", "1"], "samples"),
         (["SCENARIO", "--disturbed", "--latitude", "95"], "between -90 and 90"),

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.ensembles.judge import LOOKS, Looks, check_kept, judge, looks_of, read_requirements
+from sinssim.ensembles.judge import LOOKS, Looks, check_kept, judge, looks_of
 from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.result import EnsembleResult
 from sinssim.ensembles.summary import ensemble_numbers
-from sinssim.requirements.requirement import parse_requirement
+from sinssim.requirements.requirement import parse_requirement, parse_requirements
 from tests.ensembles.examples import scenario
 from tests.ensembles.test_result import NMI_H, straight
 
@@ -83,12 +83,12 @@ def test_a_verdict_that_is_reached_stands_and_judges_the_first_runs() -> None:
     """The second look is at more runs, of which the further ones would refute the first requirement."""
     rates = np.concatenate([np.full(200, 0.1), np.full(200, 5.0)])
     result = straight(rates)
-    looks = Looks(read_requirements(["r95(end) <= 1 nmi", "cep(end) <= 100 nmi"]), 200, until_decided=True)
+    looks = Looks(parse_requirements(["r95(end) <= 1 nmi", "cep(end) <= 100 nmi"]), 200, until_decided=True)
     looks.look(result, 200)
     assert looks.decided
     assert [one.verdict for one in looks.verdicts if one] == ["met", "met"]
     assert [one.runs for one in looks.verdicts if one] == [200, 200]
-    once = Looks(read_requirements("r95(end) <= 1 nmi"), 200, until_decided=False)
+    once = Looks(parse_requirements("r95(end) <= 1 nmi"), 200, until_decided=False)
     once.look(result, 200)
     assert [(one.verdict, one.runs) for one in once.verdicts if one] == [("not met", 400)]
 
@@ -98,7 +98,7 @@ def test_each_look_has_a_fifth_of_the_probability_of_error() -> None:
     assert 0.95**104 < 0.005 < 0.95**103
     requirement = "r95(end) <= 1 nmi"
     for runs, decided in ((103, False), (104, True)):
-        looks = Looks(read_requirements(requirement), runs, until_decided=True)
+        looks = Looks(parse_requirements(requirement), runs, until_decided=True)
         looks.look(straight(np.full(runs, 0.1)), runs)
         assert looks.decided == decided
 
@@ -113,7 +113,7 @@ def test_all_looks_together_err_with_at_most_five_per_cent() -> None:
     for seed in range(400):
         rates = np.random.default_rng(1000 + seed).normal(size=25 * 16)
         errors = replace(base.errors, final=base.errors.final * rates[:, None])
-        looks = Looks(read_requirements(f"cep(end) <= {limit} nmi"), 25, until_decided=True)
+        looks = Looks(parse_requirements(f"cep(end) <= {limit} nmi"), 25, until_decided=True)
         for number in looks.numbers:
             looks.look(EnsembleResult(base.plan, errors), number)
         wrong += looks.decided
@@ -124,7 +124,7 @@ def test_all_looks_together_err_with_at_most_five_per_cent() -> None:
 def test_the_time_of_a_requirement_becomes_an_epoch() -> None:
     base = scenario(ensemble={"epoch_s": 7.0})
     plain = make_plan(base)
-    plan = make_plan(base, None, read_requirements(["r95(10 s) <= 1 m", "cep(14 s) <= 1 m", "heading <= 1 deg"]))
+    plan = make_plan(base, None, parse_requirements(["r95(10 s) <= 1 m", "cep(14 s) <= 1 m", "heading <= 1 deg"]))
     assert plain.epochs.tolist() == [0.0, 7.0, 14.0, 21.0, 28.0, 30.0]
     assert plan.epochs.tolist() == [0.0, 7.0, 10.0, 14.0, 21.0, 28.0, 30.0]
     assert plan.extra == (10.0,)
@@ -140,13 +140,13 @@ def test_the_time_of_a_requirement_becomes_an_epoch() -> None:
 )
 def test_times_without_a_sample_are_refused(text: str, words: str) -> None:
     with pytest.raises(sinssim.InputError, match=words):
-        make_plan(scenario(), None, read_requirements(text))
+        make_plan(scenario(), None, parse_requirements(text))
 
 
 def test_an_ensemble_that_is_continued_keeps_its_epochs() -> None:
-    base, other = scenario(ensemble={"epoch_s": 7.0}), read_requirements("r95(11 s) <= 1 m")
+    base, other = scenario(ensemble={"epoch_s": 7.0}), parse_requirements("r95(11 s) <= 1 m")
     plan = make_plan(base, None, other, kept=[10.0])
     assert plan.extra == (10.0,)
     with pytest.raises(sinssim.InputError, match=r"no errors at 11 s, .* nearest epochs are 10 s and 14 s"):
         check_kept(plan, other)
-    check_kept(plan, read_requirements(["r95(10 s) <= 1 m", "cep <= 1 m"]))
+    check_kept(plan, parse_requirements(["r95(10 s) <= 1 m", "cep <= 1 m"]))

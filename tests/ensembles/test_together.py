@@ -17,6 +17,7 @@ from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.run_errors import VECTORS, RunErrors
 from sinssim.ensembles.truth import TruthCache
 from sinssim.scenario import Scenario
+from tests.ensembles.batch.test_navigate_batch import SECTIONS
 from tests.ensembles.examples import AIDED, scenario
 
 GREAT_CIRCLE = {
@@ -24,7 +25,7 @@ GREAT_CIRCLE = {
     "great_circle": {
         "latitude_deg": 50.0, "course_deg": 60.0, "speed_mps": 220.0, "altitude_m": 9000.0, "duration_s": 60.0,
     },
-    "imu": {"grade": "laser-standard", "rate_hz": 20.0},
+    "imu": {**SECTIONS["laser-standard in full"], "rate_hz": 20.0},  # whose kernel other tests compile
     "navigation": {"initial_error": {"position_sigma_m": 3.0, "heading_sigma_arcmin": 2.0}},
 }  # fmt: skip
 

@@ -61,9 +61,14 @@ def _aided(**changes: Any) -> dict[str, Any]:
 def test_runs_with_a_filter(changes: dict[str, Any]) -> None:
     """N = 50, some 130 instants; fails by chance with 0.3 % at most."""
     plan = scenario(**_aided(**changes))
-    result = budget(plan)
-    departure = standard_errors(aided_ensemble(plan, result, 50), result)
-    assert np.abs(departure).max() < ALLOWED
+    result = budget(plan, marks=(20.0, 40.0))
+    errors = aided_ensemble(plan, result, 50)
+    assert np.abs(standard_errors(errors, result)).max() < ALLOWED
+    assert result.added is not None  # and what an interval adds, readings that are late included
+    begin, end = (errors[:, result.row(t)] for t in result.added.end[:2])
+    added = np.sqrt([sum(p[1, k, k] for p in result.added.covariance.values()) for k in range(9)])
+    found = np.sqrt(np.mean((end - begin - sum(mean[1] for mean in result.added.mean.values())) ** 2, axis=0))
+    assert np.abs((found / added - 1.0) * np.sqrt(100.0)).max() < ALLOWED
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.error_budget.analyse import _OTHER_SETS
+from sinssim.error_budget.served import _OTHER_SETS
 from sinssim.errors import InputError
 from sinssim.scenario.sections.within_imu.sensor_set import SensorSet
 from sinssim.sensors.aiding.barometer import BarometerSection

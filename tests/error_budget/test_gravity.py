@@ -121,3 +121,15 @@ def test_runs_of_an_ensemble_draw_their_own_remainder() -> None:
     assert one.ideal.dtheta is two.ideal.dtheta
     alone = fly(scenario.model_copy(update={"seed": 1})).increments(4.0)
     np.testing.assert_array_equal(one.ideal.dvel, alone.dvel)
+
+
+def test_a_turning_block_feels_the_same_field() -> None:
+    """Perfect sensors in a block that turns: the budget's mean against the run, and the field's error as at rest."""
+    parts = ("great_circle.duration_s=900", "imu.rate_hz=5")
+    turning = (*parts, 'imu.rotation={type="continuous", rate_deg_s=6.0}')
+    scenario = sinssim.load_scenario("gravity_disturbance", turning)
+    found, still = budget(scenario), budget(sinssim.load_scenario("gravity_disturbance", parts))
+    error = horizontal(sinssim.run(scenario), found.time)
+    mean = found.mean["gravity_model"][:, :2]
+    np.testing.assert_allclose(mean, error, rtol=0, atol=0.02 * np.abs(error).max())
+    np.testing.assert_allclose(mean, still.mean["gravity_model"][:, :2], rtol=0, atol=1e-3 * np.abs(mean).max())

@@ -6,6 +6,7 @@ import copy
 import datetime
 import traceback
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,12 @@ TEXTS = (
     "../..", "~nobody/x", "/dev/null", ".", "%s{0}", "nan", "1e5", "gyros", "\N{PILE OF POO}", "turn", "air", "coning",
 )  # fmt: skip
 MARKS = "[]{}=\".,#\n'\\-+0e\0 \t_é"
+
+
+def rewrite(path: Path, raw: bytes) -> None:
+    """Write a file anew. A file cut to nothing and written again is flushed to the disk by some file systems."""
+    path.unlink(missing_ok=True)
+    path.write_bytes(raw)
 
 
 def nested(depth: int) -> list[Any]:

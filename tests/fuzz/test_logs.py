@@ -115,8 +115,8 @@ def logs(count: int, seed: int, folder: Path) -> mangle.Verdict:
         suffix = SUFFIXES[rng.integers(len(SUFFIXES))]
         log = folder / f"log{suffix}"
         with np.errstate(all="ignore"):
-            log.write_bytes(content(rng, suffix))
-        description.write_bytes(described(rng).encode("utf-8", "replace"))
+            mangle.rewrite(log, content(rng, suffix))
+        mangle.rewrite(description, described(rng).encode("utf-8", "replace"))
         verdict.judge(lambda log=log: read(log, description), lambda k=k, s=suffix: f"case {seed, k}, {s}")
     return verdict
 

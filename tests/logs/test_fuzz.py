@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +13,15 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.logs.read import candidates, read_file
-from tests.logs.formats.samples import FILES, LIBRARIES, kitti
+from tests.fuzz.mangle import rewrite
+from tests.logs.formats.samples import FILES, LIBRARIES, kitti, nmea_sentence
 
 SECONDS = 20
 """No damaged file of a few kilobytes may take longer, on a loaded machine."""
+
+
+class Hang(BaseException):
+    """A reader took too long. It is no Exception, so that no reader takes it for a damaged file and refuses that."""
 
 
 @contextmanager
@@ -23,7 +29,7 @@ def limited() -> Iterator[None]:
     """Raise after some seconds, so that a reader that hangs fails by name."""
 
     def stop(*_: object) -> None:
-        raise TimeoutError(f"the reader took more than {SECONDS} s")
+        raise Hang(f"the reader took more than {SECONDS} s")
 
     before = signal.signal(signal.SIGALRM, stop)
     signal.alarm(SECONDS)
@@ -95,7 +101,7 @@ def damage(name: str, folder: Path, count: int, seed: int) -> int:
     refused = 0
     for k in range(count):
         raw = mutated(whole, rng)
-        path.write_bytes(raw)
+        rewrite(path, raw)
         try:
             refused += not survives(path, name, with_detection=k % 3 == 0)
         except BaseException:
@@ -103,6 +109,27 @@ def damage(name: str, folder: Path, count: int, seed: int) -> int:
             print(f"mutation {k} of seed {seed}: {folder / 'failed'}")
             raise
     return refused
+
+
+def test_definitions_of_a_ulog_that_claim_more_than_the_file_has(tmp_path: Path) -> None:
+    """pyulog seeks back by the length that the last message claims, and would read the same messages for ever."""
+    pytest.importorskip("pyulog")
+    path = FILES["ulog"][0](tmp_path / "x.ulg")
+    whole = path.read_bytes()
+    definitions = whole[: whole.index(struct.pack("<HB", len(b"idvehicle_imu") + 1, ord("A")))]
+    back = definitions.index(b"sensor_gps:") - 3  # the header of this definition
+    claimed = len(definitions) + 3 + 40 - 2 - back
+    rewrite(path, definitions + struct.pack("<HB", claimed, 0) + bytes(40))
+    with limited(), pytest.raises(InputError, match="holds neither vehicle_imu"):
+        read_file(path, "ulog")
+
+
+def test_an_nmea_quality_of_forty_digits(tmp_path: Path) -> None:
+    pytest.importorskip("pynmeagps")
+    path = tmp_path / "x.nmea"
+    sound = "GPGGA,235959.50,4807.038,N,01131.000,E,4,08,0.9,545.4,M,46.9,M,,"
+    path.write_text(nmea_sentence(sound) + nmea_sentence(sound.replace("E,4,", f"E,{'9' * 40},")))
+    assert len(read_file(path, "nmea").fixes["gnss"]) == 1
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -117,7 +144,7 @@ def test_damaged_kitti(tmp_path: Path) -> None:
     wholes = [file.read_bytes() for file in files]
     for _ in range(150):
         for file, whole in zip(files, wholes, strict=True):
-            file.write_bytes(mutated(whole, rng) if rng.random() < 0.7 else whole)
+            rewrite(file, mutated(whole, rng) if rng.random() < 0.7 else whole)
         survives(path, "kitti-oxts", with_detection=True)
 
 

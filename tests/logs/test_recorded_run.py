@@ -11,6 +11,7 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
+from sinssim.estimation.from_scenario.recorded_run import prepare
 from sinssim.scenario.schema import Scenario
 from tests.logs.drive import (
     ATTITUDE,
@@ -24,6 +25,7 @@ from tests.logs.drive import (
     write_rates,
     write_reference,
 )
+from tests.logs.formats.samples import psins_imu
 
 
 def scenario(log: dict[str, Any], **tables: Any) -> Scenario:
@@ -345,3 +347,34 @@ def test_an_ensemble_a_budget_and_a_flight_name_the_recording(tmp_path: Path) ->
         sinssim.budget(plan)
     with pytest.raises(InputError, match="no true motion"):
         sinssim.fly(plan)
+
+
+def test_the_scenario_of_a_run_repeats_it(tmp_path: Path) -> None:
+    """The defaults that a run writes out are no start of one's own: with a reference alone, it starts from that."""
+    truth = drive(20.0)
+    imu = truth.increments(100.0)
+    write_increments(tmp_path / "imu.csv", imu)
+    write_reference(tmp_path / "ref.csv", truth, 50.0)
+    log = {
+        "imu": {"file": str(tmp_path / "imu.csv"), **INCREMENTS},
+        "reference": {"file": str(tmp_path / "ref.csv"), **REFERENCE, **ATTITUDE},
+    }
+    first = sinssim.run(scenario(log, recording={"keep": "summary"}), tmp_path / "run")
+    again = sinssim.run(sinssim.load_scenario(tmp_path / "run" / "scenario.toml"))
+    for name, one in vars(first.solutions["quaternion"]).items():
+        if isinstance(one, np.ndarray):
+            np.testing.assert_array_equal(getattr(again.solutions["quaternion"], name), one, err_msg=name)
+
+
+def test_the_scenario_of_a_run_has_the_axes_of_the_file(tmp_path: Path) -> None:
+    """A format with axes of its own is read with them again, not with the default that stands in a scenario."""
+    file = psins_imu(tmp_path / "x.imu")
+    log = {
+        "imu": {"file": str(file), "check_scale": False},
+        "start": {"latitude_deg": 34.0, "longitude_deg": 108.0, "height_m": 380.0, "heading_deg": 0.0},
+    }
+    first = prepare(scenario(log))
+    assert first.scenario.log is not None
+    assert first.scenario.log.imu.axes == ("right", "forward", "up")
+    again = prepare(Scenario.model_validate(first.scenario.contents()))
+    np.testing.assert_array_equal(again.log.imu.dvel, first.log.imu.dvel)

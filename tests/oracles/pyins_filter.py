@@ -1,10 +1,16 @@
 """pyins' feedback filter (N. Mayorov, package python-ins, 1.0.1) on increments and fixes, with its covariances.
 
 pyins keeps the covariance of every step to itself, and returns standard deviations; it is caught on the way out.
+
+Its error model lacks a term of first order. Its velocity error is δv − V × φ, with φ the attitude's error and V the
+velocity. The derivative of that contains V × (ψ × ω_ie), with ω_ie the Earth's rate, ψ = φ − δθ and δθ the rotation of
+the local level that belongs to the position error; pyins' matrix has zeros there. `with_earth_rate` adds it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 from unittest import mock
@@ -75,6 +81,25 @@ def increments_of(imu: ImuData) -> Any:
     rows = np.hstack([imu.dtheta, imu.dvel])
     frame = pandas.DataFrame(np.vstack([rows[:1], rows]), index=imu.time, columns=READINGS)
     return strapdown.compute_increments_from_imu(frame, "increment")
+
+
+@contextmanager
+def with_earth_rate() -> Iterator[None]:
+    """Add V × (ψ × ω_ie) to pyins' error model."""
+    from pyins import earth, util
+    from pyins.error_model import InsErrorModel
+
+    incomplete = InsErrorModel.system_matrices
+
+    def complete(model: Any, trajectory: Any) -> Any:
+        f, gyro, accel = incomplete(model, trajectory)
+        across = util.skew_matrix(trajectory[PVA[3:6]]) @ util.skew_matrix(earth.rate_n(trajectory.lat))
+        f[..., 3:6, 6:9] -= across
+        f[..., 3:6, 0:3] += across @ earth.curvature_matrix(trajectory.lat, trajectory.alt)
+        return f, gyro, accel
+
+    with mock.patch.object(InsErrorModel, "system_matrices", complete):
+        yield
 
 
 def feedback_filter(

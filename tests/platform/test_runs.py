@@ -16,6 +16,7 @@ from sinssim.ensembles.execute import errors_of_runs
 from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError
+from sinssim.recording.finished.run_streams import load_streams
 from sinssim.recording.rerun.viewer import read_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario
@@ -160,7 +161,9 @@ def test_side_by_side(tmp_path: Path) -> None:
     without = pq.read_table(streams / "error_without_errors_of_turns.parquet")
     last = np.hypot(without["position_n_m"].to_numpy()[-1], without["position_e_m"].to_numpy()[-1])
     assert last == pytest.approx(strapdown["without_errors_of_turns"]["final_horizontal_error_m"], rel=1e-6)
-    assert {"nav_platform.parquet", "error_platform.parquet"} <= {file.name for file in streams.iterdir()}
+    error = load_streams(tmp_path / "run")["error_platform"]
+    np.testing.assert_array_equal(error["position_e_m"], result.errors["platform"].position_ned[:, 1])
+    np.testing.assert_array_equal(error["phi_d_rad"], result.errors["platform"].attitude[:, 2])
     shown = read_run_info(tmp_path / "run" / "recording.rrd")
     for entity in ("horizontal", "attitude", "sensed", "commanded", "gimbals"):
         assert f"platform/{entity}" in shown.ranges

@@ -63,5 +63,5 @@ def test_examples_load(script: ModuleType, motion: str) -> None:
     scenario = Scenario.model_validate(data)
     shown = set(scenario.as_written())
     assert set(data) == {key for key in shown if getattr(scenario, key) is not None} - (
-        {"views", "recording"} - set(data)
+        {"use", "views", "recording"} - set(data)
     )

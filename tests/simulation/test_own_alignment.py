@@ -117,5 +117,5 @@ def test_what_cannot_align_is_said() -> None:
     )
     with pytest.raises(InputError, match=r'duration_s = 300, method = "quiet": the alignment ends at 300 s'):
         sinssim.run(moving)
-    with pytest.raises(InputError, match=r"navigation.alignment has no budget"):
-        sinssim.budget(scenario())
+    with pytest.raises(InputError, match=r"navigation.alignment.duration_s = 400: the run lasts 310 s"):
+        sinssim.budget(scenario(alignment={"duration_s": 400.0}))

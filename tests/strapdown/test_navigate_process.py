@@ -49,7 +49,18 @@ def listing(folder):
     return {path.name: path.stat().st_mtime_ns for path in Path(folder).rglob("*.nb?")}
 
 
-def test_second_process_compiles_nothing_and_gives_the_same_bits(tmp_path):
+def test_second_process_compiles_nothing_and_gives_the_same_bits():
+    """By the kernels that all tests share; `tests/test_jit.py` starts from an empty folder, with a small kernel."""
+    first = in_a_process(RUN, "quaternion")  # compiles them if nothing has before
+    second = in_a_process(RUN, "quaternion", NUMBA_DEBUG_CACHE="1")
+    assert "data saved" not in second
+    assert "index saved" not in second
+    assert "data loaded" in second
+    assert [line for line in second.splitlines() if line.startswith("quaternion ")] == first.splitlines()
+
+
+@pytest.mark.slow
+def test_second_process_loads_what_the_first_compiled(tmp_path):
     # a copy of the package: an edit of the checkout between the two starts would rightly compile anew
     shutil.copytree(ROOT / "sinssim", tmp_path / "sinssim", ignore=shutil.ignore_patterns("__pycache__"))
     place = {"root": tmp_path, "cache": tmp_path / "cache"}

@@ -19,6 +19,7 @@ from sinssim import ALGORITHMS, FRAMES, ImuData, NavSolution, NavState, navigate
 from tests.oracles.gravity import WGS84
 from tests.oracles.integrator import geodetic_to_ecef, matrix, ned_axes
 from tests.oracles.s_turn import OMEGA_IE, Flight, STurn
+from tests.strapdown.variants import with_slow_variants
 
 Array = NDArray[np.float64]
 
@@ -104,7 +105,7 @@ def test_the_transverse_frame_off_its_route() -> None:
     check(ROUNDING, frame="transverse", route=(0.0, 0.5, 0.1, 2.0))
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", with_slow_variants(ALGORITHMS))
 def test_every_algorithm(algorithm: str) -> None:
     check(BOUNDS.get(algorithm, PLAIN), algorithm=algorithm, vertical="truth")
 

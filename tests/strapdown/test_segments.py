@@ -94,6 +94,8 @@ def test_the_radii_are_those_asked_for(frame: str, curvature: str) -> None:
 def test_algorithms_of_several_samples_are_cut_at_their_rows(algorithm: str) -> None:
     imu, state = flown()
     assert max(cut(imu, state, algorithm=algorithm, frame="inertial")) < 2e-7
+    # the kernels are compiled for such arrays: they would be compiled once more for others
+    assert Segments(imu, algorithm=algorithm, frame="inertial").time.flags.c_contiguous
 
 
 def test_a_frame_that_does_not_fit_across_its_start(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,6 @@ from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 import sinssim
@@ -136,13 +135,13 @@ def test_results_draw_themselves(results: dict[str, Any]) -> None:
 
 
 def test_streams_are_the_files_of_the_run(aided: Any) -> None:
-    """Every stream in memory equals the Parquet file of its name, bit for bit."""
-    folder = aided.directory / "streams"
+    """Every stream in memory equals the one of its name in the run directory, bit for bit."""
+    stored = sinssim.load_streams(aided.directory)
     assert {"truth", "imu_ideal", "imu_measured", "nav_quaternion", "error_quaternion", "nav_aided"} <= set(
         aided.streams
     )
     for name, table in aided.streams.items():
-        assert table.arrow().equals(pq.read_table(folder / f"{name}.parquet")), name
+        assert table.arrow().equals(stored[name].arrow()), name
     truth = aided.streams["truth"]
     np.testing.assert_array_equal(truth["height_m"], aided.truth.height)
     np.testing.assert_array_equal(truth["time_s"], aided.time)

@@ -25,7 +25,13 @@ def command(
     columns: ColumnsFile = None,
     grade: Annotated[
         str | None,
-        typer.Option("--grade", help="Grade of a log's sensors, for the expected error; see `sinssim list grades`."),
+        typer.Option(
+            "--grade",
+            metavar="NAME|FILE",
+            help="Grade of a log's sensors, for the expected error, or a replacement of a scenario's imu.grade: a name "
+            "from `sinssim list grades`, or a grade's TOML file.",
+            show_default=False,
+        ),
     ] = None,
     start: FromTime = None,
     end: ToTime = None,

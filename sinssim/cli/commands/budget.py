@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, Quiet, ScenarioName, Settings
+from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
 from sinssim.cli.terminal import console, one_bar, print_json, program_name
 
 _TEXT = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Propagating covariances"}
@@ -21,6 +21,7 @@ def command(
         typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-budget"),
     ] = None,
     settings: Settings = None,
+    grade: GradeOption = None,
     require: Annotated[
         list[str] | None,
         typer.Option(
@@ -83,7 +84,7 @@ def command(
         )
     if names and not wanted:
         raise InputError(f"--free {free} needs a --require: the factor is that with which a requirement is just met.")
-    plan = load_scenario(scenario, settings or ())
+    plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-budget"
     from sinssim.error_budget.analyse import budget
     from sinssim.error_budget.limits import answers

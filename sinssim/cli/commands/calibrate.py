@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, Quiet, ScenarioName, Settings
+from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
 from sinssim.cli.terminal import console, one_bar, print_json
 
 
@@ -18,6 +18,7 @@ def command(
         typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-calibration"),
     ] = None,
     settings: Settings = None,
+    grade: GradeOption = None,
     method: Annotated[
         str | None,
         typer.Option("--method", metavar="METHOD", help="separate or systematic.", show_default="the scenario's"),
@@ -47,7 +48,7 @@ def command(
     from sinssim.recording.store.calibration import to_json, write_calibration
     from sinssim.scenario import load_scenario
 
-    plan = load_scenario(scenario, settings or ())
+    plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-calibration"
     with one_bar(show=not quiet) as bar:
         result = calibrate(

@@ -2,36 +2,65 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from sinssim.cli.options import Debug, Json, ScenarioName, Settings
+import typer
+
+from sinssim.cli.options import Debug, GradeOption, Json, ScenarioName, Settings, with_grade
 from sinssim.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
 
 
-def command(scenario: ScenarioName, settings: Settings = None, as_json: Json = False, debug: Debug = False) -> None:
+def command(
+    scenario: ScenarioName,
+    settings: Settings = None,
+    grade: GradeOption = None,
+    as_json: Json = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Draw the plan: map, height, speed (.png, .svg, .pdf)."),
+    ] = None,
+    debug: Debug = False,
+) -> None:
     """Check a scenario without flying it, and show its plan.
 
     Checks everything that is known beforehand: the file, the aircraft, all legs and all names. If there are mistakes,
     it lists all of them and exits with code 2.
 
-    Example:
+    Examples:
 
         sinssim check my_flight.toml --set flight.aircraft=f16
+        sinssim check my_flight.toml --grade my_unit.toml
+        sinssim check my_flight.toml --plot plan.png
     """
     from sinssim.scenario import load_scenario
     from sinssim.scenario.duration import check_times, expected_duration
+    from sinssim.scenario.planned.limits import check_limits
     from sinssim.scenario.route import check_route
     from sinssim.scenario.summary import plan_lines
 
-    plan = load_scenario(scenario, settings or ())
+    if plot is not None:
+        from sinssim.recording.figures.canvas import check_format
+
+        check_format(plot)
+    plan = load_scenario(scenario, with_grade(settings, grade))
+    if plot is not None and (plan.log is not None or plan.one_component is not None):
+        from sinssim.recording.figures.plan import plan_of
+
+        plan_of(plan)  # raises: there is no plan to draw
     if plan.log is not None:
         _check_log(plan, as_json)
         return
     check_times(plan)
     check_route(plan)
+    if plan.use:
+        from sinssim.strapdown.files import check_own_files
+
+        check_own_files(plan.navigation.algorithms, plan.navigation.frame)
+    check_limits(plan)
     resolved, about_filter = plan, list[str]()
     if plan.filter is not None:
         from sinssim.estimation.from_scenario import filter_states
@@ -46,6 +75,13 @@ def command(scenario: ScenarioName, settings: Settings = None, as_json: Json = F
         print_json({"expected_duration_s": round(duration), "scenario": resolved.as_written()})
     else:
         print("\n".join((*plan_lines(resolved), *about_filter)))
+    if plot is not None:
+        from sinssim.recording.figures.canvas import save
+        from sinssim.recording.figures.plan import plan_figure
+
+        save(plan_figure(plan), plot)
+        if not as_json:
+            print(f"plot        {plot}")
 
 
 def _check_log(plan: Scenario, as_json: bool) -> None:

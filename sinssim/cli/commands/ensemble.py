@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, Quiet, ScenarioName, Settings
+from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
 from sinssim.cli.terminal import console, one_bar, print_json, program_name
 
 
@@ -24,6 +24,7 @@ def command(
         typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-ensemble"),
     ] = None,
     settings: Settings = None,
+    grade: GradeOption = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an ensemble, or extend it to more runs.")] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing ensemble; your own files stay.")
@@ -94,7 +95,7 @@ def command(
     from sinssim.scenario import load_scenario
 
     wanted = parse_requirements(require or ())
-    plan = load_scenario(scenario, settings or ())
+    plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-ensemble"
     from sinssim.ensembles.running.run import ensemble
 

@@ -42,7 +42,8 @@ def command(
     """List the names that scenarios and options accept, each with a description.
 
     Aircraft, scenarios and studies in the folders `aircraft`, `scenarios` and `scenarios/studies` of the current folder
-    come before those of the package; so do views in the folders that the environment variable SINSSIM_VIEWS names.
+    come before those of the package; so do views in the folders that the environment variable SINSSIM_VIEWS names. The
+    content of project folders that SINSSIM_CONTENT names, and of installed packages, is listed with its place.
 
     Example:
 
@@ -80,12 +81,14 @@ def names_of(kind: Listing) -> Mapping[str, str]:
             return {name: sentence for name, (_, sentence) in WRITERS.items()}
         case Listing.ALGORITHMS:
             from sinssim.algorithms import SCENARIO_ALGORITHMS
+            from sinssim.own_content.registry import described
 
-            return SCENARIO_ALGORITHMS
+            return {**SCENARIO_ALGORITHMS, **described("algorithms")}
         case Listing.FRAMES:
             from sinssim.frames import FRAMES
+            from sinssim.own_content.registry import described
 
-            return FRAMES
+            return {**FRAMES, **described("frames")}
         case Listing.GRAVITY:
             from sinssim.earth.models import GRAVITY_MODELS
 
@@ -107,9 +110,10 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return FILTER_STATES
         case Listing.AIDING:
+            from sinssim.own_content.registry import described
             from sinssim.scenario.sections.aiding import describe_sensors
 
-            return describe_sensors()
+            return {**describe_sensors(), **described("aiding")}
         case Listing.VIEWS:
             from sinssim.scenario.content import list_content
 

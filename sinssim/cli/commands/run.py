@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from sinssim.cli.options import Debug, Json, OutFolder, Quiet, ScenarioName, Settings
+from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, ScenarioName, Settings, with_grade
 from sinssim.cli.terminal import console, notes_of, print_json, program_name, stage_bars
 
 Keep = Literal["summary", "report", "streams", "all"]
@@ -22,14 +21,7 @@ def command(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing run; your own files stay.")
     ] = False,
-    grade: Annotated[
-        str | None,
-        typer.Option(
-            "--grade",
-            metavar="NAME|FILE",
-            help="Replace imu.grade: a name from `sinssim list grades`, or a grade's TOML file.",
-        ),
-    ] = None,
+    grade: GradeOption = None,
     view: Annotated[
         str | None,
         typer.Option(
@@ -85,8 +77,7 @@ def command(
     from sinssim.scenario import find_content, load_scenario
     from sinssim.scenario.outages import outage_settings
 
-    of_grade = [] if grade is None else [f"imu.grade={json.dumps(grade)}"]
-    settings = [*(settings or ()), *of_grade, *_kept(keep, recording)]
+    settings = [*with_grade(settings, grade), *_kept(keep, recording)]
     plan = load_scenario(scenario, settings)
     if outages:
         if plan.log is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -73,6 +74,7 @@ def command(
     from sinssim.logs.writers.export import date_of_run
     from sinssim.recording.report.run.errors import Compared
     from sinssim.recording.report.score import score_report
+    from sinssim.recording.rerun.run.score import record
     from sinssim.recording.store.score import check_names, known_numbers, to_json, write_scores
 
     for option, given in (("--name", names), ("--time-s", seconds)):
@@ -94,12 +96,13 @@ def command(
     numbers = {name: known_numbers(error, span) for name, error in errors.items()}
     import numpy as np
 
-    report = score_report(judge, scores, Compared(np.array(span), errors, judge.axes), numbers)
-    place = write_scores(judge, scores, span, report)
+    compared = Compared(np.array(span), errors, judge.axes)
+    report = score_report(judge, scores, compared, numbers)
+    place = write_scores(judge, scores, span, report, partial(record, judge, scores, compared, numbers))
     if as_json:
         print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
     elif not quiet:
         from sinssim.recording.tables.score import show
 
         show(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
-        print(f"Report: {place}")
+        print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")

@@ -6,13 +6,16 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, get_args
 
+from sinssim.algorithms import REGISTRY
 from sinssim.earth.kernels import EarthParameters, near_gravity_k
 from sinssim.ensembles.batch import lanes, layout, variables
 from sinssim.jit import inline, rebound
+from sinssim.own_content.registry import on_change
 from sinssim.rotation.kernels import small_half_angle_series_k
 from sinssim.strapdown.assemble import parts
 from sinssim.strapdown.files import algorithm_file
 from sinssim.strapdown.frames.radii import FORMS
+from sinssim.strapdown.own_algorithm import guarded
 
 _VARIABLES = {
     4: (variables.four_k, variables.keep_four_k),
@@ -77,4 +80,7 @@ def engine(algorithm: str, gravity: int, vertical: int, curvature: str, active: 
         lanes.navigate_lanes, name, attitude_k=load, keep_attitude_k=keep,
         **constants, **of_algorithm, **_IN_RANGE, **of_layout, **FORMS.get(curvature, {}),
     )  # fmt: skip
-    return made
+    return guarded(algorithm, made) if REGISTRY[algorithm].path else made
+
+
+on_change.append(engine.cache_clear)

@@ -20,6 +20,7 @@ from sinssim.ensembles.batch.engines import engine
 from sinssim.ensembles.batch.served import FRAME, served_algorithm
 from sinssim.errors import InputError, RunError, check_name
 from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES
+from sinssim.own_content.registry import ensure
 from sinssim.sensors.imu.emulate import at_the_sensors, emulate
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.pack import pack
@@ -111,6 +112,7 @@ def navigate_batch(
     Raises:
         InputError: an option is unknown or not served, or the data cannot be used.
     """
+    ensure("algorithms", algorithm)
     check_name("algorithm", algorithm, ALGORITHMS)
     check_name("curvature", curvature, CURVATURES)
     if (reason := served_algorithm(algorithm)) is not None:
@@ -206,4 +208,5 @@ def _initial(initial: NavState | Sequence[NavState], runs: int) -> Array:
     if len(states) not in (1, runs) or (len(states) == 1 and not isinstance(initial, NavState) and runs != 1):
         raise InputError(f"a batch needs one initial state, or one for each of {runs} runs; there are {len(states)}.")
     columns = [np.array([lat, lon, h, *v, *q]) for lat, lon, h, v, q in map(checked_initial, states)]
-    return np.ascontiguousarray(np.broadcast_to(np.stack(columns, axis=1), (10, runs)))
+    # a copy: a view that may not be written would cause another compilation
+    return np.array(np.broadcast_to(np.stack(columns, axis=1), (10, runs)), order="C")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sinssim.ensembles.judge import Looks, check_kept, read_requirements
+from sinssim.ensembles.judge import Looks, check_kept
 from sinssim.ensembles.plan import AIDED, LONG_CHUNK, make_plan, with_runs
 from sinssim.ensembles.result import EnsembleResult
 from sinssim.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
@@ -20,6 +20,7 @@ from sinssim.ensembles.running.room import check_disk, check_memory, runs_at_a_t
 from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError, shortened
+from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
 from sinssim.system.memory import give_back_memory
 
@@ -86,7 +87,7 @@ def ensemble(
         raise InputError("resume and overwrite need the directory of an ensemble.")
     if resume and overwrite:
         raise InputError("resume and overwrite exclude each other: continue the ensemble, or replace it.")
-    wanted = read_requirements(require)
+    wanted = parse_requirements(require)
     if until_decided and not wanted:
         raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
     report, tell = progress or (lambda text, fraction: None), say or (lambda text: None)

@@ -15,6 +15,8 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
 from sinssim.estimation import ErrorModel, Estimate
 from sinssim.estimation.estimate import estimate
+from sinssim.estimation.from_scenario.along_the_way import with_declination
+from sinssim.estimation.from_scenario.diagnosis import diagnosed
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma
 from sinssim.estimation.from_scenario.memory import ROWS
@@ -81,6 +83,7 @@ def aid_run(
     sensed = _with_shared_times(sensed, imu.time)
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
+    model = with_declination(model, scenario, trajectory)
     measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
     block = block_of(trajectory, scenario.imu)
     encoders = encoders_of(block, errors.encoders, edges)
@@ -145,6 +148,7 @@ def filtered(
         "field": known_field(scenario),
     }
     readings = [_after(m, float(start.imu.time[0])) for m in measurements]
+    options |= {"axes": axes, "added_noise": _by_vibration(start.imu, section.vibration_noise), "encoders": encoders}
     found = estimate(
         start.imu,
         start.state,
@@ -153,11 +157,12 @@ def filtered(
         covariance=start.covariance,
         smooth=section.smooth and history,
         history=history,
-        axes=axes,
-        added_noise=_by_vibration(start.imu, section.vibration_noise),
-        encoders=encoders,
         **options,
     )
+    if history and section.diagnose:
+        found = diagnosed(found, start, readings, options)
+    for key in ("axes", "added_noise", "encoders"):
+        del options[key]
     if section.backward and history:
         options["row_s"] = max(row_s, float(start.imu.time[-1] - start.imu.time[0]) / ROWS)  # nothing smooths it
         found = _with_backward(found, start.imu, readings, section.vibration_noise, options)

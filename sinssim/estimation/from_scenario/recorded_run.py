@@ -87,7 +87,13 @@ def prepare(scenario: Scenario) -> Prepared:
     )
     update: dict[str, object] = {
         "imu": scenario.imu.model_copy(update={"rate_hz": rate}),
-        "log": section.model_copy(update={"from_s": max(float(time[0]), 0.0), "to_s": float(time[-1])}),
+        "log": section.model_copy(
+            update={
+                "from_s": max(float(time[0]), 0.0),
+                "to_s": float(time[-1]),
+                "imu": section.imu if log.axes is None else section.imu.model_copy(update={"axes": log.axes}),
+            }
+        ),
     }
     if scenario.filter is not None:
         own = scenario.filter.initial_sigma

@@ -102,7 +102,7 @@ def recorded_start(
 def _of_reference(log: RecordedLog, section: LogStart) -> RecordedStart | None:
     """Return the reference's own state at the start, if it is whole there and nothing else is given."""
     reference, begin = log.reference, log.imu.time[:1]
-    if reference is None or reference.knows != ("position", "velocity", "attitude") or section.model_fields_set:
+    if reference is None or reference.knows != ("position", "velocity", "attitude") or section.is_given:
         return None
     state = reference.state_at(begin)
     if state is None:

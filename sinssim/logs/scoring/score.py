@@ -42,6 +42,8 @@ class Score:
         error: against the truth; what it lacks is NaN.
         seconds: time that it took to compute, if told, s.
         sentences: on clock, datum, axes, rows, interpolation.
+        sigma: σ that the file gives: of position and velocity (north, east, down, m and m/s), of tilt (never given) and
+            of the heading, rad; (N, 9), NaN where it gives none, None if it gives none at all.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Score:
     error: NavError
     seconds: float | None
     sentences: tuple[str, ...]
+    sigma: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -161,7 +164,7 @@ class Judge:
         ]  # fmt: skip
         return Score(
             name or path.stem, path, streams.format, replace(solution, algorithm=name or path.stem), error, seconds,
-            tuple(sentences),
+            tuple(sentences), _sigma(stream, rows),
         )  # fmt: skip
 
     def _against_reference(self, solution: NavSolution, known: _Known, antenna: str | None) -> NavError:
@@ -282,6 +285,19 @@ def _solution_in(streams: Streams) -> tuple[SolutionStream, list[str]]:
     if stream.q_nb is not None:
         said.append("The attitude is that of forward-right-down axes to north-east-down.")
     return stream, said
+
+
+def _sigma(stream: SolutionStream, rows: Rows) -> Array | None:
+    """Return what `Score.sigma` holds. The σ of roll and pitch are about body axes, and are left out."""
+    if stream.position_sigma is None and stream.velocity_sigma is None and stream.attitude_sigma is None:
+        return None
+    found = np.full((len(rows), 9), np.nan)
+    for columns, given in ((slice(0, 3), stream.position_sigma), (slice(3, 6), stream.velocity_sigma)):
+        if given is not None:
+            found[:, columns] = given[rows]
+    if stream.attitude_sigma is not None:
+        found[:, 8] = stream.attitude_sigma[rows, 2]
+    return found
 
 
 def _nothing(count: int) -> NavState:

@@ -14,6 +14,7 @@ DEFAULT_START = "2026-01-01T00:00:00Z"
 
 WRITERS: dict[str, tuple[str, str]] = {
     "csv": ("csv_tables", "folder of CSV files, one for each stream, units in the names of the columns"),
+    "parquet": ("parquet", "folder of Parquet files, every stream of the run and the errors of its solutions"),
     "mat": ("matlab", "MATLAB .mat with all streams as structures"),
     "kml": ("maps.kml", "path with heights and time for Google Earth"),
     "gpx": ("maps.gpx", "GPX 1.1 track"),

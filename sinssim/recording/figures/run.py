@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _POINTS = 4000
 """Most points of a line."""
+_FAR = 20.0
+"""Ratio of the largest errors of two solutions from which the scale is logarithmic."""
 _DASHES = ("-", "--", "-.", ":")
 """So that solutions with the same errors do not hide one another."""
 
@@ -40,6 +42,8 @@ def run_figure(run: Run) -> Figure:
     errors: dict[str, NavError] = {} if run.one_component is not None else dict(run.errors)
     if run.aided is not None and run.aided.true_parameters_known:
         errors["aided"] = run.aided.error
+        for name, one in (("backward", run.aided.backward_error), ("smoothed", run.aided.smoothed_error)):
+            errors |= {} if one is None else {name: one}
     if not errors:
         raise InputError(
             f"the run {run.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
@@ -65,7 +69,12 @@ def run_figure(run: Run) -> Figure:
                 linestyle=_DASHES[k % len(_DASHES)],
             )  # fmt: skip
         panel.set_ylabel(f"{name} [{unit}]")
-        panel.set_ylim(bottom=0.0)
+        largest = [np.nanmax(one) for one in values.values()]
+        if max(largest) > _FAR * min(largest) > 0.0:
+            panel.set_yscale("log")  # an aided error beside an inertial one would be a line on the axis
+            panel.set_ylim(bottom=min(np.nanmedian(one) for one in values.values()) / factor / 10.0)
+        else:
+            panel.set_ylim(bottom=0.0)
     panels[0].set_title(run.scenario.name)
     panels[0].legend(loc="best")
     panels[-1].set_xlabel(f"time [{word}]")

@@ -15,6 +15,8 @@ import numpy as np
 from sinssim import __version__
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.stored.error_rule import ERROR_COLUMNS
+from sinssim.logs.stored.streams import StoredStreams
 from sinssim.recording.store.directory import MARK
 from sinssim.strapdown.nav_error import NavError
 
@@ -26,11 +28,6 @@ _KINDS = {
     "comparison.json": "comparison of runs",
 }
 """Files that tell what a directory holds beside runs."""
-
-_COLUMNS = (
-    "time_s", "position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps",
-    "phi_n_rad", "phi_e_rad", "phi_d_rad",
-)  # fmt: skip
 
 
 def kind_of(folder: Path) -> str | None:
@@ -72,6 +69,10 @@ class FinishedRun:
             raise InputError(f"{self.path} is {article} {kind}; give the directory of a run, made by `sinssim run`.")
         what = "does not exist" if not self.path.exists() else "holds no run: it lacks summary.json or scenario.toml"
         raise InputError(f"{self.path} {what}. Give the directory of a run, for example runs/first_flight.")
+
+    @cached_property
+    def _streams(self) -> StoredStreams:
+        return StoredStreams(self.path / "streams")
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -141,7 +142,7 @@ class FinishedRun:
             InputError: the run has none of this name, or no errors over time.
         """
         folder = self.path / "streams"
-        stored = {file.stem.removeprefix("error_") for file in folder.glob("error_*.parquet")}
+        stored = {name.removeprefix("error_") for name in self._streams.names if name.startswith("error_")}
         if "one_component" in self.scenario:
             raise InputError(
                 f"{self.path} is a run of the one-component system, whose errors are in a vertical plane; compare runs "
@@ -152,7 +153,7 @@ class FinishedRun:
                 why = "it was run without streams; run it again with --keep streams or --keep all"
             else:
                 why = f"the run {self.status} before it navigated"
-            raise InputError(f"{self.path} has no errors over time (streams/error_*.parquet): {why}.")
+            raise InputError(f"{self.path} has no errors over time: {why}.")
         names = [name for name in self.numbers if name in stored] or sorted(stored)
         if wanted is None:
             return self.headline[0] if self.headline and self.headline[0] in stored else names[0]
@@ -169,17 +170,16 @@ class FinishedRun:
         Raises:
             InputError: the stream cannot be read, or no error in it is known.
         """
-        from pyarrow import ArrowException, parquet
+        from pyarrow import ArrowException
 
-        file = self.path / "streams" / f"error_{name}.parquet"
         try:
-            table = parquet.read_table(file, columns=list(_COLUMNS))
-            rows = [np.asarray(table[column].to_numpy(), dtype=np.float64) for column in _COLUMNS]
+            rows = self._streams.read(f"error_{name}", ERROR_COLUMNS)
         except (OSError, KeyError, ArrowException) as error:
             version = self.summary["versions"].get("sinssim", "unknown")
             raise InputError(
-                f"{file} cannot be read as the errors of a solution: {str(error).splitlines()[0]}. The run is of "
-                f"sinssim {version}, this is {__version__}; run its scenario.toml again."
+                f"{self._streams.source(f'error_{name}')} cannot be read as the errors of a solution: "
+                f"{str(error).splitlines()[0]}. The run is of sinssim {version}, this is {__version__}; run its "
+                "scenario.toml again."
             ) from error
         position = np.stack(rows[1:4], 1)
         if not np.isfinite(position).any():

@@ -36,7 +36,7 @@ def compare_runs_report(compared: ComparedRuns) -> str:
         f"<p>Errors from {start:g} s to {end:g} s ({duration_words(end - start)}), which all runs have.{note}</p>"
     )
     body += ["<h2>Runs</h2>", _runs(compared), "<h2>Errors</h2>"]
-    body += error_tables(compared.numbers, "comparison.json; all samples: streams/error_*.parquet of each run")
+    body += error_tables(compared.numbers, "comparison.json; all samples: sinssim.load_streams of each run")
     body += ["<h2>Errors over time</h2>", *error_plots(compared, _period(compared), apart=False)]
     body += ["<h2>What differs in the scenarios</h2>", *_differences(compared)]
     return page.page(title, body, STYLE + plot.STYLE)

@@ -347,7 +347,7 @@ def _marks(marks: Sequence[Mark], places: Sequence[float], top: float, bottom: f
         left = min(x - 0.5 * long, right - long)
         if left > free:
             yield text(left, top - 4, mark.text, kind="soft", more=f'font-size="{_SMALL:g}"')
-            free = left + long
+            free = left + long + _LETTER  # numbers without a gap would read as one
 
 
 def _range(lines: Sequence[Line], from_zero: bool, least: float) -> tuple[float, float, float]:

@@ -245,6 +245,10 @@ def made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         ("IMU rate", f"{scenario.imu.rate_hz:g} Hz"),
         *((name, words(value)) for name, value in versions.items()),
         ("processor", words(processor())),
+        *(
+            (words(f"own {own['kind']}"), words(f"{own['name']}, SHA-256 {own['sha256'][:12]}…, {own['file']}"))
+            for own in summary.get("own_content", ())
+        ),
     ]
     yield f'<div class="pair"><div>{table(("stage", "time [s]", ""), times)}</div>'
     yield f"<div>{table(('computed by', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"

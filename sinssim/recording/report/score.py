@@ -51,7 +51,7 @@ def score_report(
     assert samples.q_nb is not None
     truth = NavState(samples.latitude, samples.longitude, samples.height, samples.velocity_ned, samples.q_nb)
     in_order = Compared(compared.time, {name: compared.errors[name] for name in order}, compared.axes)  # same colours
-    drawn, far = _near_the_scored(in_order, numbers, theirs)
+    drawn, far = near_the_scored(in_order, numbers, theirs)
     body.append("<h2>Errors over time</h2>")
     if far:
         body.append(f"<p>Not drawn, because far larger: {words(', '.join(far))}. The run’s own report shows them.</p>")
@@ -64,10 +64,19 @@ def score_report(
     return page.page(f"{run.name}: scores", body, STYLE + plot.STYLE)
 
 
-def _near_the_scored(
+def near_the_scored(
     compared: Compared, numbers: Mapping[str, Mapping[str, float | None]], theirs: set[str]
 ) -> tuple[Compared, list[str]]:
-    """Return what is drawn, and the names of the run's algorithms whose errors would hide those of the scored ones."""
+    """Return what is drawn, and the names of the run's algorithms whose errors would hide those of the scored ones.
+
+    Args:
+        compared: all errors.
+        numbers: their statistics by algorithm.
+        theirs: names of the scored solutions.
+
+    Returns:
+        The errors to draw; the names of those left out.
+    """
     most = max((numbers[name]["rms_horizontal_error_m"] or 0.0 for name in theirs), default=0.0)
     far = [
         name for name, n in numbers.items() if name not in theirs and (n["rms_horizontal_error_m"] or 0.0) > _FAR * most

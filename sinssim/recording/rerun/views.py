@@ -191,8 +191,8 @@ def _module(file: Path) -> ModuleType:
     """Run a view's file.
 
     The module has two optional constants: `KIND`, the kind of recording that it shows ("run" by default, "ensemble",
-    "budget", "trade" or "study"), and `NEEDS`, a label that a run must have for the view, for example "filter" or
-    "redundancy".
+    "budget", "trade", "score" or "study"), and `NEEDS`, a label that a run must have for the view, for example
+    "filter" or "redundancy".
     """
     spec = importlib.util.spec_from_file_location(f"sinssim_view_{file.stem}", file)
     assert spec is not None

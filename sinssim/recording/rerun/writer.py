@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
@@ -52,6 +52,7 @@ from sinssim.truth.trajectory import FlightEvent, Trajectory
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
     from sinssim.logs.reference import Reference
+    from sinssim.logs.stored.error_rule import ErrorRule
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.scenario import Scenario
     from sinssim.sensors.imu.encoder import Encoders
@@ -87,7 +88,7 @@ class RunWriter:
         """
         self._streams = folder / "streams"
         self._streams.mkdir()
-        self._events = list(trajectory.events)
+        self._events, self._time = list(trajectory.events), time
         self._track, self._recorded = some_rows(truth), ideal is None
         self._scene = Scene.around(truth, trajectory.ellipsoid)
         self._run = RunInfo(
@@ -156,8 +157,11 @@ class RunWriter:
     def _show(self, stream: Stream, events: Sequence[float]) -> None:
         self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
 
-    def _stream(self, stream: Stream) -> None:
-        self._submit(self._to_parquet, parquet.write_stream, stream, self._streams)
+    def _stream(self, stream: Stream, metadata: Mapping[str, str] | None = None) -> None:
+        self._submit(self._to_parquet, parquet.write_stream, stream, self._streams, metadata)
+        self._show_later(stream)
+
+    def _show_later(self, stream: Stream) -> None:
         self._draw(self._show, stream, [event.time for event in self._events])
 
     def sensed(
@@ -214,6 +218,7 @@ class RunWriter:
         errors: dict[str, NavError],
         failed: dict[str, RunError],
         without_monitoring: NavError | None = None,
+        rule: ErrorRule | None = None,
     ) -> None:
         """Write the solutions of the algorithms and their errors.
 
@@ -222,6 +227,7 @@ class RunWriter:
             errors: by algorithm.
             failed: errors of the algorithms without a usable solution.
             without_monitoring: errors of the first algorithm without monitoring, None if they are the same.
+            rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
         """
         self._run = replace(self._run, algorithms=tuple(solutions))
         for name, error in failed.items():
@@ -230,10 +236,15 @@ class RunWriter:
             self._events += [FlightEvent(event.start, event.text) for event in solution.events]
         self._draw(self._draw_navigation, solutions, errors)
         for name, solution in solutions.items():
-            self._stream(nav_stream(name, solution))
+            stream, of_errors = nav_stream(name, solution), error_stream(name, errors[name].at, solution.time)
+            if rule is not None and np.array_equal(solution.time, self._time):
+                self._stream(stream, rule.metadata())
+                self._show_later(of_errors)
+            else:
+                self._stream(stream)
+                self._stream(of_errors)
             for stream in self._coordinates.of(name, solution.time, solution):
                 self._stream(stream)
-            self._stream(error_stream(name, errors[name].at, solution))
         if without_monitoring is not None and errors:
             self._draw(self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
             self._stream(other_error_stream("error_without_monitoring", without_monitoring))

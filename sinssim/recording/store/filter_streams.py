@@ -33,13 +33,13 @@ def filter_streams(aided: Aided) -> list[Stream]:
     """
     estimate = aided.estimate
     solution = estimate.solution
-    streams = [nav_stream("aided", solution), error_stream("aided", aided.error_at, solution), _states(aided)]
+    streams = [nav_stream("aided", solution), error_stream("aided", aided.error_at, solution.time), _states(aided)]
     if estimate.smoothed is not None and aided.smoothed_error is not None:
         solution = estimate.smoothed.solution
-        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution)]
+        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution.time)]
     if estimate.backward is not None and aided.backward_error is not None:
         solution = estimate.backward.solution
-        streams += [nav_stream("backward", solution), error_stream("backward", aided.backward_error.at, solution)]
+        streams += [nav_stream("backward", solution), error_stream("backward", aided.backward_error.at, solution.time)]
     innovations = {i.sensor: i for i in estimate.innovations}
     streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
     return streams

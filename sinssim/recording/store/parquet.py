@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from sinssim.recording.store.streams import Stream, blocks
+from sinssim.recording.store.streams import BLOCK, Stream, blocks
 from sinssim.truth.trajectory import FlightEvent
 
+_MOST_ROWS = 262144
+"""Largest number of rows of a row group, which is one page of each column."""
+_MOST_BYTES = 24 * 2**20
+"""Memory of a row group, beyond which it has fewer rows."""
 
-def write_stream(stream: Stream, folder: Path) -> Path:
+
+def write_stream(stream: Stream, folder: Path, metadata: Mapping[str, str] | None = None) -> Path:
     """Write a stream as `<folder>/<name>.parquet`, through a temporary file.
 
     Args:
         stream: the stream; doubles stay doubles.
         folder: an existing folder.
+        metadata: texts that are stored with it.
 
     Returns:
         The file.
@@ -25,7 +32,7 @@ def write_stream(stream: Stream, folder: Path) -> Path:
         OSError: the file cannot be written.
     """
     tables = (arrow_table(stream, rows) for rows in blocks(len(stream.time)))
-    return _write(tables, folder / f"{stream.name}.parquet")
+    return _write(tables, folder / f"{stream.name}.parquet", metadata)
 
 
 def arrow_table(stream: Stream, rows: slice) -> Any:
@@ -87,27 +94,50 @@ def write_table(table: Any, path: Path) -> Path:
     return _write([table], path)
 
 
-def _write(tables: Iterable[Any], path: Path) -> Path:
-    """Write the blocks of a table, at least one, as row groups of a Parquet file."""
+def _write(tables: Iterable[Any], path: Path, metadata: Mapping[str, str] | None = None) -> Path:
+    """Write the blocks of a table, at least one, as a Parquet file.
+
+    Doubles of a simulation rarely repeat: a dictionary costs time and saves nothing. With their bytes split into eight
+    planes, the planes of signs and exponents compress well. zstd has one code for 128 kB: a plane of a page must be as
+    long, or planes of different statistics share a code.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     beside = path.with_name(path.name + ".part")
     first, others = next(blocks := iter(tables)), blocks
-    # Doubles of a simulation rarely repeat: a dictionary costs time and saves nothing. With their bytes split into
-    # eight planes, the planes of signs and exponents compress well.
-    numbers = [f.name for f in first.schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
+    schema = first.schema.with_metadata({**(first.schema.metadata or {}), **(metadata or {})} or None)
+    numbers = [f.name for f in schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
     with pq.ParquetWriter(
         beside,
-        first.schema,
+        schema,
         compression="zstd",
-        compression_level=1,
+        compression_level=3,
         use_dictionary=False,
         write_statistics=False,
         column_encoding=dict.fromkeys(numbers, "BYTE_STREAM_SPLIT"),
+        data_page_size=8 * _MOST_ROWS,
+        max_rows_per_page=_MOST_ROWS,
     ) as writer:
-        writer.write_table(first)
-        for table in others:
-            writer.write_table(table)
+        for group in _groups(chain((first,), others), _rows_together(len(schema))):
+            writer.write_table(group.replace_schema_metadata(schema.metadata))
     os.replace(beside, path)
     return path
+
+
+def _rows_together(columns: int) -> int:
+    """Return how many rows of a table are compressed together."""
+    return min(_MOST_ROWS, max(BLOCK, _MOST_BYTES // (8 * columns)))
+
+
+def _groups(tables: Iterable[Any], most: int) -> Iterator[Any]:
+    """Put the blocks of a table together to row groups."""
+    import pyarrow as pa
+
+    found: list[Any] = []
+    for table in tables:
+        if found and sum(len(one) for one in found) + len(table) > most:
+            yield pa.concat_tables(found)
+            found = []
+        found.append(table)
+    yield pa.concat_tables(found)

@@ -149,7 +149,7 @@ def _streams(run: Run) -> Iterator[Stream]:
     for name, solution in run.solutions.items():
         yield nav_stream(name, solution)
         if name in run.errors:
-            yield error_stream(name, run.errors[name].at, solution)
+            yield error_stream(name, run.errors[name].at, solution.time)
     if run.aided is not None:
         yield from filter_streams(run.aided)
 

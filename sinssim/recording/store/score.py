@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,8 @@ from sinssim.strapdown.nav_error import NavError
 
 FOLDER = "scores"
 """Name of the folder of scores in a run directory."""
+RECORDING = "recording.rrd"
+"""Name of the recording in that folder."""
 
 
 def known_numbers(error: NavError, span: tuple[float, float]) -> dict[str, float | None]:
@@ -87,7 +89,9 @@ def check_names(judge: Judge, names: Sequence[str]) -> None:
             raise InputError(f"two solutions have the name {name!r}; give each one with --name.")
 
 
-def write_scores(judge: Judge, scores: Sequence[Score], span: tuple[float, float], report: str) -> Path:
+def write_scores(
+    judge: Judge, scores: Sequence[Score], span: tuple[float, float], report: str, record: Callable[[Path], None]
+) -> Path:
     """Write the scores beside the run; the run's own files stay as they are.
 
     Args:
@@ -95,6 +99,7 @@ def write_scores(judge: Judge, scores: Sequence[Score], span: tuple[float, float
         scores: the scored solutions.
         span: time over which they are compared, s.
         report: the report page.
+        record: writes the recording to a path.
 
     Returns:
         The report.
@@ -110,11 +115,12 @@ def write_scores(judge: Judge, scores: Sequence[Score], span: tuple[float, float
             place.mkdir(parents=True, exist_ok=True)
             written.append(write_stream(nav_stream(score.name, score.solution), place))
             error = score.error
-            written.append(write_stream(error_stream(score.name, error.at, score.solution), place))
+            written.append(write_stream(error_stream(score.name, error.at, score.solution.time), place))
             write_text(place / "score.json", json.dumps(to_json(score, span), indent=2, ensure_ascii=False) + "\n")
             written.append(place / "score.json")
         write_text(folder / "report.html", report)
-        written.append(folder / "report.html")
+        record(folder / RECORDING)
+        written += [folder / "report.html", folder / RECORDING]
         _mark(judge.run.path, written)
     except OSError as error:
         raise InputError(f"{folder} cannot be written: {error.strerror or error}.") from error

@@ -266,7 +266,7 @@ def platform_stream(solution: PlatformSolution) -> Stream:
 
 
 def nav_stream(name: str, solution: NavSolution) -> Stream:
-    """Return the stream `nav_<algorithm>`.
+    """Return the stream `nav_<algorithm>`: the solution, and the defect of the algorithm's attitude variables.
 
     Args:
         name: the algorithm.
@@ -276,16 +276,17 @@ def nav_stream(name: str, solution: NavSolution) -> Stream:
         N+1 rows.
     """
     s = solution
-    return Stream(f"nav_{name}", s.time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
+    state = _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
+    return Stream(f"nav_{name}", s.time, (*state, Vector("defect", ("defect",), s.defect[:, np.newaxis])))
 
 
-def error_stream(name: str, error_at: Callable[[slice], NavError], solution: NavSolution) -> Stream:
-    """Return the stream `error_<algorithm>`: the errors, and the defect of the algorithm's attitude variables.
+def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) -> Stream:
+    """Return the stream `error_<algorithm>`.
 
     Args:
         name: the algorithm.
         error_at: returns its errors in some rows.
-        solution: its solution, for the norm or orthogonality defect.
+        time: (N+1,) s.
 
     Returns:
         N+1 rows.
@@ -298,12 +299,11 @@ def error_stream(name: str, error_at: Callable[[slice], NavError], solution: Nav
 
     return Stream(
         f"error_{name}",
-        solution.time,
+        time,
         (
             Vector("position", ("position_n_m", "position_e_m", "position_d_m"), part("position_ned")),
             Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), part("velocity_ned")),
             Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), part("attitude")),
-            Vector("defect", ("defect",), solution.defect[:, np.newaxis]),
         ),
     )
 

@@ -11,7 +11,14 @@ from rich.table import Table
 
 from sinssim.recording.store.summaries.filter_summary import sentences
 from sinssim.recording.store.summaries.log_summary import compared_words, outage_sentence
-from sinssim.recording.store.summaries.phase_summary import HEADS, NOTE, phase_tables
+from sinssim.recording.store.summaries.phase_summary import (
+    HEADS,
+    NOTE,
+    SOURCE_HEADS,
+    SOURCE_NOTE,
+    phase_tables,
+    source_tables,
+)
 from sinssim.recording.store.summaries.platform_summary import platform_sentences
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
@@ -90,6 +97,13 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         console.print(_outage_table(summary["outages"]))
     for name, rows in phase_tables(summary):
         console.print(_phase_table(name, rows))
+    for name, found in source_tables(summary):
+        if isinstance(found, str):
+            lines.insert(0, f"{name}: no budget says which sources made the phases' errors. {found}")
+        else:
+            console.print(_source_table(name, found))
+    if any("sources" in row for rows in summary.get("phases", {}).values() for row in rows):
+        lines.insert(0, SOURCE_NOTE)
     if summary.get("phases"):
         lines.insert(0, NOTE)
     for line in lines:
@@ -151,6 +165,20 @@ def _phase_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
     table.add_column("from … to\ns", justify="right", no_wrap=True)
     for what, unit in HEADS.values():
         table.add_column(f"{what}\n{unit}", justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _source_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
+    """Return the table of the sources of what each phase added."""
+    table = Table(
+        title=f"{name}: which sources made it, 1σ of all runs", title_justify="left", box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )  # fmt: skip
+    table.add_column("phase", no_wrap=True)
+    for what in SOURCE_HEADS:
+        table.add_column(what)
     for row in rows:
         table.add_row(*row)
     return table

@@ -49,6 +49,14 @@ def show_list(entries: Sequence[Entry], folder: Path, console: Console) -> None:
         folder: the folder that was searched.
         console: the console to print on.
     """
+    if not entries:
+        console.print(
+            f"No runs in {folder}. `sinssim run SCENARIO` writes one to runs/SCENARIO, or to the folder given with -o; "
+            "`sinssim runs DIR` lists those in another folder.",
+            markup=False,
+            highlight=False,
+        )
+        return
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, side in (
         ("directory", "left"), ("kind", "left"), ("scenario", "left"), ("horizontal\nrms, m", "right"),

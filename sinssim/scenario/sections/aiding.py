@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
-from pydantic import create_model, model_validator
+from pydantic import ModelWrapValidatorHandler, create_model, model_validator
 
 from sinssim.errors import InputError
+from sinssim.own_content.aiding import sensor_class
+from sinssim.own_content.layout import Item
+from sinssim.own_content.registry import AIDING_TABLES, ensure, registered
 from sinssim.section import Section
 from sinssim.sensors.aiding.base.sensor import AidingSensor
 from sinssim.sensors.aiding.gnss import GnssSection
@@ -29,10 +33,35 @@ def _classes() -> Iterator[tuple[str, type[AidingSensor]]]:
 
 
 _CLASSES = dict(_classes())
+AIDING_TABLES.update(SENSORS)
+
+
+def _own_item(name: str) -> Item | None:
+    """Return the aiding sensor outside the package whose table has a name, if there is one."""
+    ensure("aiding", name)
+    return registered("aiding", name)
+
+
+@cache
+def _with_own(base: type[_Tables], own: tuple[tuple[str, type[AidingSensor]], ...]) -> type[_Tables]:
+    """Return the tables of [aiding] with those of further sensors."""
+    fields: Any = {name: (one | None, None) for name, one in own}
+    made: type[_Tables] = create_model("AidingSection", __base__=base, __module__=__name__, **fields)
+    return made
 
 
 class _Tables(Section):
     """The aiding sensors of the filter; each table switches one sensor on."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _own_sensors_too(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        own = {
+            name: sensor_class(item)
+            for name in (data if isinstance(data, dict) else ())
+            if name not in cls.model_fields and (item := _own_item(name)) is not None
+        }
+        return cast(Self, _with_own(cls, tuple(own.items())).model_validate(data)) if own else handler(data)
 
     @model_validator(mode="before")
     @classmethod
@@ -47,6 +76,12 @@ class _Tables(Section):
         if not self.sensors():
             raise ValueError(f"it has no sensor; give one or more of the tables {', '.join(type(self).model_fields)}")
         return self
+
+    @classmethod
+    def own_table(cls, name: str) -> type[AidingSensor] | None:
+        """Return the class of a table outside the package, for the words of a mistake in it."""
+        item = registered("aiding", name)
+        return None if item is None or name in cls.model_fields else sensor_class(item)
 
     def sensors(self) -> dict[str, AidingSensor]:
         """Return the sensors that are switched on, by table."""

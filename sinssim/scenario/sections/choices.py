@@ -17,6 +17,7 @@ from sinssim.frames import (
     SLOW_QUANTITIES,
     VERTICALS,
 )
+from sinssim.own_content.registry import ensure
 from sinssim.section import Rate
 
 
@@ -29,6 +30,16 @@ def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
         return value
 
     return check
+
+
+def _own_too(kind: str) -> Callable[[str], str]:
+    """Return a validator that registers own content that a name means, if there is any outside the scenario."""
+
+    def look_up(value: str) -> str:
+        ensure(kind, value)
+        return value
+
+    return look_up
 
 
 def _three_of_two(rates: Any) -> Any:
@@ -49,8 +60,12 @@ Gravity = Annotated[str, AfterValidator(known_name("gravity model", GRAVITY_MODE
 EllipsoidName = Annotated[str, AfterValidator(known_name("ellipsoid", ELLIPSOIDS))]
 OwnEllipsoid = Annotated[str, AfterValidator(known_name("ellipsoid", (OF_TRUTH, *ELLIPSOIDS)))]
 """The navigator's ellipsoid: by name, or that of the truth."""
-Algorithm = Annotated[str, AfterValidator(known_name("algorithm", SCENARIO_ALGORITHMS))]
-Frame = Annotated[str, AfterValidator(known_name("frame", FRAMES))]
+Algorithm = Annotated[
+    str, AfterValidator(_own_too("algorithms")), AfterValidator(known_name("algorithm", SCENARIO_ALGORITHMS))
+]
+"""An attitude algorithm, of sinssim or of the user."""
+Frame = Annotated[str, AfterValidator(_own_too("frames")), AfterValidator(known_name("frame", FRAMES))]
+"""A navigation frame, of sinssim or of the user."""
 Curvature = Annotated[str, AfterValidator(known_name("curvature", CURVATURES))]
 Vertical = Annotated[str, AfterValidator(known_name("vertical channel", VERTICALS))]
 SlowQuantities = Annotated[str, AfterValidator(known_name("treatment of slow quantities", SLOW_QUANTITIES))]

@@ -104,6 +104,12 @@ class FilterSection(Section):
         "sample, in addition to the sensors' own; 0 for sensors whose noise is known, about 0.5 for a log of a MEMS "
         "unit on an engine",
     )
+    diagnose: bool = Field(
+        default=False,
+        description="whether the cause is looked for if the innovations speak against the filter: it runs up to fifty "
+        "times more over the first minutes, each time with another lever arm, delay, error of the inertial sensors or "
+        "noise",
+    )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 
     @model_validator(mode="after")

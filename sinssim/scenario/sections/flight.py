@@ -1,4 +1,4 @@
-"""The [flight] section of a scenario: aircraft, start, legs, wind and turbulence.
+"""The [flight] section of a scenario: aircraft, start, legs, wind, atmosphere and turbulence.
 
 Airspeeds are calibrated (the pilot's indication), heights are above the ellipsoid, headings are true, clockwise from
 north. A leg begins with the heading, height and airspeed at the end of the previous leg. The legs are in
@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sinssim.section import Heading, Latitude, Longitude, Moment, NotNegative, Section
+from sinssim.scenario.sections.within_flight.wind import Atmosphere, Wind
+from sinssim.section import Heading, Latitude, Longitude, NotNegative, Section
+from sinssim.truth.flight.air import STANDARD_PRESSURE, Air
 from sinssim.truth.flight.aircraft import aircraft_exists
 from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase
 from sinssim.truth.flight.legs import LEGS
@@ -82,44 +84,6 @@ Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]
 """Where and how the flight begins."""
 
 
-_Gradual = Annotated[float, Field(ge=0.01, le=1e6)]
-"""Rise or fall time of a gust, s; a shorter one would be a jump between two steps of the flight model."""
-_Wind = Annotated[float, Field(ge=-100.0, le=100.0)]
-"""m/s: the strongest jet stream."""
-
-
-class Gust(Section):
-    """One gust with (1 - cos) rise and fall and a steady part in between.
-
-    Attributes:
-        start_s: flight time at which it begins, s.
-        rise_s, steady_s, fall_s: durations of its three parts, s.
-        velocity_ned_mps: change of the wind at full strength, north, east, down, m/s.
-    """
-
-    start_s: Moment = Field(description="flight time at which it begins")
-    rise_s: _Gradual = Field(default=2.0, description="duration of the rise")
-    steady_s: Moment = Field(default=0.0, description="duration at full strength")
-    fall_s: _Gradual = Field(default=2.0, description="duration of the fall")
-    velocity_ned_mps: tuple[_Wind, _Wind, _Wind] = Field(
-        description="change of the wind at full strength, north, east, down"
-    )
-
-
-class Wind(Section):
-    """Steady wind and gusts. The components give the direction *towards* which the wind blows.
-
-    Attributes:
-        north_mps, east_mps, down_mps: steady wind, m/s.
-        gusts: gusts, added to the steady wind.
-    """
-
-    north_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards north")
-    east_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards east")
-    down_mps: float = Field(default=0.0, ge=-20.0, le=20.0, description="steady wind downwards")
-    gusts: tuple[Gust, ...] = Field(default=(), description="gusts, added to the steady wind")
-
-
 class Turbulence(Section):
     """Dryden turbulence by MIL-F-8785C, seeded by the scenario's seed.
 
@@ -135,13 +99,14 @@ class Turbulence(Section):
 
 
 class FlightSection(Section):
-    """A flight: aircraft, start, legs, wind and turbulence.
+    """A flight: aircraft, start, legs, wind, atmosphere and turbulence.
 
     Attributes:
         aircraft: name of the aircraft, a folder with an aircraft.toml.
         start: where and how the flight begins.
         legs: the legs, in order.
-        wind: steady wind and gusts.
+        wind: wind and gusts.
+        atmosphere: temperature and pressure of the air; None: the standard atmosphere.
         turbulence: turbulence; None: calm air.
     """
 
@@ -151,7 +116,17 @@ class FlightSection(Section):
     start: Start
     legs: tuple[Leg, ...] = Field(description="the legs, in order")
     wind: Wind = Field(default=Wind())
+    atmosphere: Atmosphere | None = None
     turbulence: Turbulence | None = None
+
+    def air(self) -> Air:
+        """Return the air that the aircraft flies in: wind over height, temperature and pressure."""
+        day = self.atmosphere
+        if day is None:
+            return Air(self.wind.levels())
+        standard = day.sea_level_pressure_hpa == 1013.25
+        pressure = STANDARD_PRESSURE if standard else 100.0 * day.sea_level_pressure_hpa
+        return Air(self.wind.levels(), day.isa_deviation_k, pressure)
 
     @model_validator(mode="after")
     def _order_of_legs(self) -> Self:

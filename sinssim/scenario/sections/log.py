@@ -181,6 +181,11 @@ class LogStart(Section):
     )
     course_speed_mps: Positive = Field(default=3.0, description="speed from which the course is taken for the heading")
 
+    @property
+    def is_given(self) -> bool:
+        """Whether anything differs from the defaults, which the scenario.toml of a run writes out."""
+        return any(getattr(self, name) != field.default for name, field in type(self).model_fields.items())
+
     @model_validator(mode="after")
     def _place_is_whole(self) -> Self:
         given = [self.latitude_deg is not None, self.longitude_deg is not None]

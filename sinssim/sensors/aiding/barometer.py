@@ -1,9 +1,14 @@
-"""A barometric altimeter: height with errors of the pressure field, of the instrument and of its tube."""
+"""A barometric altimeter: height with errors of the pressure field, of the instrument and of its tube.
+
+In a flight with [flight.atmosphere] it reads the pressure altitude: the height at which the standard atmosphere has the
+pressure around the aircraft. Otherwise the air is taken for the standard atmosphere, and it reads the height.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field
@@ -13,7 +18,11 @@ from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lag import lagged
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.truth.flight.air import STANDARD_TEMPERATURE, Air
 from sinssim.units import PPM
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
 
 
 class BarometerSection(AidingSensor):
@@ -28,7 +37,7 @@ class BarometerSection(AidingSensor):
     lag_s: Moment = Field(default=0.0, description="time constant of the sensor's first-order lag")
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return heights (1 + k) h + b + b(t) + ν, with h lagged.
+        """Return heights (1 + k) h + b + b(t) + ν, with h lagged; h is the pressure altitude if the air has one.
 
         The filter models a lag τ as a delay by τ, which is exact in a steady climb.
 
@@ -43,8 +52,11 @@ class BarometerSection(AidingSensor):
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
+        logged = trajectory.channels.get("pressure_altitude_m")
 
         def height(t: Array) -> Array:
+            if logged is not None:
+                return np.asarray(np.interp(t, logged.time, logged.values))
             return trajectory.state(t).height
 
         scale = PPM * turn_on(seed, "baro scale", s.scale_ppm, s.scale_sigma_ppm)
@@ -52,9 +64,26 @@ class BarometerSection(AidingSensor):
         value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
         value += white(seed, "baro noise", (s.sigma_m,), len(time))
         true = {"baro bias": bias, "baro scale": np.array([scale])}
+        if logged is not None:
+            of_air = _scale_of_air(trajectory) if self.scale_sigma_ppm or self.scale_ppm else 0.0  # all in the bias
+            true["baro scale"] = np.array([(1.0 + scale) * (1.0 + of_air) - 1.0])
+            field = height(time) - (1.0 + of_air) * trajectory.state(time).height
+            true["baro bias"] = bias + (1.0 + scale) * field[:, np.newaxis]
         return [s.readings("baro", "baro-height", time, value, (s.sigma_m,), true, lag=s.lag_s)]
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the pressure field's error and of the scale factor."""
         yield SensorState("baro bias", (self.bias_sigma_m,), self.bias_correlation_time_s)
         yield SensorState("baro scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))
+
+
+def _scale_of_air(trajectory: Trajectory) -> float:
+    """Return the relative error of the pressure altitude in the troposphere, −ΔT/(T0 + ΔT).
+
+    Pressure falls with the power g/(RL) of (T0 + ΔT − L H)/(T0 + ΔT), so that equal pressures lie at geopotential
+    heights H in the ratio of the temperatures at sea level.
+    """
+    temperature = trajectory.channels["static_temperature_k"]
+    first = float(trajectory.state(temperature.time[:1]).height[0])
+    deviation = float(temperature.values[0]) - Air().temperature(first)
+    return -deviation / (STANDARD_TEMPERATURE + deviation)

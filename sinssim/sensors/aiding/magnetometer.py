@@ -10,7 +10,7 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -24,10 +24,17 @@ from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
 
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
 _EPOCH = 2025.0
 
 _MODEL_SIGMA_DEG = 0.4
 """Stated 1σ of WMM-2025 at a horizontal field of 18 µT, that of latitudes of about 55 degrees."""
+
+
+_INSTANTS = 101
+"""Instants of a motion at which its change is evaluated for the filter."""
 
 
 def _date(value: Any) -> Any:
@@ -129,6 +136,24 @@ class MagnetometerSection(AidingSensor):
             )
         declination = np.unwrap(np.arctan2(east, north))
         return np.asarray(declination[1:] - declination[0]) / DEG
+
+    def largest_change(self, trajectory: Trajectory) -> float:
+        """Return the largest change of the declination along a motion that the navigator does not follow.
+
+        Args:
+            trajectory: the motion of the vehicle.
+
+        Returns:
+            Its magnitude, rad; 0 unless the declination is that of the start.
+
+        Raises:
+            InputError: the field is too weak for a compass.
+        """
+        if self.declination != "start":
+            return 0.0
+        state = trajectory.state(np.linspace(trajectory.start, trajectory.end, _INSTANTS))
+        first = trajectory.state(np.array([trajectory.start]))
+        return float(DEG * np.abs(self._change_deg(first, state)).max())
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the constant error and of the deviation's two coefficients."""

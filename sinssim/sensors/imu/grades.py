@@ -88,7 +88,22 @@ def find_grade(name: str) -> Grade:
     """
     if name in GRADE_TABLE:
         return GRADE_TABLE[name]
-    return read_grade(_file(name, Path.cwd()))
+    return read_grade(grade_file(name))
+
+
+def grade_file(name: str) -> Path:
+    """Return the file of a grade that is not in the table.
+
+    Args:
+        name: as for `find_grade`.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: there is no such grade.
+    """
+    return _file(name, Path.cwd())
 
 
 @lru_cache(maxsize=64)
@@ -102,7 +117,9 @@ def _file(name: str, folder: Path) -> Path:
                 "grades` or the path of a TOML file."
             )
         return file
-    products = list_content("grades")
+    products = list_content("grades", packages=False)
+    if name not in products:
+        products = list_content("grades")
     if name not in products:
         near = get_close_matches(name[:80], [*GRADE_TABLE, *products], n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""

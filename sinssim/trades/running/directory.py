@@ -20,6 +20,7 @@ import numpy as np
 from sinssim.ensembles.running.directory import MANIFEST as ENSEMBLE
 from sinssim.ensembles.running.directory import NUMERIC, difference, other_versions
 from sinssim.errors import InputError
+from sinssim.own_content.in_scenario import own_digests
 from sinssim.recording.store.directory import MARK, write_text
 from sinssim.recording.store.growing_directory import GrowingDirectory, Kind
 from sinssim.recording.store.summary import plain, versions
@@ -149,13 +150,16 @@ class TradeDirectory(GrowingDirectory):
 
 def _about(study: TradeStudy) -> dict[str, Any]:
     """Return what all cells of a study have in common."""
-    without = ("name", "description", "views", "output", "recording")
+    without = ("name", "description", "views", "use", "output", "recording")
+    scenario = load_scenario(study.scenario, study.set)
+    contents = json.loads(json.dumps(scenario.contents(without=without)))
+    files = own_digests(scenario)
     return {
         "kind": _KIND.kind,
         "name": study.name,
         "cell": study.cell,
         "versions": {name: versions()[name] for name in NUMERIC},
-        "scenario": json.loads(json.dumps(load_scenario(study.scenario, study.set).contents(without=without))),
+        "scenario": {**contents, **({"own_content": files} if files else {})},
     }
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from itertools import pairwise
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from sinssim.scenario.content import find_content
 from sinssim.scenario.toml_file import read_toml, validate
@@ -65,6 +68,40 @@ class Performance(Section):
     landing_flaps: float = Field(default=0.0, ge=0.0, le=1.0)
     standing_height_m: NotNegative = 1.5
     braking: float = Field(default=0.3, gt=0.0, le=1.0)
+
+
+class Envelope(Section):
+    """What the model can do in steady flight, by `sinssim.truth.flight.planning.trim`.
+
+    Attributes:
+        height_m: heights, m, increasing.
+        min_kt, max_kt: slowest and fastest level flight at each height, calibrated, kt; 0: none.
+        airspeed_kt: calibrated airspeeds, kt, increasing.
+        climb_mps: largest rate of climb at a constant calibrated airspeed, rows by height and columns by airspeed, m/s;
+            negative: level flight is not possible.
+        descent_mps: largest rate of descent with idle engines at a constant calibrated airspeed, m/s.
+    """
+
+    height_m: tuple[float, ...] = Field(min_length=2)
+    min_kt: tuple[NotNegative, ...]
+    max_kt: tuple[NotNegative, ...]
+    airspeed_kt: tuple[Positive, ...] = Field(min_length=2)
+    climb_mps: tuple[tuple[float, ...], ...]
+    descent_mps: tuple[tuple[float, ...], ...]
+
+    @model_validator(mode="after")
+    def _sizes(self) -> Self:
+        rows, columns = len(self.height_m), len(self.airspeed_kt)
+        for key in ("min_kt", "max_kt", "climb_mps", "descent_mps"):
+            if len(getattr(self, key)) != rows:
+                raise ValueError(f"{key} needs {rows} entries, one for each height_m")
+        for key in ("climb_mps", "descent_mps"):
+            if any(len(row) != columns for row in getattr(self, key)):
+                raise ValueError(f"each row of {key} needs {columns} values, one for each airspeed_kt")
+        for key in ("height_m", "airspeed_kt"):
+            if any(b <= a for a, b in pairwise(getattr(self, key))):
+                raise ValueError(f"the values of {key} must increase")
+        return self
 
 
 class AutopilotGains(Section):
@@ -135,6 +172,7 @@ class Aircraft(Section):
         mounting: place of the sensor block.
         performance: usual speeds, limits and settings of the type.
         autopilot: gains of our autopilot.
+        envelope: what the model can do in steady flight; None: `sinssim check` does not know its limits.
     """
 
     description: str
@@ -143,6 +181,7 @@ class Aircraft(Section):
     mounting: Mounting
     performance: Performance
     autopilot: AutopilotGains
+    envelope: Envelope | None = None
 
 
 def aircraft_exists(name: str) -> str:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from math import atan, cos, pi, remainder, sin
 
+from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import Aircraft
 from sinssim.units import DEG, KNOT
 
@@ -50,10 +51,11 @@ class AircraftState:
         height_above_ground: m.
         on_wheels: whether any part of the gear touches the ground.
         engines_running: whether every engine runs.
+        air: the air as the pilot knows it before the flight, without gusts and turbulence.
     """
 
     __slots__ = (
-        "alpha", "beta", "cas", "climb", "engines_running", "ground_speed", "height", "height_above_ground",
+        "air", "alpha", "beta", "cas", "climb", "engines_running", "ground_speed", "height", "height_above_ground",
         "latitude", "longitude", "on_wheels", "p", "phi", "psi", "q", "r", "tas", "theta", "time", "track",
     )  # fmt: skip
 
@@ -63,6 +65,7 @@ class AircraftState:
         self.latitude = self.longitude = self.track = self.ground_speed = self.height_above_ground = 0.0
         self.on_wheels = False
         self.engines_running = True
+        self.air = Air()
 
 
 class Autopilot:
@@ -85,6 +88,7 @@ class Autopilot:
         runway_height: height above the ellipsoid of the ground below, from now on, m; None: as at the start.
         heading_time: time constant of a heading error, s.
         height_rate: height error to vertical speed, 1/s.
+        remarks: what a leg notes for the flight's events; it is emptied at the next step.
         elevator, aileron, rudder, throttle, steer: the commands, as fractions of full travel, JSBSim's signs.
     """
 
@@ -124,6 +128,7 @@ class Autopilot:
         self.brakes = self.gear = self.flaps = 0.0
         self.engines, self.standing, self.may_touch = True, False, False
         self.runway_height: float | None = None
+        self.remarks: list[str] = []
         self.heading_time, self.height_rate = gains.heading_time_s, gains.height_rate
         self.elevator = self.aileron = self.rudder = self.throttle = self.steer = 0.0
 

@@ -1,22 +1,22 @@
 """Dead reckoning over a flight plan: estimated end and duration of each leg, without flying.
 
-Each leg begins at the end of the previous one, on a sphere of the Earth's mean radius, in the plan's steady wind.
+Each leg begins at the end of the previous one, on a sphere of the Earth's mean radius, in the wind without gusts.
 Climbs, turns and changes of speed are steady; transients of roll and pitch, which take seconds, are neglected.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import Performance
 
 GRAVITY = 9.81
 """Gravity for dead reckoning [m/s²]."""
 
 _EARTH_RADIUS = 6371e3  # m
-_SOUND = 340.294  # speed of sound at sea level, m/s
-_TROPOPAUSE = 11_000.0  # m
+_STEPS = 20  # steps of a climb through air that changes with height in other ways than the standard atmosphere
 
 
 @dataclass
@@ -30,10 +30,11 @@ class DeadReckoning:
         altitude: m.
         heading: clockwise from north, rad.
         latitude, longitude: rad.
-        wind: velocity of the air to the north and to the east, m/s.
+        air: the air: wind over height, temperature and pressure.
         elapsed: since the start of the flight, s.
         turning: ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are small and neglected.
         engines: whether the engines run.
+        trace: latitude and longitude, rad, and height, m, along the legs, for a picture of the plan; None: not kept.
     """
 
     performance: Performance
@@ -43,19 +44,21 @@ class DeadReckoning:
     heading: float
     latitude: float
     longitude: float
-    wind: tuple[float, float]
+    air: Air = field(default_factory=Air)
     elapsed: float = 0.0
     turning: float = 0.0
     engines: bool = True
+    trace: list[tuple[float, float, float]] | None = None
+
+    @property
+    def wind(self) -> tuple[float, float]:
+        """Velocity of the air at the present height, north and east, m/s."""
+        north, east, _ = self.air.wind(self.altitude)
+        return north, east
 
     def true_airspeed(self) -> float:
-        """Return the true airspeed, m/s, by compressible flow in the standard atmosphere."""
-        warm = max(1.0 - 2.25577e-5 * self.altitude, 0.751865)  # ratio of the temperature to that at sea level
-        pressure = math.pow(warm, 5.25588)
-        if self.altitude > _TROPOPAUSE:
-            pressure *= math.exp(-(self.altitude - _TROPOPAUSE) / 6341.62)
-        impact = math.pow(1.0 + 0.2 * (self.airspeed / _SOUND) ** 2, 3.5) - 1.0
-        return _SOUND * math.sqrt(5.0 * warm * (math.pow(impact / pressure + 1.0, 2.0 / 7.0) - 1.0))
+        """Return the true airspeed, m/s, by compressible flow in the plan's atmosphere."""
+        return self.air.true_airspeed(self.airspeed, self.altitude)
 
     def move(self, north: float, east: float) -> None:
         """Move the place by a distance on a constant course, as on a rhumb line.
@@ -66,6 +69,12 @@ class DeadReckoning:
         before = self.latitude
         self.latitude = max(-0.5 * math.pi, min(0.5 * math.pi, before + north / _EARTH_RADIUS))
         self.longitude += east / (_EARTH_RADIUS * max(math.cos(0.5 * (before + self.latitude)), 1e-3))
+        self.mark()
+
+    def mark(self) -> None:
+        """Add the present place to the trace, if it is kept."""
+        if self.trace is not None:
+            self.trace.append((self.latitude, self.longitude, self.altitude))
 
     def ahead(self, way: float) -> None:
         """Move the place straight ahead, for example on the runway.
@@ -100,11 +109,14 @@ class DeadReckoning:
         Returns:
             The duration, s.
         """
-        seconds = abs(altitude - self.altitude) / rate
-        before = self.true_airspeed()
-        self.altitude = altitude
-        after = self.true_airspeed()
-        return self.straight(seconds, 0.5 * (before + after) / after)
+        steps = _STEPS if self.air.varies else 1
+        whole, step = abs(altitude - self.altitude) / rate, (altitude - self.altitude) / steps
+        for number in range(steps):
+            before = self.true_airspeed()
+            self.altitude = altitude if number == steps - 1 else self.altitude + step
+            after = self.true_airspeed()
+            self.straight(whole / steps, 0.5 * (before + after) / after)
+        return whole
 
     def turn_rate(self, bank_deg: float | None) -> float:
         """Return the rate of a level turn, g tan(bank)/V, rad/s.
@@ -145,11 +157,24 @@ class DeadReckoning:
         self.turning += self.turning_of(angle, seconds, bank_deg)
         radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
         radius = math.copysign(radius, angle)
+        if self.trace is not None:
+            self._trace_turn(radius, angle, seconds)
         north = radius * (math.sin(end) - math.sin(start)) + self.wind[0] * seconds
         east = radius * (math.cos(start) - math.cos(end)) + self.wind[1] * seconds
         self.move(north, east)
         self.heading = end % (2.0 * math.pi)
         return seconds
+
+    def _trace_turn(self, radius: float, angle: float, seconds: float) -> None:
+        """Add the places within a turn to the trace."""
+        begin, steps = (self.latitude, self.longitude), max(1, round(abs(angle) / 0.1))
+        for step in range(1, steps):
+            share = step / steps
+            heading = self.heading + share * angle
+            north = radius * (math.sin(heading) - math.sin(self.heading)) + self.wind[0] * share * seconds
+            east = radius * (math.cos(self.heading) - math.cos(heading)) + self.wind[1] * share * seconds
+            self.move(north, east)
+            self.latitude, self.longitude = begin
 
     def heading_along(self, track: float) -> float | None:
         """Return the heading that makes good a track in the wind.
@@ -175,9 +200,7 @@ class DeadReckoning:
         Returns:
             Ground speed, m/s.
         """
-        along = self.wind[0] * math.cos(track) + self.wind[1] * math.sin(track)
-        across = self.wind[1] * math.cos(track) - self.wind[0] * math.sin(track)
-        return along + math.sqrt(max(self.true_airspeed() ** 2 - across**2, 0.0))
+        return self.air.ground_speed(self.airspeed, self.altitude, track)
 
 
 def distance(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:

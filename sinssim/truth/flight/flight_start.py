@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Wind
+from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart
+from sinssim.truth.flight.air import Air, WindVector
 from sinssim.truth.flight.aircraft import Aircraft
 from sinssim.units import FOOT
 
@@ -13,6 +14,8 @@ STEP = 1.0 / 120.0
 """JSBSim's step [s]."""
 
 _SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
+
+_PSF = 4.4482216152605 / 0.3048**2  # a pound-force per square foot [Pa]
 
 # Properties set by JSBSim's trim.
 _TRIMMED = (
@@ -23,25 +26,34 @@ _TRIMMED = (
 
 def bring_to_start(executive: Any, flight: FlightSection, aircraft: Aircraft, seed: int) -> None:
     """Bring the aircraft to the start: at rest on its wheels, or trimmed in the air, wind and seed set."""
-    start = flight.start
+    start, air = flight.start, flight.air()
+    if not air.standard:
+        _set_atmosphere(executive, air)
     executive["ic/lat-geod-deg"] = start.latitude_deg
     executive["ic/long-gc-deg"] = (start.longitude_deg + 180.0) % 360.0 - 180.0
     executive["ic/psi-true-deg"] = start.heading_deg % 360.0
     executive["simulation/randomseed"] = seed % 2**31
     executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(start.on == "runway")
     if isinstance(start, AirStart):
-        _trim_in_the_air(executive, flight, start, start.airspeed_kt or aircraft.performance.cruise_kt)
+        airspeed = start.airspeed_kt or aircraft.performance.cruise_kt
+        _trim_in_the_air(executive, start, airspeed, air.wind(start.altitude_m))
     else:
-        _settle_on_the_runway(executive, start, flight.wind)
+        _settle_on_the_runway(executive, start, air.wind(start.altitude_m))
 
 
-def _set_wind(executive: Any, wind: Wind) -> None:
+def _set_atmosphere(executive: Any, air: Air) -> None:
+    """Set the temperature's deviation (JSBSim's unit is the degree Rankine, 5/9 K) and the pressure at sea level."""
+    executive["atmosphere/delta-T"] = 1.8 * air.isa_deviation
+    executive["atmosphere/P-sl-psf"] = air.sea_level_pressure / _PSF
+
+
+def _set_wind(executive: Any, wind: WindVector) -> None:
     """Set the steady wind of the initial conditions; JSBSim's direction is the one it blows towards."""
-    executive["ic/vw-mag-fps"] = math.hypot(wind.north_mps, wind.east_mps) / FOOT
-    executive["ic/vw-dir-deg"] = math.degrees(math.atan2(wind.east_mps, wind.north_mps)) % 360.0
+    executive["ic/vw-mag-fps"] = math.hypot(wind[0], wind[1]) / FOOT
+    executive["ic/vw-dir-deg"] = math.degrees(math.atan2(wind[1], wind[0])) % 360.0
 
 
-def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, airspeed_kt: float) -> None:
+def _trim_in_the_air(executive: Any, start: AirStart, airspeed_kt: float, wind: WindVector) -> None:
     """Trim in calm air, then transfer the trimmed aircraft to the wind."""
     best_attitude_integrators(executive)
     executive["ic/h-sl-ft"] = start.altitude_m / FOOT
@@ -54,8 +66,7 @@ def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, air
     executive.run_ic()
     executive["propulsion/set-running"] = -1
     executive["simulation/do_simple_trim"] = 1
-    wind = flight.wind
-    if not (wind.north_mps or wind.east_mps or wind.down_mps):
+    if not any(wind):
         return
     commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]
     kept = {name: executive[name] for name in commands}
@@ -65,17 +76,17 @@ def _trim_in_the_air(executive: Any, flight: FlightSection, start: AirStart, air
     executive["ic/phi-rad"] = attitude["phi"]
     executive["ic/theta-rad"] = attitude["theta"]
     executive["ic/psi-true-rad"] = attitude["psi"]
-    executive["ic/vn-fps"] = through_air["north"] + wind.north_mps / FOOT
-    executive["ic/ve-fps"] = through_air["east"] + wind.east_mps / FOOT
-    executive["ic/vd-fps"] = through_air["down"] + wind.down_mps / FOOT
+    executive["ic/vn-fps"] = through_air["north"] + wind[0] / FOOT
+    executive["ic/ve-fps"] = through_air["east"] + wind[1] / FOOT
+    executive["ic/vd-fps"] = through_air["down"] + wind[2] / FOOT
     executive.run_ic()
-    executive["atmosphere/wind-down-fps"] = wind.down_mps / FOOT
+    executive["atmosphere/wind-down-fps"] = wind[2] / FOOT
     for name, value in kept.items():
         executive[name] = value
     executive["propulsion/set-running"] = -1
 
 
-def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: Wind) -> None:
+def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: WindVector) -> None:
     """Find the equilibrium on the wheels, then let engine and gear settle with brakes set."""
     executive["ic/terrain-elevation-ft"] = start.altitude_m / FOOT
     executive["ic/h-agl-ft"] = 6.0

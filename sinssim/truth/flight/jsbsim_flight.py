@@ -20,7 +20,8 @@ from xml.etree import ElementTree
 
 from sinssim.errors import InputError
 from sinssim.scenario.content import find_content
-from sinssim.scenario.sections.flight import AirStart, FlightSection, Gust, RunwayStart, Turbulence
+from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Turbulence
+from sinssim.scenario.sections.within_flight.wind import Gust
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.engines import Engines
@@ -40,8 +41,12 @@ _LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
 
 
 @contextmanager
-def _quiet() -> Iterator[list[str]]:
-    """Collect JSBSim's messages instead of printing them."""
+def quiet() -> Iterator[list[str]]:
+    """Collect JSBSim's messages instead of printing them.
+
+    Yields:
+        The messages, at most 200.
+    """
     import jsbsim
 
     messages: list[str] = []
@@ -129,6 +134,23 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
     return executive
 
 
+def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
+    """Load an aircraft's flight dynamics model.
+
+    Args:
+        name: name or path of the aircraft.
+        aircraft: its description.
+        folder: empty folder for a copy of the model.
+
+    Returns:
+        JSBSim's executive.
+
+    Raises:
+        InputError: there is no such model, or it cannot be loaded.
+    """
+    return _load(model_folder(name, aircraft.jsbsim_model), folder, aircraft.model_changes)
+
+
 Progress = Callable[[float], None]
 
 
@@ -166,6 +188,8 @@ class _Link:
         self._gear, self._flaps = write("gear/gear-cmd-norm"), write("fcs/flap-cmd-norm")
         self._set: tuple[float, ...] = ()
         self._gusts = sorted(flight.wind.gusts, key=lambda gust: gust.start_s)
+        self._air = flight.air()
+        self._wind = tuple(write(f"atmosphere/wind-{axis}-fps") for axis in ("north", "east", "down"))
         self._ground_reactions = write("simulation/models/FGGroundReactions/enabled")
         self._near_ground = True
         self._engines = Engines(executive)
@@ -204,6 +228,20 @@ class _Link:
     def stand(self) -> None:
         """Log another knot of an aircraft at rest."""
         self.poses.extend(self.poses[-6:])
+
+    def steps(self) -> Callable[[], Any]:
+        """Return what makes a step of the model; in a wind that changes with height it first sets the wind."""
+        run, height, wind_at = self._executive.run, self._height, self._air.wind
+        north, east, down = self._wind
+
+        def run_in_wind() -> None:
+            wind = wind_at(FOOT * height())
+            north(wind[0] / FOOT)
+            east(wind[1] / FOOT)
+            down(wind[2] / FOOT)
+            run()
+
+        return run_in_wind if self._air.varies else run
 
     def command(self) -> None:
         """Pass the autopilot's commands to the model."""
@@ -272,10 +310,9 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
         progress(0.0)
     aircraft = load_aircraft(flight.aircraft)
     check_landing(flight.legs, flight.aircraft, aircraft.performance)
-    folder = model_folder(flight.aircraft, aircraft.jsbsim_model)
-    with _quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
+    with quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
         try:
-            executive = _load(folder, own_folder, aircraft.model_changes)
+            executive = loaded_model(flight.aircraft, aircraft, own_folder)
             bring_to_start(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             said = " ".join(" ".join(messages[1:]).split())
@@ -308,11 +345,11 @@ def _start_remedy(flight: FlightSection) -> str:
 
 def _wind_words(flight: FlightSection) -> str:
     """Name the steady wind as the likely cause of a failure on the ground; "" without wind."""
-    wind = flight.wind
-    if not (wind.north_mps or wind.east_mps or wind.down_mps):
+    north, east, down = flight.air().wind(flight.start.altitude_m)
+    if not (north or east or down):
         return ""
     return (
-        f"The wind, {wind.north_mps:g} m/s towards north and {wind.east_mps:g} m/s towards east, is the likely cause: "
+        f"The wind, {north:.3g} m/s towards north and {east:.3g} m/s towards east, is the likely cause: "
         f"it may be too strong for the {flight.aircraft} on its wheels."
     )
 
@@ -322,6 +359,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
     import jsbsim
 
     motion = AircraftState()
+    motion.air = flight.air()
     pilot = Autopilot(aircraft, INTERVAL)
     link = _Link(executive, flight, pilot, motion)
     link.sense()
@@ -344,7 +382,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
         if flight.turbulence:
             _stir(executive, flight.turbulence)
 
-    run, step = executive.run, pilot.step
+    run, step = link.steps(), pilot.step
     sense, command = link.sense, link.command
     events: list[FlightEvent] = []
     stall = aircraft.performance.stall_alpha_deg * DEG
@@ -375,6 +413,9 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                         raise LegError("the model diverged", "gentler legs, or a better model")
                 if knot % 3:
                     continue
+                if pilot.remarks:
+                    events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
+                    pilot.remarks.clear()
                 link.sense_slowly()
                 link.command_slowly()
                 if motion.time > deadline:
@@ -410,6 +451,8 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
         if leaves_ground:
             in_air = True
             best_attitude_integrators(executive)
+        events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
+        pilot.remarks.clear()
         events.append(FlightEvent(motion.time, f"{name} ends"))
     if motion.time < _LEAST_DURATION:
         raise InputError(

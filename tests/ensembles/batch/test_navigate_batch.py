@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import ImuData, NavState
 from sinssim.ensembles.batch.layout import LANES
-from sinssim.ensembles.batch.navigate_batch import BatchSolution, navigate_batch
+from sinssim.ensembles.batch.navigate_batch import BatchSolution, _initial, navigate_batch
 from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
@@ -50,6 +50,11 @@ def flight() -> Flight:
     return STurn(duration=20.0).fly(100.0)
 
 
+def held() -> dict[str, Any]:
+    """Return the options of most of these tests: one kernel serves them."""
+    return {"vertical": "baro-loop", "height": flight().height}
+
+
 def ideal() -> ImuData:
     return ImuData(flight().time, flight().dtheta, flight().dvel)
 
@@ -78,20 +83,20 @@ def assert_equal(batch: BatchSolution, run: int, initial: NavState, errors: ImuE
     np.testing.assert_array_equal(q, expected)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "laser-navigation" else []) for name in SECTIONS]
-)
+SLOW = ("laser-navigation", "ideal")  # without errors: see `test_options`
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in SECTIONS])
 def test_every_run_has_the_bits_of_a_single_run(name: str) -> None:
     seeds, rows = range(100, 120), np.array([0, 1, 7, 500, 1997, 1998, 1999, 2000])
     errors = drawn(name, seeds)
     states = [start(10.0 * run) for run in range(len(seeds))]
-    options: dict[str, Any] = {"vertical": "baro-loop", "height": flight().height}
-    batch = navigate_batch(ideal(), states, errors, seeds, rows, **options)
+    batch = navigate_batch(ideal(), states, errors, seeds, rows, **held())
     assert batch.time.tolist() == flight().time[rows].tolist()
     assert batch.alone == ()
     assert batch.failures == {}
     for run, seed in enumerate(seeds):
-        assert_equal(batch, run, states[run], errors[run], seed, rows, **options)
+        assert_equal(batch, run, states[run], errors[run], seed, rows, **held())
 
 
 @pytest.mark.parametrize(
@@ -99,7 +104,7 @@ def test_every_run_has_the_bits_of_a_single_run(name: str) -> None:
     [
         {"vertical": "free", "gravity": "j2", "algorithm": "poisson-1"},
         {"vertical": "truth", "gravity": "somigliana", "algorithm": "quaternion-3-norm"},
-        {"curvature": "spherical", "algorithm": "two-quaternions"},
+        {"curvature": "spherical", "algorithm": "two-quaternions", "errors": "ideal"},
         # each kernel takes five seconds to compile
         pytest.param({"vertical": "free"}, marks=pytest.mark.slow),
         pytest.param({"vertical": "truth"}, marks=pytest.mark.slow),
@@ -113,7 +118,8 @@ def test_options(options: dict[str, Any]) -> None:
     seeds, rows = range(3), np.array([900, 2000])
     if options.get("vertical") == "truth":
         options = {**options, "height": flight().height}
-    errors = drawn("laser-standard in full", seeds)
+    errors = drawn(options.get("errors", "laser-standard in full"), seeds)
+    options = {key: value for key, value in options.items() if key != "errors"}
     batch = navigate_batch(ideal(), start(), errors, seeds, rows, **options)
     assert batch.alone == ()
     for run, seed in enumerate(seeds):
@@ -128,7 +134,7 @@ def test_threads_and_remainders_do_not_matter() -> None:
     errors = drawn("laser-standard in full", seeds)
 
     def go(first: int, last: int, threads: int) -> Any:
-        batch = navigate_batch(ideal(), start(), errors[first:last], seeds[first:last], rows, threads=threads)
+        batch = navigate_batch(ideal(), start(), errors[first:last], seeds[first:last], rows, threads=threads, **held())
         return np.concatenate([batch.latitude, batch.longitude, batch.height, batch.velocity_ned[..., 2]], axis=1)
 
     whole = go(0, runs, 1)
@@ -147,13 +153,23 @@ def test_runs_that_leave_the_kernels_range_are_navigated_alone_and_failures_have
     errors[2] = replace(errors[2], gyro=fast)
     states = [start() for _ in seeds]
     states[4] = replace(states[4], latitude=np.radians(89.95))
-    batch = navigate_batch(ideal(), states, errors, seeds, rows)
+    batch = navigate_batch(ideal(), states, errors, seeds, rows, **held())
     assert batch.alone == (2, 4)
     assert set(batch.failures) == {4}
     assert "level frame cannot be used" in str(batch.failures[4])
     assert np.isnan(batch.latitude[4]).all()
     for run in (0, 1, 2, 3, 5):
-        assert_equal(batch, run, states[run], errors[run], run, rows)
+        assert_equal(batch, run, states[run], errors[run], run, rows, **held())
+
+
+def test_one_initial_state_and_many_are_served_by_one_compiled_kernel() -> None:
+    """An array that may not be written would have a kernel of its own, which takes seconds to compile."""
+    one, many = _initial(start(), 3), _initial([start()] * 3, 3)
+    np.testing.assert_array_equal(one, many)
+    assert one.flags.c_contiguous
+    assert many.flags.c_contiguous
+    assert one.flags.writeable
+    assert many.flags.writeable
 
 
 def test_unequal_intervals() -> None:
@@ -162,9 +178,9 @@ def test_unequal_intervals() -> None:
     time[1:-1] += 1e-3 * np.sin(np.arange(len(time) - 2))
     uneven = ImuData(time, whole.dtheta, whole.dvel)
     errors, rows = drawn("laser-standard in full", range(2)), np.array([3, 2000])
-    batch = navigate_batch(uneven, start(), errors, range(2), rows)
+    batch = navigate_batch(uneven, start(), errors, range(2), rows, **held())
     for run in range(2):
-        single = navigate(emulate(uneven, errors[run], run), start())
+        single = navigate(emulate(uneven, errors[run], run), start(), **held())
         np.testing.assert_array_equal(batch.latitude[run], single.latitude[rows])
         np.testing.assert_array_equal(batch.velocity_ned[run], single.velocity_ned[rows])
 

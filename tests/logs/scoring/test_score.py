@@ -248,7 +248,12 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "nan" not in page.lower().replace("navigation", "")
     assert all(p.read_bytes() == raw for p, raw in before.items()), "the run stays as it was"
     marked = json.loads((run / ".sinssim.json").read_text())["files"]
-    assert {"scores/mine/score.json", "scores/kf/error_kf.parquet", "scores/report.html"} <= set(marked)
+    assert {
+        "scores/mine/score.json",
+        "scores/kf/error_kf.parquet",
+        "scores/report.html",
+        "scores/recording.rrd",
+    } <= set(marked)
 
 
 @pytest.mark.parametrize(

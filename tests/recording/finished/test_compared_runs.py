@@ -18,6 +18,7 @@ from sinssim.recording.finished.compared_runs import compare_runs
 from sinssim.recording.finished.finished_run import FinishedRun
 from sinssim.recording.finished.report import compare_runs_report
 from sinssim.recording.finished.run_list import runs_in
+from sinssim.recording.finished.run_streams import load_streams
 from sinssim.scenario.schema import Scenario
 from sinssim.simulation import run
 from tests.recording import fake_run
@@ -59,10 +60,10 @@ def test_the_list_has_every_run_with_its_size(made: Path) -> None:
 
 
 def test_errors_come_back_bit_by_bit(made: Path) -> None:
-    stream = pq.read_table(made / "long" / "streams" / "error_poisson.parquet")
+    stream = load_streams(made / "long")["error_poisson"]
     error = FinishedRun(made / "long").errors("poisson")
-    np.testing.assert_array_equal(error.position_ned[:, 1], stream["position_e_m"].to_numpy())
-    np.testing.assert_array_equal(error.attitude[:, 2], stream["phi_d_rad"].to_numpy())
+    np.testing.assert_array_equal(error.position_ned[:, 1], stream["position_e_m"])
+    np.testing.assert_array_equal(error.attitude[:, 2], stream["phi_d_rad"])
 
 
 def test_numbers_are_those_of_the_time_in_common(made: Path) -> None:
@@ -71,8 +72,7 @@ def test_numbers_are_those_of_the_time_in_common(made: Path) -> None:
     assert compared.is_cut
     assert compared.solutions == {"long": "quaternion", "short": "euler"}
     east, north = (
-        pq.read_table(made / "long" / "streams" / "error_quaternion.parquet")[name].to_numpy()[:1001]
-        for name in ("position_e_m", "position_n_m")
+        load_streams(made / "long")["error_quaternion"][name][:1001] for name in ("position_e_m", "position_n_m")
     )
     rms = np.sqrt(np.mean(north**2 + east**2))
     assert compared.numbers["long"]["rms_horizontal_error_m"] == pytest.approx(rms, rel=1e-12)
@@ -114,7 +114,7 @@ def test_what_cannot_be_compared_is_refused_by_name(
 def test_runs_without_common_time_are_refused_by_their_times(made: Path, tmp_path: Path) -> None:
     shutil.copytree(made / "deep" / "short", tmp_path / "late")
     file = tmp_path / "late" / "streams" / "error_euler.parquet"
-    table = pq.read_table(file)
+    table = load_streams(tmp_path / "late")["error_euler"].arrow()
     pq.write_table(table.set_column(0, "time_s", pa.array(table["time_s"].to_numpy() + 100.0)), file)
     with pytest.raises(InputError, match="no time in common: late begins when long has ended"):
         compare_runs([made / "long", tmp_path / "late"])
@@ -129,7 +129,7 @@ def test_a_directory_of_another_version_is_refused_by_name(made: Path, tmp_path:
     assert "another version" in entry.problem
     shutil.copytree(made / "deep" / "short", tmp_path / "other")
     file = tmp_path / "other" / "streams" / "error_euler.parquet"
-    table = pq.read_table(file)
+    table = load_streams(tmp_path / "other")["error_euler"].arrow()
     pq.write_table(table.rename_columns([name.replace("phi", "angle") for name in table.column_names]), file)
     with pytest.raises(InputError, match=r"error_euler.parquet cannot be read .* run its scenario.toml again"):
         compare_runs([made / "long", tmp_path / "other"])
@@ -147,6 +147,10 @@ def test_the_commands(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert {Path(one["path"]).name for one in found} == {"long", "short", "bare", "plane"}
     assert call("runs", str(made)) == 0
     assert "4 in" in capsys.readouterr().out
+    assert call("runs", str(made / "others")) == 0
+    said = capsys.readouterr().out
+    assert "No runs in" in said
+    assert "sinssim run SCENARIO" in said
     pair = (str(made / "long"), str(made / "deep" / "short"), "-o", str(tmp_path / "both"))
     assert call("compare-runs", *pair) == 0
     assert "errors from 0 s to 10 s" in capsys.readouterr().out

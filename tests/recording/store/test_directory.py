@@ -18,6 +18,7 @@ from scipy.stats import chi2
 
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError, RunError
+from sinssim.recording.finished.run_streams import load_streams
 from sinssim.recording.rerun.viewer import find_recording, read_run_info
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.scenario.sections.navigation import InitialErrorSection
@@ -33,7 +34,7 @@ STATE = [
     "q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z",
 ]  # fmt: skip
 IMU = ["time_s", "dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"]
-STAGES = ("flight", "truth", "imu", "navigate", "filter", "record", "total")
+STAGES = ("flight", "truth", "imu", "navigate", "budget", "filter", "record", "total")
 
 
 @pytest.fixture(scope="module")
@@ -92,14 +93,17 @@ def test_parquet_holds_exactly_what_was_computed(recorded):
     }
     for name, solution in fake.solutions.items():
         error = navigation_error(fake.truth, solution)
-        expected[f"nav_{name}"] = (STATE, [fake.time, *state_columns(solution)])
+        expected[f"nav_{name}"] = ([*STATE, "defect"], [fake.time, *state_columns(solution), solution.defect])
         expected[f"error_{name}"] = (
             ["time_s", "position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps",
-             "velocity_d_mps", "phi_n_rad", "phi_e_rad", "phi_d_rad", "defect"],
-            [fake.time, *error.position_ned.T, *error.velocity_ned.T, *error.attitude.T, solution.defect],
+             "velocity_d_mps", "phi_n_rad", "phi_e_rad", "phi_d_rad"],
+            [fake.time, *error.position_ned.T, *error.velocity_ned.T, *error.attitude.T],
         )  # fmt: skip
+    streams = load_streams(result.directory)
     for name, (columns, arrays) in expected.items():
-        table = pq.read_table(result.directory / "streams" / f"{name}.parquet")
+        file = result.directory / "streams" / f"{name}.parquet"
+        assert file.exists() == (not name.startswith("error_")), "errors follow from truth and solution"
+        table = pq.read_table(file) if file.exists() else streams[name].arrow()
         assert table.column_names == columns
         for column, array in zip(columns, arrays, strict=True):
             assert str(table.schema.field(column).type) == "double"
@@ -185,18 +189,18 @@ def test_events_are_in_the_order_of_time_with_the_singularities_among_them(recor
 def test_recording_equals_parquet_in_every_double(recorded):
     _, result, _ = recorded
     entities = read_recording(result.directory / "recording.rrd")
+    tables = {name: table.arrow() for name, table in load_streams(result.directory).items()}
     seen: dict[str, list[str]] = {}
     for entity, (times, values, names) in entities.items():
         stream = entity.split("/")[2]
-        table = pq.read_table(result.directory / "streams" / f"{stream}.parquet")
+        table = tables[stream]
         np.testing.assert_array_equal(times, np.rint(table["time_s"].to_numpy() * 1e9).astype(np.int64))
         np.testing.assert_array_equal(values, np.column_stack([table[name].to_numpy() for name in names]))
         seen.setdefault(stream, []).extend(names)
     files = {path.stem for path in (result.directory / "streams").glob("*.parquet")} - {"events"}
-    assert set(seen) == files
+    assert set(seen) == set(tables) == files | {f"error_{name}" for name in fake_run.ALGORITHMS}
     for stream, names in seen.items():
-        table = pq.read_table(result.directory / "streams" / f"{stream}.parquet")
-        assert sorted(["time_s", *names]) == sorted(table.column_names)
+        assert sorted(["time_s", *names]) == sorted(tables[stream].column_names)
 
 
 def test_recording_is_valid_and_says_what_it_is(recorded):

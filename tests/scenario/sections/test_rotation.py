@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from sinssim.alignment.report import align_source
-from sinssim.error_budget.analyse import budget
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.sections.within_imu.rotation import SEQUENCES
@@ -87,8 +86,6 @@ def test_refused_by_key_value_and_remedy(tmp_path: Path, rotation: str, imu: str
 
 
 def test_what_does_not_turn_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"\[imu.rotation\].*an ensemble"):
-        budget(load(tmp_path, 'type = "continuous"', rest=FILTER))
     load(tmp_path, 'type = "continuous"')
     with pytest.raises(InputError, match=r"\[imu.rotation\]"):
         align_source(str(tmp_path / "turning.toml"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import platform
 import subprocess
@@ -392,8 +394,12 @@ def digest_of_another_process(**environment: str) -> str:
 
 
 def test_the_same_bits_in_every_process():
-    first, second = (digest_of_another_process(PYTHONHASHSEED=hash_seed) for hash_seed in ("0", "12345"))
-    assert first == second
+    """In another one with another order of sets, and in this one, which may have computed much before."""
+    here = io.StringIO()
+    with contextlib.redirect_stdout(here):
+        exec(DIGEST, {})
+    first = here.getvalue().strip()
+    assert first == digest_of_another_process(PYTHONHASHSEED="12345")
     assert len(first) == 64
 
 

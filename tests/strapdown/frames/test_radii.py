@@ -84,10 +84,14 @@ def test_what_the_claim_on_the_radii_rests_on():
     [
         *((form, "wander", "quaternion") for form in FORMS),
         *((form, "free-azimuth", "quaternion") for form in FORMS),
-        *((form, "transverse", "poisson") for form in FORMS),
-        ("spherical", "level", "functional-iteration"),
-        ("no-height", "level", "functional-iteration"),
+        ("spherical-no-height", "transverse", "poisson"),
         ("spherical-no-height", "wander", "functional-iteration"),
+        # each of these has a kernel of its own, which takes seconds to compile
+        *(
+            pytest.param(form, *engine, marks=pytest.mark.slow)
+            for form in ("spherical", "no-height")
+            for engine in (("transverse", "poisson"), ("level", "functional-iteration"))
+        ),
     ],
 )
 def test_the_same_in_every_frame_with_radii(form, frame, algorithm):

@@ -11,6 +11,7 @@ from sinssim.algorithms import ALGORITHMS, REGISTRY
 from sinssim.data import ImuData, NavState
 from sinssim.strapdown.navigate import navigate
 from sinssim.studies.claims.guarantees import EXACTLY, ORDER, ROUNDING, guarantee
+from tests.strapdown.variants import with_slow_variants
 
 SECONDS, RATE_DEG_S = 4.0, 60.0
 
@@ -34,7 +35,7 @@ def by_theory(algorithm: str, rate_hz: float) -> float:
     return abs(magnitude ** ((2.0 if is_matrix else 1.0) * SECONDS * rate_hz) - 1.0)
 
 
-@pytest.mark.parametrize("algorithm", [name for name in ALGORITHMS if guarantee(name).kept == ORDER])
+@pytest.mark.parametrize("algorithm", with_slow_variants(name for name in ALGORITHMS if guarantee(name).kept == ORDER))
 def test_defects_and_their_orders(algorithm):
     """A turn about one axis, 60 deg/s: the defect is that of the truncated series, and its order the stated one."""
     rates = (50.0, 100.0) if guarantee(algorithm).order == 1 else (10.0, 20.0)  # the defect stays small
@@ -44,7 +45,9 @@ def test_defects_and_their_orders(algorithm):
     assert math.log2(found[0] / found[1]) == pytest.approx(guarantee(algorithm).order, abs=0.05)
 
 
-@pytest.mark.parametrize("algorithm", [name for name in ALGORITHMS if guarantee(name).kept in (EXACTLY, ROUNDING)])
+@pytest.mark.parametrize(
+    "algorithm", with_slow_variants(name for name in ALGORITHMS if guarantee(name).kept in (EXACTLY, ROUNDING))
+)
 def test_what_is_kept_is_kept(algorithm):
     most = 0.0 if guarantee(algorithm).kept == EXACTLY else 1e-13
     assert defect(algorithm, 20.0) <= most

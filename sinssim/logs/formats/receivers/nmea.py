@@ -97,7 +97,7 @@ class _Epochs:
 
     def gga(self, m: Any) -> None:
         quality = int(m.quality)
-        if quality == 0:
+        if not 1 <= quality <= 9:  # 0 is no fix; it is one digit, and anything else is damaged
             return
         one = self._position(m)
         self._height(one, m)

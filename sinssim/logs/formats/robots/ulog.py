@@ -29,6 +29,7 @@ _TOPICS = [
     "vehicle_imu", "sensor_combined", "sensor_gps", "vehicle_gps_position", "vehicle_attitude",
     "vehicle_local_position",
 ]  # fmt: skip
+_HEADER = 3  # bytes: size and type of a message
 _RADIUS = 6371000.0  # m, of PX4's map projection
 
 
@@ -37,13 +38,33 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(MAGIC)
 
 
+class _OnlyForward(io.BufferedReader):
+    """A file that ends where its reader turns back.
+
+    pyulog seeks back by the length that a damaged message claims, also where the file ends before: from there it reads
+    the same messages for ever. Every message begins with a header of 3 bytes. No reading of a sound file takes a header
+    from before the last one; the last one itself is read again where the definitions end.
+    """
+
+    _last = -1
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Return the next bytes; none for a header before the last one."""
+        if size == _HEADER:
+            place = self.tell()
+            if place < self._last:
+                return b""
+            self._last = place
+        return super().read(size)
+
+
 def read(path: Path) -> Streams:
     """Read inertial readings, fixes, and the estimator's solution."""
     module = library("pyulog", "pyulog", str(path))
     said = io.StringIO()  # pyulog prints what it finds damaged
     try:
-        with contextlib.redirect_stdout(said), path.open("rb") as file:
-            log = module.ULog(file, _TOPICS)
+        with contextlib.redirect_stdout(said), path.open("rb", buffering=0) as raw:
+            log = module.ULog(_OnlyForward(raw), _TOPICS)
     except Exception as error:  # pyulog raises various errors for a damaged file
         raise refused(path, "a PX4 ULog", error) from error
     topics: dict[str, list[dict[str, Any]]] = {}

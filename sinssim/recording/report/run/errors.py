@@ -61,7 +61,7 @@ def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
 
 def error_tables(
     numbers: Mapping[str, Mapping[str, float | None]],
-    where: str = "summary.json; all samples: streams/error_*.parquet",
+    where: str = "summary.json; all samples: sinssim.load_streams, or sinssim export --to parquet",
     against: str = "truth",
 ) -> Iterator[str]:
     """Yield the tables of the errors.

@@ -13,6 +13,7 @@ from sinssim.formatting import number_text, signed
 from sinssim.recording import style
 from sinssim.recording.filter_axes import EDGE, NAVIGATION, settled
 from sinssim.recording.report import page, plot
+from sinssim.recording.report.diagnosis import what_to_try
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import suiting, thinned
@@ -72,13 +73,14 @@ def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, 
         HTML.
     """
     numbers = summary["filter"]
-    first, *others = sentences(numbers)
+    first, *others = sentences({**numbers, "diagnosis": {}})  # it has a section of its own
     broken = ' class="broken"' if numbers["divergence"] is not None else ""
     yield f"<p{broken}><strong>{words(first)}</strong></p>" + "".join(f"<p>{words(other)}</p>" for other in others)
     yield _solutions(summary)
     marks = [*outage_marks(aided), *fault_marks(numbers, span[1])]
     yield f'<div class="three">{"".join(_bands(aided, span, marks))}</div>'
     yield from _tests(numbers)
+    yield from what_to_try(numbers)
     yield f'<div class="three">{"".join(_innovations(aided, span))}</div>'
     yield from _learned(numbers)
 
@@ -109,7 +111,7 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
                 f'<td class="name">{words(s["verdict"])}</td>',
                 str(s["taken"]),
                 f"{s['refused']} ({number_text(s['refused_expected'], 2)})",
-                *(_test(s["tests"].get(test)) for test in _TESTS),
+                *(_test(s["tests"].get(test), "<br>") for test in _TESTS),
             )
             for name, s in numbers["sensors"].items()
         ],
@@ -138,7 +140,8 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
         if ratio:
             less = f"{number_text(ratio)} ×" if ratio >= 0.9995 else f"{number_text(1.0 / ratio)} × larger"
         less = f"<strong>{less}</strong>" if s.get("observable") else less
-        lines.append((words(f"{name} [{unit}]"), *(signed(v) if v == v else "–" for v in values), less))
+        label = words(f"{name.replace('accelerometer', 'accel.')} [{unit}]")  # short: two tables share the page
+        lines.append((label, *(signed(v) if v == v else "–" for v in values), less))
     heads = ("state", "σ, start", "σ, end", f"{last}, end", "σ smaller")
     half = (len(lines) + 1) // 2
     yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
@@ -165,12 +168,12 @@ def _against_truth(numbers: Mapping[str, Any]) -> Iterator[str]:
     )
 
 
-def _test(test: Mapping[str, float] | None) -> str:
+def _test(test: Mapping[str, float] | None, between: str = " ") -> str:
     if test is None:
         return "–"
     bad = not test["lower_95"] <= test["value"] <= test["upper_95"]
     value = f"<strong>{number_text(test['value'])}</strong>" if bad else number_text(test["value"])
-    return f"{value} ({number_text(test['lower_95'])} … {number_text(test['upper_95'])})"
+    return f"{value}{between}({number_text(test['lower_95'])} … {number_text(test['upper_95'])})"
 
 
 def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> Iterator[str]:
@@ -197,7 +200,7 @@ def _bands(aided: Aided, span: tuple[float, float], marks: Sequence[Mark]) -> It
                 color = style.css(style.COLORS[kind])
                 pale = style.css(style.COLORS["bound"] if kind == "aided" else style.tint(style.COLORS[kind]))
                 for label, values, paint, width in (
-                    ("±3σ", 3.0 * sigma, pale, 1.0),
+                    ("±3σ" if len(kinds) == 1 else f"±3σ, {kind}", 3.0 * sigma, pale, 1.0),
                     ("", -3.0 * sigma, pale, 1.0),
                     (kind, side * error, color, 1.4),
                 ):

@@ -17,7 +17,7 @@ from sinssim.recording.report.run.gravity import gravity_plots
 from sinssim.recording.report.run.track import Places, Track, degrees, draw_map
 from sinssim.recording.report.run.track_source import track_source
 from sinssim.recording.scales import duration_words, thinned
-from sinssim.scenario.summary import field_words, given, values_of
+from sinssim.scenario.summary import field_words, given, leg_words, named_places, route_words, values_of
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -84,12 +84,13 @@ def map_of(run: Run, trajectory: Trajectory, truth: NavState) -> Callable[[Mappi
     own = {name: _thin(solution) for name, solution in (run.solutions if run.has("solutions") else {}).items()}
     aiding = run.scenario.aiding
     outages = () if aiding is None else aiding.outages
+    places = named_places(run.scenario)
 
     def chart(more: Mapping[str, Track]) -> str:
         tracks = {**own, **{name: _thin(track) for name, track in more.items()}}
         green = style.COLORS["truth"]
         colors = [style.css(style.tint(green) if tracks else green), *map(style.css, style.colors(list(tracks)))]
-        return draw_map(time, state, tracks, colors, ellipsoid, outages=outages)
+        return draw_map(time, state, tracks, colors, ellipsoid, outages=outages, places=places)
 
     return chart
 
@@ -172,7 +173,9 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
     flight = scenario.flight
     if flight is not None:
         yield "flown by JSBSim, aircraft", flight.aircraft
-        yield "wind", given(flight.wind) or "none"
+        yield "wind", flight.wind.words()
+        if flight.atmosphere is not None:
+            yield "atmosphere", flight.atmosphere.words()
         yield "turbulence", values_of(flight.turbulence) if flight.turbulence else "none"
     if scenario.track is not None:
         yield "planned route" if scenario.track.waypoints else "recorded track", scenario.track.what
@@ -202,7 +205,8 @@ def _legs(
                 times[edge] = found[0]
                 events.remove(found)
         if "begins" in times:
-            legs.append((leg.type, given(leg, "type", "timeout_s"), times["begins"], times.get("ends")))
+            settings = "; ".join(part for part in (leg_words(leg), *route_words(leg)) if part)
+            legs.append((leg.type, settings, times["begins"], times.get("ends")))
     return legs, events
 
 

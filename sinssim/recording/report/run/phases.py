@@ -6,7 +6,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sinssim.recording.report.page import table, words
-from sinssim.recording.store.summaries.phase_summary import HEADS, NOTE, phase_tables
+from sinssim.recording.store.summaries.phase_summary import (
+    HEADS,
+    NOTE,
+    SOURCE_HEADS,
+    SOURCE_NOTE,
+    phase_tables,
+    source_tables,
+)
+
+_TEXT = 'style="text-align: left; white-space: normal"'
+"""Of cells with the names of sources, which may take two lines."""
 
 
 def phase_section(summary: Mapping[str, Any]) -> Iterator[str]:
@@ -27,3 +37,16 @@ def phase_section(summary: Mapping[str, Any]) -> Iterator[str]:
         yield f"<h3>{words(name)}</h3>" + table(heads, lines)
     if summary.get("phases"):
         yield f'<p class="note">{words(NOTE)}</p>'
+    said = False
+    for name, found in source_tables(summary):
+        if isinstance(found, str):
+            yield f'<p class="note">{words(f"{name}: no budget says which sources made it. {found}")}</p>'
+            continue
+        lines = [
+            (f'<td class="name">{words(phase)}</td>', *(f"<td {_TEXT}>{words(cell)}</td>" for cell in cells))
+            for phase, *cells in found
+        ]
+        yield f"<h3>{words(name)}: sources</h3>" + table(("phase", *SOURCE_HEADS), lines)
+        said = True
+    if said:
+        yield f'<p class="note">{words(SOURCE_NOTE)}</p>'

@@ -151,6 +151,7 @@ def draw_map(
     height: int = 420,
     name: str = "truth",
     outages: Sequence[tuple[float, float]] = (),
+    places: Sequence[tuple[str, float, float]] = (),
 ) -> str:
     """Draw the true track and the tracks of the solutions.
 
@@ -163,6 +164,7 @@ def draw_map(
         width, height: of the map without its labels, px.
         name: of the first track, if it is not the true one.
         outages: spans without satellites, s, marked on the first track.
+        places: names of waypoints with latitude and longitude, rad.
 
     Returns:
         An SVG element.
@@ -210,6 +212,7 @@ def draw_map(
     for line, color, thick, dashed in zip(lines, colors[1:], widths[1:], dashes[1:], strict=True):
         if len(line[0]):
             body.append(plot.path(*_sparse(*frame.pixels(*line)), color, thick, dashed))
+    body += _waypoints(places, projection, frame)
     body += _instants(time, truth, projection, frame)
     body.append("</svg>")
     body.append(plot.segments([_LEFT, _LEFT], [top, bottom], [_LEFT, _LEFT + inner], [bottom, bottom], "axis"))
@@ -341,6 +344,20 @@ def _instants(time: Array, truth: NavState, projection: Projection, frame: _Fram
             taken.append((a, b))
             right = a < frame.width * frame.scale - 50.0
             body.append(plot.text(a + (7 if right else -7), b - 6, names[i], "start" if right else "end", "over"))
+    return body
+
+
+def _waypoints(places: Sequence[tuple[str, float, float]], projection: Projection, frame: _Frame) -> list[str]:
+    """Return a diamond and the name of each waypoint on the map, below it to the right or the left."""
+    body = []
+    for name, latitude, longitude in places:
+        x, y = (float(v[0]) for v in frame.pixels(*projection.plane(np.array([latitude]), np.array([longitude]))))
+        wide, high = frame.width * frame.scale, frame.height * frame.scale
+        if 0.0 <= x <= wide and 0.0 <= y <= high:
+            corners = np.array([x, x + 5.0, x, x - 5.0, x]), np.array([y - 5.0, y, y + 5.0, y, y - 5.0])
+            right = x < wide - 8.0 * len(name) - 8.0
+            body.append(plot.path(*corners, "#1c1c1c", 1.5))
+            body.append(plot.text(x + (7 if right else -7), y + 15, name, "start" if right else "end", "over"))
     return body
 
 

@@ -13,6 +13,7 @@ from sinssim import units
 from sinssim.estimation.from_scenario.filter_states import hints
 from sinssim.formatting import number_text, signed
 from sinssim.recording.store.filter_streams import state_columns
+from sinssim.recording.store.summaries.diagnosis_summary import diagnosis_numbers
 from sinssim.recording.store.summary import error_numbers_of, known_error_numbers_of
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import GnssSection, Jump, Ramp
@@ -86,6 +87,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         **({} if smoothed is None else {"smoothed": numbers_of(lambda: [smoothed])}),
         **({} if backward is None else {"backward": numbers_of(lambda: [backward])}),
         **_alignment(aided, scenario),
+        **diagnosis_numbers(estimate, scenario),
         "sensors": {
             i.sensor: {
                 "kind": i.kind,
@@ -288,6 +290,7 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         yield from numbers["hints"]  # the cause precedes its effect
         the = "Therefore the" if numbers["hints"] else "The"
         yield f"{the} filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
+        yield from numbers.get("diagnosis", {}).get("what_to_try", ())
     yield from numbers["remarks"]
 
 
@@ -355,6 +358,8 @@ def for_people(column: str, *values: float | None) -> tuple[str, str, list[float
         Its name in words, the display unit, and the values in it, NaN for None.
     """
     ending, unit, size = next(row for row in _UNITS if column.endswith(row[0]))
+    if "misalignment" in column:  # as in grades and in the table of the sensors' errors
+        unit, size = "arcsec", units.ARCSEC
     stem = column.removesuffix(ending).replace("_", " ")
     return stem, unit, [float("nan") if v is None else v / size for v in values]
 

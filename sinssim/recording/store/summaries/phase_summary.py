@@ -16,6 +16,7 @@ from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import FlightEvent
 
 _LEG = re.compile(r"leg (\d+) \((\w+)\) (begins|ends)")
+_REACHED = re.compile(r"(.+) reached: \d+ m away, height .*")
 _OF_LEG = {
     "park": "standstill", "parked": "standstill", "stop": "standstill", "taxi": "taxi", "takeoff": "take-off",
     "take_off": "take-off", "land": "landing", "straight": "under way", "turn": "under way",
@@ -45,7 +46,8 @@ class Phase:
 
 
 def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase]:
-    """Return the phases of a motion by its legs; neighbouring legs of one kind are one phase.
+    """Return the phases of a motion by its legs; neighbouring legs of one kind are one phase, and so is the flight to
+    each named waypoint.
 
     Args:
         events: events of the trajectory.
@@ -56,9 +58,14 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
     """
     begun: dict[str, float] = {}
     found: list[Phase] = []
+    number = ""
     for event in events:
         match = _LEG.fullmatch(event.text)
         if match is None:
+            place = _REACHED.fullmatch(event.text)
+            if place is not None and number in begun:
+                found.append(Phase(f"flight to {place[1]}", begun[number], event.time))
+                begun[number] = event.time
             continue
         number, kind, edge = match.groups()
         if edge == "begins":
@@ -191,3 +198,43 @@ def _cell(value: float | None) -> str:
         return "0"
     text = f"{value:.3g}" if 1e-4 <= abs(value) < 1e5 else f"{value:.1e}"
     return text.replace("-", "−")
+
+
+SOURCE_HEADS = {
+    "horizontal": ("horizontal_sigma_m", "m"),
+    "heading": ("heading_sigma_arcmin", "arcmin"),
+    "tilt": ("tilt_sigma_arcsec", "arcsec"),
+}
+"""Columns of the table of the sources: key and unit of the root mean square, by quantity."""
+
+SOURCE_NOTE = (
+    "What made it: root mean square over all runs of what a phase adds, from the covariance budget, and the shares of "
+    "its largest sources in the square. This run is one of them. `sinssim budget` ranks the sources over the whole run."
+)
+_LARGEST, _SHARE = 2, 0.1
+
+
+def source_tables(summary: Mapping[str, Any]) -> Iterator[tuple[str, list[tuple[str, ...]] | str]]:
+    """Yield the table of the sources of each solution as text, without its head, or why there is none.
+
+    Args:
+        summary: contents of `summary.json`.
+
+    Yields:
+        Name of the solution, and the cells of each row, in the order of `SOURCE_HEADS`, or the reason.
+    """
+    for name, rows in summary.get("phases", {}).items():
+        if rows and "no_sources" in rows[0]:
+            yield name, rows[0]["no_sources"]
+        elif rows and "sources" in rows[0]:
+            yield name, [(row["phase"], *(_of_sources(row["sources"], what) for what in SOURCE_HEADS)) for row in rows]
+
+
+def _of_sources(sources: Mapping[str, Any], what: str) -> str:
+    """Write the root mean square and the largest sources, at most two of a tenth or more."""
+    key, unit = SOURCE_HEADS[what]
+    found = sources[what]
+    largest = [(name, share) for name, share in found["shares"].items() if share >= _SHARE][:_LARGEST]
+    of = ", ".join(f"{name} {100.0 * share:.0f}\u00a0%" for name, share in largest)
+    size = _cell(found[key])
+    return size if size == "0" else f"{size} {unit}: {of}"

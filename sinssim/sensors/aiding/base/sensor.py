@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -100,6 +100,9 @@ class AidingReadings:
 class AidingSensor(Section):
     """A table of [aiding]: the common keys of aiding sensors, which are rate, latency, and outages."""
 
+    table: ClassVar[str] = ""
+    """Name of the table, of a sensor outside the package."""
+
     rate_hz: Rate = Field(
         default=1.0, description="readings per second, at most the IMU's; the first one interval after the start"
     )
@@ -160,7 +163,8 @@ class AidingSensor(Section):
         """
         duration = trajectory.end - trajectory.start
         if duration * self.rate_hz < 1.0 - 1e-9:
-            key = next((k for k, entry in SENSORS.items() if entry.endswith(f".{type(self).__name__}")), "?")
+            ours = (k for k, entry in SENSORS.items() if entry.endswith(f".{type(self).__name__}"))
+            key = self.table or next(ours, "?")
             raise InputError(
                 f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first reading comes after {1.0 / self.rate_hz:g} s, and "
                 f"the motion ends after {duration:g} s. Use a higher rate or a longer motion."

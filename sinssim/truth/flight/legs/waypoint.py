@@ -1,40 +1,106 @@
-"""The leg "waypoint": to a place on the ground."""
+"""The leg "waypoint": to a place, or along a route of places with names and heights."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from math import atan2, cos, hypot, pi, remainder, sin
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from sinssim.section import Latitude, Longitude, Timeout
+from sinssim.section import Latitude, Longitude, Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
-from sinssim.truth.flight.autopilot import AircraftState, Autopilot
+from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
-from sinssim.truth.flight.leg import Bank, LegBase
+from sinssim.truth.flight.leg import Altitude, Bank, LegBase, LegError
+from sinssim.truth.flight.planning.height_path import (
+    HeightPath,
+    along_the_way,
+    at_a_slope,
+    length_at_a_slope,
+    passing_slope,
+)
 from sinssim.units import DEG
 
 _MEAN_RADIUS = 6_371_009.0  # radius for bearings and distances to a waypoint [m]
 _ROUNDS = 20  # iterations for the turn towards a waypoint, whose angle and end depend on each other: enough for 0.1 s
+_HEIGHT_LIMIT = 50.0  # largest distance from a waypoint's height at which it counts as reached [m]
+
+PlaceName = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")]
+"""Name of a waypoint in messages, reports and pictures."""
+PathAngle = Annotated[float, Field(gt=0.0, le=30.0)]
+VerticalSpeed = Annotated[float, Field(gt=0.0, le=150.0)]
+
+_NAME = "name in events, reports and pictures"
+_HEIGHT = "height above the ellipsoid at the waypoint; default: the height is held"
+_PATH = (
+    "angle of the climb or descent; a climb begins at once, a descent at its top of descent; default: the whole way "
+    "there is one slope"
+)
+_RATE = "mean vertical speed of the climb or descent, positive, instead of path_deg"
+
+
+class Waypoint(Section):
+    """A place of a route, reached in turn.
+
+    Attributes:
+        name: its name; None: its number.
+        latitude_deg, longitude_deg: place, degrees.
+        height_m: height above the ellipsoid at the waypoint, m; None: the height is held.
+        path_deg: angle of the climb or descent, without sign, degrees.
+        vertical_speed_mps: mean vertical speed of the climb or descent, without sign, m/s.
+    """
+
+    name: PlaceName | None = Field(default=None, description=_NAME)
+    latitude_deg: Latitude = Field(description="latitude of the waypoint")
+    longitude_deg: Longitude = Field(description="longitude of the waypoint")
+    height_m: Altitude | None = Field(default=None, description=_HEIGHT)
+    path_deg: PathAngle | None = Field(default=None, description=_PATH)
+    vertical_speed_mps: VerticalSpeed | None = Field(default=None, description=_RATE)
+
+    @model_validator(mode="after")
+    def _one_way_up(self) -> Self:
+        given = [key for key in ("path_deg", "vertical_speed_mps") if getattr(self, key) is not None]
+        if len(given) == 2:
+            raise ValueError("a climb or descent has path_deg or vertical_speed_mps: give one of them, or none")
+        if given and self.height_m is None:
+            raise ValueError(f"{given[0]} needs height_m, the height to reach at the waypoint")
+        return self
+
+    def slope(self, speed: float) -> float | None:
+        """Return the slope of the climb or descent at a ground speed in m/s; None: one slope all the way there."""
+        if self.path_deg is not None:
+            return math.tan(self.path_deg * DEG)
+        return None if self.vertical_speed_mps is None else self.vertical_speed_mps / speed
 
 
 class WaypointLeg(LegBase):
-    """Fly straight to a place on the ground at constant height and airspeed.
+    """Fly straight to a place at constant airspeed, or along a route of places.
+
+    At a waypoint with a height the aircraft has this height when it comes within capture_radius_m. Without path_deg and
+    vertical_speed_mps the whole way there is one slope.
 
     Attributes:
+        name: name of the place.
         latitude_deg: latitude, degrees.
         longitude_deg: longitude, degrees.
-        capture_radius_m: distance from the place at which the leg ends, m.
+        height_m, path_deg, vertical_speed_mps: as for `Waypoint`.
+        waypoints: places of a route, instead of one place.
+        capture_radius_m: distance from a place at which it is reached and the next one begins, m.
         bank_deg: largest angle of bank, degrees; None: the aircraft's usual angle.
     """
 
     example: ClassVar[dict[str, Any]] = {"latitude_deg": 51.47, "longitude_deg": -0.45}
 
     type: Literal["waypoint"]
-    latitude_deg: Latitude = Field(description="latitude of the waypoint")
-    longitude_deg: Longitude = Field(description="longitude of the waypoint")
+    name: PlaceName | None = Field(default=None, description=_NAME)
+    latitude_deg: Latitude | None = Field(default=None, description="latitude of the waypoint")
+    longitude_deg: Longitude | None = Field(default=None, description="longitude of the waypoint")
+    height_m: Altitude | None = Field(default=None, description=_HEIGHT)
+    path_deg: PathAngle | None = Field(default=None, description=_PATH)
+    vertical_speed_mps: VerticalSpeed | None = Field(default=None, description=_RATE)
+    waypoints: tuple[Waypoint, ...] = Field(default=(), description="a route of places, instead of one place")
     capture_radius_m: float = Field(
         default=500.0, ge=20.0, le=20_000.0, description="distance from the waypoint at which it counts as reached"
     )
@@ -43,32 +109,175 @@ class WaypointLeg(LegBase):
     )
     timeout_s: Timeout = Field(default=7200.0, description="the leg fails if it takes longer")
 
+    @model_validator(mode="after")
+    def _one_place_or_a_route(self) -> Self:
+        keys = ("name", "latitude_deg", "longitude_deg", "height_m", "path_deg", "vertical_speed_mps")
+        given = [key for key in keys if getattr(self, key) is not None]
+        if self.waypoints and given:
+            raise ValueError(f"waypoints and {given[0]} are given: give it to one of the waypoints")
+        if not self.waypoints:
+            missing = [key for key in ("latitude_deg", "longitude_deg") if getattr(self, key) is None]
+            if missing:
+                raise ValueError(f"a waypoint needs latitude_deg and longitude_deg, or waypoints: give {missing[0]}")
+            Waypoint(**{key: getattr(self, key) for key in keys})
+        return self
+
+    def places(self) -> tuple[Waypoint, ...]:
+        """Return the places of the leg in order, one or more."""
+        if self.waypoints:
+            return self.waypoints
+        return (Waypoint(**{key: getattr(self, key) for key in Waypoint.model_fields}),)
+
+    def label(self, number: int) -> str | None:
+        """Return the name of a place of the leg by its number from 0; None for a single place without a name."""
+        return self.places()[number].name or (f"waypoint {number + 1}" if self.waypoints else None)
+
+    def end_height(self, height: float) -> float:
+        """Return the last waypoint's height; see `LegBase.end_height`."""
+        for place in self.places():
+            height = height if place.height_m is None else place.height_m
+        return height
+
+    def slopes_at(self, height: float, latitude: float, longitude: float) -> list[float]:
+        """Return the slope with which each place is passed: level, or on through a route that goes on up or down.
+
+        Args:
+            height: at the beginning, m.
+            latitude, longitude: of the beginning, rad.
+
+        Returns:
+            One slope per place, height over way.
+        """
+        means: list[float | None] = []
+        for place in self.places():
+            target = place.latitude_deg * DEG, place.longitude_deg * DEG
+            way = distance(latitude, longitude, *target)
+            latitude, longitude = target
+            to = height if place.height_m is None else place.height_m
+            single = place.slope(1.0) is None and way > 2.0 * self.capture_radius_m
+            means.append((to - height) / way if single else None)
+            height = to
+        after = [*means[1:], None]
+        return [
+            0.0 if one is None or two is None else passing_slope(one, two)
+            for one, two in zip(means, after, strict=True)
+        ]
+
+    def height_path(
+        self, number: int, height: float, left: float, speed: float, slopes: list[float]
+    ) -> HeightPath | None:
+        """Return the path of the height to a place.
+
+        Args:
+            number: number of the place, from 0.
+            height: at the beginning, m.
+            left: distance to the capture of the place, m.
+            speed: mean ground speed on the way, m/s.
+            slopes: from `slopes_at`.
+
+        Returns:
+            The path; None if the way is too short.
+        """
+        place = self.places()[number]
+        to = height if place.height_m is None else place.height_m
+        slope = place.slope(speed)
+        if slope is not None:
+            return at_a_slope(height, to, left, speed, slope)
+        return along_the_way(height, to, left, speed, slopes[number - 1] if number else 0.0, slopes[number])
+
+    def shortage(self, number: int, height: float, left: float, speed: float) -> str:
+        """Say why there is no path of the height to a place; the arguments are those of `height_path`."""
+        place = self.places()[number]
+        slope = place.slope(speed)
+        change = f"from {height:.0f} m to height_m = {place.height_m:g}"
+        if slope is None:
+            return f"{change} within {left / 1e3:.1f} km there is no path"
+        key = "path_deg" if place.path_deg is not None else "vertical_speed_mps"
+        needed = length_at_a_slope(height, place.height_m or 0.0, speed, slope)
+        return f"{change} at {key} = {getattr(place, key):g} takes {needed / 1e3:.1f} km; {left / 1e3:.1f} km are left"
+
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration, s: a turn onto the bearing, then straight ahead; see `LegBase.reckon`."""
-        target = math.radians(self.latitude_deg), math.radians(self.longitude_deg)
+        """Return the duration, s: a turn onto each bearing, then straight ahead; see `LegBase.reckon`."""
+        slopes = self.slopes_at(plan.altitude, plan.latitude, plan.longitude)
+        return sum(self.reckon_place(number, plan, slopes) for number in range(len(self.places())))
+
+    def reckon_place(self, number: int, plan: DeadReckoning, slopes: list[float]) -> float:
+        """Advance the dead reckoning to one place of the leg, and return the duration, s; see `LegBase.reckon`.
+
+        Args:
+            number: number of the place, from 0.
+            plan: state at the beginning; updated in place, except for the time.
+            slopes: from `slopes_at`.
+
+        Returns:
+            Estimated duration, s.
+        """
+        place = self.places()[number]
+        target = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
+        start = plan.altitude
+        to = start if place.height_m is None else place.height_m
         if distance(plan.latitude, plan.longitude, *target) <= self.capture_radius_m:
+            plan.altitude = to
             return 0.0
         begin = plan.latitude, plan.longitude, plan.heading, plan.turning
+        traced = len(plan.trace or ())
         seconds = 0.0
         for _ in range(_ROUNDS):  # a turn onto the bearing of the place from the end of the turn
             towards = plan.heading_along(bearing(plan.latitude, plan.longitude, *target))
             if towards is None:
                 return math.inf
             plan.latitude, plan.longitude, plan.heading, plan.turning = begin
+            if plan.trace is not None:
+                del plan.trace[traced:]
             seconds = plan.turn(math.remainder(towards - plan.heading, 2.0 * math.pi), self.bank_deg)
         left = max(0.0, distance(plan.latitude, plan.longitude, *target) - self.capture_radius_m)
         ahead = bearing(plan.latitude, plan.longitude, *target)
-        seconds += left / max(plan.ground_speed(ahead), 1.0)
+        if to == start:
+            seconds += left / max(plan.ground_speed(ahead), 1.0)
+        else:
+            seconds += self._reckon_heights(number, plan, left, ahead, slopes)
         back = bearing(*target, plan.latitude, plan.longitude)
         plan.latitude, plan.longitude = target
         plan.move(self.capture_radius_m * math.cos(back), self.capture_radius_m * math.sin(back))
         plan.heading = plan.heading_along(back + math.pi) or 0.0
         return seconds
 
+    def _reckon_heights(
+        self, number: int, plan: DeadReckoning, left: float, ahead: float, slopes: list[float]
+    ) -> float:
+        """Return the time of a way along which the height changes, s, and set the height at its end."""
+        start, to = plan.altitude, self.places()[number].height_m
+        assert to is not None  # the height changes
+        plan.altitude = 0.5 * (start + to)
+        path = self.height_path(number, start, left, max(plan.ground_speed(ahead), 1.0), slopes)
+        seconds, edges = 0.0, 20
+        target = self.places()[number].latitude_deg * DEG, self.places()[number].longitude_deg * DEG
+        begin, whole = (plan.latitude, plan.longitude), left + self.capture_radius_m
+        for step in range(edges):
+            here = left * (1.0 - (step + 0.5) / edges)
+            plan.altitude = start + (to - start) * (1.0 - here / left) if path is None else path.at(here)[0]
+            seconds += left / edges / max(plan.ground_speed(ahead), 1.0)
+            if plan.trace is not None:
+                share = 1.0 - (here + self.capture_radius_m) / whole
+                east = math.remainder(target[1] - begin[1], 2.0 * math.pi)
+                plan.trace.append((begin[0] + share * (target[0] - begin[0]), begin[1] + share * east, plan.altitude))
+        plan.altitude = to
+        return seconds
+
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Keep the track on the bearing of the place; see `LegBase.fly`."""
+        """Keep the track on the bearing of each place, and the height on its path; see `LegBase.fly`."""
         pilot.bank_limit = pilot.usual_bank if self.bank_deg is None else self.bank_deg * DEG
-        latitude, longitude = self.latitude_deg * DEG, self.longitude_deg * DEG
+        slopes = self.slopes_at(pilot.height, state.latitude, state.longitude)
+        for number in range(len(self.places())):
+            yield from self._fly_to(number, slopes, pilot, state)
+        pilot.heading %= 2.0 * pi
+        pilot.bank_limit = pilot.usual_bank
+
+    def _fly_to(self, number: int, slopes: list[float], pilot: Autopilot, state: AircraftState) -> Iterator[None]:
+        """Fly to one place."""
+        place, label = self.places()[number], self.label(number)
+        latitude, longitude = place.latitude_deg * DEG, place.longitude_deg * DEG
+        heights = None if place.height_m is None else _Heights(self, number, slopes, pilot, state)
         while True:
             # Great-circle bearing and distance on the mean sphere.
             east = sin(longitude - state.longitude) * cos(latitude)
@@ -78,10 +287,84 @@ class WaypointLeg(LegBase):
             along = sin(state.latitude) * sin(latitude) + cos(state.latitude) * cos(latitude) * cos(
                 longitude - state.longitude
             )
-            if _MEAN_RADIUS * atan2(hypot(north, east), along) < self.capture_radius_m:
+            left = _MEAN_RADIUS * atan2(hypot(north, east), along)
+            if left < self.capture_radius_m:
                 break
             # The heading for this track is the bearing minus the drift angle.
             pilot.heading = atan2(east, north) - remainder(state.track - state.psi, 2.0 * pi)
+            if heights is not None:
+                heights.follow(left - self.capture_radius_m, atan2(east, north))
             yield
-        pilot.heading %= 2.0 * pi
-        pilot.bank_limit = pilot.usual_bank
+        if heights is not None:
+            heights.finish()
+        if label is not None:
+            pilot.remarks.append(f"{label} reached: {left:.0f} m away, height {state.height:.0f} m")
+
+
+class _Heights:
+    """Sets the autopilot's height along the path to a place."""
+
+    def __init__(
+        self, leg: WaypointLeg, number: int, slopes: list[float], pilot: Autopilot, state: AircraftState
+    ) -> None:
+        self._leg, self._number, self._slopes = leg, number, slopes
+        self._pilot, self._state = pilot, state
+        self._place, self._label = leg.places()[number], leg.label(number) or "the waypoint"
+        self._start = pilot.height if number == 0 or not slopes[number - 1] else state.height
+        self._to = self._place.height_m if self._place.height_m is not None else self._start
+        self._path: HeightPath | None = None
+        self._begun = False
+        self._before = self._left = math.inf
+
+    def follow(self, measured: float, ahead: float) -> None:
+        """Set the height for the next step.
+
+        Args:
+            measured: distance to the capture of the place, m, as known since the last slow update.
+            ahead: bearing of the place, rad.
+        """
+        pilot, state = self._pilot, self._state
+        closing = state.ground_speed * cos(remainder(state.track - ahead, 2.0 * pi))
+        if measured != self._before:
+            self._before = self._left = measured
+        else:
+            self._left -= closing * INTERVAL
+        if not self._begun:
+            self._plan(measured, ahead)
+        if self._path is None:
+            return
+        height, slope = self._path.at(self._left)
+        rate = slope * closing
+        # The height's reference moves at the vertical speed: its loop needs it ahead by rate/height_rate.
+        pilot.height = height + rate / pilot.height_rate
+        pilot.climb_limit = max(pilot.usual_climb, 1.5 * rate + 1.0)
+        pilot.descent_limit = max(pilot.usual_descent, -1.5 * rate + 1.0)
+
+    def _plan(self, left: float, ahead: float) -> None:
+        """Compute the path, until its beginning is reached."""
+        state, pilot = self._state, self._pilot
+        middle = 0.5 * (self._start + self._to)
+        speed = max(state.air.ground_speed(pilot.airspeed, middle, ahead), 20.0)
+        path = self._leg.height_path(self._number, self._start, left, speed, self._slopes)
+        if path is None and self._path is None:
+            raise LegError(
+                f"{self._label} cannot be reached at its height: "
+                f"{self._leg.shortage(self._number, self._start, left, speed)}",
+                "a steeper path, a nearer height, or a waypoint farther away",
+            )
+        self._path, self._begun = path or self._path, path is None or left <= path.begin
+        if self._begun and self._place.slope(1.0) is not None and self._to < self._start:
+            pilot.remarks.append(
+                f"top of descent to {self._label}: {left / 1e3:.1f} km away, height {state.height:.0f} m"
+            )
+
+    def finish(self) -> None:
+        """Hold the waypoint's height from here on, and refuse a height that was not reached."""
+        pilot, state = self._pilot, self._state
+        pilot.height = self._to
+        pilot.climb_limit, pilot.descent_limit = pilot.usual_climb, pilot.usual_descent
+        if abs(state.height - self._to) > _HEIGHT_LIMIT:
+            raise LegError(
+                f"{self._label} was reached at a height of {state.height:.0f} m instead of {self._to:g} m",
+                "a flatter path, a lower airspeed for a climb, or a waypoint farther away",
+            )

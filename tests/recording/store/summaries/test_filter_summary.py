@@ -229,7 +229,8 @@ def test_units_that_people_use():
     assert (name, unit) == ("accelerometer bias y", "µg")
     assert values[0] == pytest.approx(1.0)
     assert np.isnan(values[1])
-    assert for_people("gyro_misalignment_xy_rad", np.pi / 10.8e3) == ("gyro misalignment xy", "arcmin", [1.0])
+    assert for_people("gyro_misalignment_xy_rad", np.pi / 648e3) == ("gyro misalignment xy", "arcsec", [1.0])
+    assert for_people("phi_n_rad", np.pi / 10.8e3) == ("phi n", "arcmin", [1.0])
     assert for_people("gyro_scale_x", 1e-6)[1:] == ("ppm", [1.0])
     assert for_people("velocity_n_mps", 2.0) == ("velocity n", "m/s", [2.0])
 

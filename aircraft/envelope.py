@@ -1,0 +1,38 @@
+"""Prints the table [envelope] of an aircraft.toml: what the model can do in steady flight, by JSBSim's trim.
+
+python aircraft/envelope.py 737 --heights 0 15000 1500 --speeds 160 200 240 280 320 360
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from sinssim.truth.flight.planning.trim import trimmed_envelope
+
+
+def _row(values: Sequence[float]) -> str:
+    return "[" + ", ".join(f"{float(value)}" for value in values) + "]"
+
+
+def main() -> None:
+    """Compute and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("aircraft", help="name or path")
+    parser.add_argument("--heights", nargs=3, type=int, required=True, metavar=("FROM", "TO", "STEP"), help="m")
+    parser.add_argument("--speeds", nargs="+", type=float, required=True, help="calibrated airspeeds, kt")
+    wanted = parser.parse_args()
+    low, high, step = wanted.heights
+    envelope = trimmed_envelope(wanted.aircraft, [float(h) for h in range(low, high + 1, step)], wanted.speeds)
+    print("[envelope]   # of the model, by JSBSim's trim; made by `python aircraft/envelope.py`")
+    for key in ("height_m", "min_kt", "max_kt", "airspeed_kt"):
+        print(f"{key} = {_row(getattr(envelope, key))}")
+    for key in ("climb_mps", "descent_mps"):
+        print(f"{key} = [")
+        for row in getattr(envelope, key):
+            print(f"    {_row(row)},")
+        print("]")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""Draw the pictures of docs/gallery.md from shipped scenarios: `python docs/gallery.py` writes docs/images/gallery.
+
+It flies some scenarios and takes about two minutes; flights that are kept are not flown again.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import sinssim
+
+FOLDER = Path(__file__).with_name("images") / "gallery"
+
+
+def errors_of_a_flight() -> Any:
+    """Errors of `first_flight` over one Schuler period."""
+    return sinssim.run(sinssim.load_scenario("first_flight", ['navigation.algorithms=["quaternion"]'])).plot()
+
+
+def aided_uav() -> Any:
+    """A MEMS unit with satellites, and an outage of a minute."""
+    return sinssim.run(sinssim.load_scenario("mems_uav")).plot()
+
+
+def rotating_unit() -> Any:
+    """The same gyros turning and at rest, in a ship."""
+    return sinssim.run(sinssim.load_scenario("rotating_unit", ["imu.rate_hz=10"])).plot()
+
+
+def gravity() -> Any:
+    """Perfect sensors in the true gravity field along the Himalaya."""
+    return sinssim.run(sinssim.load_scenario("gravity_disturbance")).plot()
+
+
+def ensemble() -> Any:
+    """A hundred flights with other random numbers."""
+    return sinssim.ensemble(sinssim.load_scenario("first_flight", ["imu.rate_hz=10"]), runs=100).plot()
+
+
+def budget() -> Any:
+    """Shares of the sources in the mean square error."""
+    return sinssim.budget(sinssim.load_scenario("first_flight")).plot()
+
+
+PICTURES: dict[str, Callable[[], Any]] = {
+    draw.__name__: draw for draw in (errors_of_a_flight, aided_uav, rotating_unit, gravity, ensemble, budget)
+}
+"""The pictures by the name of their file."""
+
+
+def main() -> None:
+    """Draw the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", choices=[*PICTURES, []], help="pictures to draw; all without")
+    parser.add_argument("-o", "--out", type=Path, default=FOLDER, help="folder to write")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    for name in options.names or PICTURES:
+        PICTURES[name]().savefig(options.out / f"{name}.png", dpi=80)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,145 @@
+"""Hooks of the site.
+
+They fill docs/reference.md with the docstring of every public name, take in CONTRIBUTING.md and CHANGELOG.md, which lie
+above the folder of the pages, and list pages that mkdocs.yml does not name at the end of its how-to section.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+ABOVE = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
+"""Pages of the site by their file in the root of the checkout."""
+
+MARK = "<!-- every public name -->"
+_FENCE_OF_A_FILE = re.compile(r"^```(\w+) +(\S+)$", re.MULTILINE)
+"""A block of code with the path of its file, which the site shows as its title."""
+
+PACKAGES = (
+    "sinssim",
+    "sinssim.alignment",
+    "sinssim.earth",
+    "sinssim.rotation",
+    "sinssim.sensors",
+    "sinssim.estimation",
+    "sinssim.statistics",
+)
+
+
+def public_names(package: str) -> dict[str, str]:
+    """Return the public names of a package, each with the full name of the module that defines it.
+
+    Args:
+        package: full name, for example "sinssim.earth".
+
+    Returns:
+        Modules by name, in alphabetical order.
+
+    Raises:
+        LookupError: a name of `__all__` that the package does not import.
+    """
+    tree = ast.parse((ROOT / package.replace(".", "/") / "__init__.py").read_text(encoding="utf-8"))
+    homes = {
+        alias.asname or alias.name: node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("sinssim")
+        for alias in node.names
+    }
+    listed: list[str] = []
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and any(isinstance(t, ast.Name) and t.id == "__all__" for t in node.targets):
+            listed = ast.literal_eval(node.value)
+    missing = [name for name in listed if name not in homes]
+    if missing or not listed:
+        raise LookupError(f"{package} imports none of {missing or '__all__'}")
+    return {name: homes[name] for name in sorted(listed, key=str.lower)}
+
+
+def reference() -> str:
+    """Return the part of the page that takes the mark's place: one heading a package, one entry a name."""
+    parts = []
+    for package in PACKAGES:
+        parts.append(f"## {package}\n")
+        parts += [f"::: {module}.{name}\n" for name, module in public_names(package).items()]
+    return "\n".join(parts)
+
+
+def unlisted(navigation: Any) -> list[str]:
+    """Return the pages of the folder that the navigation does not name.
+
+    Args:
+        navigation: of mkdocs.yml, nested lists and dictionaries whose leaves are pages.
+
+    Returns:
+        Their paths below the folder.
+    """
+    parts, named = [navigation], set()
+    while parts:
+        part = parts.pop()
+        if isinstance(part, str):
+            named.add(part)
+        else:
+            parts += list(part.values() if isinstance(part, dict) else part)
+    folder = Path(__file__).parent
+    return [
+        path
+        for path in sorted(page.relative_to(folder).as_posix() for page in folder.rglob("*.md"))
+        if path not in named
+    ]
+
+
+def on_config(config: Any, **_: Any) -> Any:
+    """List the pages that the navigation does not name.
+
+    Args:
+        config: of the site.
+
+    Returns:
+        The same.
+    """
+    section = next(entry["How-to"] for entry in config["nav"] if "How-to" in entry)
+    section += unlisted(config["nav"])
+    return config
+
+
+def on_files(files: Any, *, config: Any, **_: Any) -> Any:
+    """Add the files that lie above the folder of the pages.
+
+    Args:
+        files: of the site.
+        config: of the site.
+
+    Returns:
+        The same with the added pages.
+    """
+    from mkdocs.structure.files import File
+
+    for name, source in ABOVE.items():
+        files.append(File.generated(config, name, abs_src_path=str(ROOT / source)))
+    return files
+
+
+def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
+    """Fill the page of the reference, and change the links to and from the files above the folder.
+
+    Args:
+        markdown: text of a page.
+        page: the page.
+
+    Returns:
+        The text to render.
+    """
+    name = page.file.src_uri
+    if name == "reference.md":
+        return markdown.replace(MARK, reference())
+    if name in ABOVE:
+        return markdown.replace("](docs/", "](")
+    up = "../" * (name.count("/") + 1)
+    markdown = _FENCE_OF_A_FILE.sub(r'```\1 title="\2"', markdown)
+    for here, source in ABOVE.items():
+        markdown = markdown.replace(f"]({up}{source})", f"]({up[3:]}{here})")
+    return markdown

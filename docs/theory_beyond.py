@@ -1,0 +1,154 @@
+"""Rows of docs/theory.md beyond the ground SINS paper and chapter 8; see docs/theory_rows.py."""
+
+from __future__ import annotations
+
+from theory_rows import Row
+
+_EARTH = "earth/test_earth.py::test_"
+_ALGORITHMS = "strapdown/attitude/test_algorithms.py::test_"
+
+BEYOND = (
+    Row(
+        "",
+        "Normal gravity at any height, both components, closed form in ellipsoidal harmonics (Heiskanen and Moritz)",
+        ("earth.gravity.gravity_ned",),
+        (_EARTH + "normal_gravity_is_the_zonal_series", _EARTH + "normal_gravity_at_the_surface_is_somiglianas"),
+    ),
+    Row(
+        "",
+        "J2 gravity, the gradient of its potential",
+        ("earth.gravity.gravitation_ecef",),
+        (_EARTH + "j2_gravity_is_the_gradient_of_its_potential", _EARTH + "j2_gravity_is_jsbsims"),
+    ),
+    Row(
+        "",
+        "Increments of truth: Gauss-Legendre integrals of angular rate and specific force of a quintic spline",
+        ("truth.curve.Curve",),
+        (
+            "truth/test_curve.py::test_increments_against_adaptive_quadrature",
+            "truth/test_independent_integration.py::test_smooth_flight_of_ten_minutes",
+        ),
+    ),
+    Row(
+        "",
+        "Rotation-vector update of 1 to 4 samples; drift under coning −α²Ω L xⁿ⁺ⁿ, L = n!/(2ⁿ⁺¹ (2n+1)!!)",
+        ("strapdown.attitude.rotation_vector.turn_k", "strapdown.coning_drift.drift"),
+        (_ALGORITHMS + "coning_coefficients", _ALGORITHMS + "coning_drift_is_the_exact_one"),
+    ),
+    Row(
+        "",
+        "Functional iteration: Chebyshev fit of the increments, attitude, velocity and position iterated together",
+        ("strapdown.iteration.functional_level.solve",),
+        (_ALGORITHMS + "functional_iteration_of_the_attitude", _ALGORITHMS + "order_of_convergence"),
+    ),
+    Row(
+        "",
+        "Baro loop of third order: k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³",
+        ("strapdown.frames.vertical.loop_gains_k",),
+        ("strapdown/frames/test_vertical.py::test_baro_loop_answers_with_its_triple_pole",),
+    ),
+    Row(
+        "",
+        "Position error at rest: v sin ωt/ω, ε R (1 − cos ωt), ζ R U cos φ (t − sin ωt/ω)",
+        ("sensors.error_propagation.Schuler",),
+        ("sensors/test_error_propagation.py::test_noise_is_the_sum_of_the_navigators_own_impulses",),
+    ),
+    Row(
+        "",
+        "Laser gyro: ψ̇ = K (Ω + Ω_d) − K Ω_L sin ψ; random walk N = Ω_L/√(K Ω_D); dead zone Ω_L J₀(KΘ)",
+        ("sensors.laser_gyro.ring.LaserGyro", "sensors.laser_gyro.lock_in.angle_error"),
+        (
+            "sensors/laser_gyro/test_ring.py::test_random_walk_worked_out_by_hand",
+            "sensors/laser_gyro/test_ring.py::test_undithered_phase_is_adlers_solution",
+        ),
+    ),
+    Row(
+        "",
+        "First-order Gauss-Markov process, sampled and averaged exactly",
+        ("sensors.noise.gauss_markov.gauss_markov",),
+        ("sensors/noise/test_gauss_markov.py::test_process_has_its_covariance_at_any_instants",),
+    ),
+    Row(
+        "",
+        "Allan variance of each noise term, and its degrees of freedom",
+        ("noise_identification.allan.allan_deviation", "noise_identification.allan.degrees_of_freedom"),
+        (
+            "noise_identification/test_allan.py::test_allan_variance_is_the_integral_over_the_spectrum",
+            "noise_identification/test_allan.py::test_degrees_of_freedom_against_published_approximations",
+        ),
+    ),
+    Row(
+        "",
+        "Redundant sensors: x̂ = (HᵀWH)⁻¹HᵀWy, tr (HᵀH)⁻¹ ≥ 9/m; parity p = V y, V H = 0, V Vᵀ = I",
+        ("sensors.sets.geometry.estimator", "sensors.sets.geometry.parity_matrix"),
+        (
+            "sensors/sets/test_geometry.py::test_parity_has_its_defining_properties",
+            "sensors/sets/test_geometry.py::test_ready_sets_reach_the_bound",
+        ),
+    ),
+    Row(
+        "",
+        "Detection: pᵀp/σ² against χ² with m − 3 degrees of freedom",
+        ("sensors.sets.detection.threshold", "sensors.sets.detection.missed_detection"),
+        (
+            "sensors/sets/test_detection.py::test_thresholds_of_the_published_table",
+            "sensors/sets/test_monitor.py::test_false_alarms_are_as_frequent_as_stated",
+        ),
+    ),
+    Row(
+        "",
+        "Error states: φ̇ = −ω_in × φ + δω_ie + δω_en − C_nb δω; δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + "
+        "v × (2δω_ie + δω_en) + δg",
+        ("estimation.dynamics.dynamics", "estimation.dynamics.transition"),
+        (
+            "estimation/test_dynamics.py::test_f_is_the_engines",
+            "estimation/test_dynamics.py::test_phi_and_q_are_van_loans",
+        ),
+    ),
+    Row(
+        "",
+        "Kalman filter: prediction, update, gate on the normalised innovation squared",
+        ("estimation.kalman.ErrorFilter",),
+        ("estimation/test_kalman.py::test_predict_and_update_are_the_textbooks",),
+    ),
+    Row(
+        "",
+        "Rauch-Tung-Striebel smoother",
+        ("estimation.smoother.smooth",),
+        ("estimation/test_smoother.py::test_open_loop_is_filterpys_and_closed_loop_the_same",),
+    ),
+    Row(
+        "",
+        "Covariance of the errors by source, and the largest source that still meets a requirement",
+        ("error_budget.propagation.Propagation", "error_budget.limits.answers"),
+        (
+            "error_budget/test_closed_forms.py::test_one_source_at_rest",
+            "error_budget/test_limits.py::test_the_largest_values_just_meet_the_requirement",
+        ),
+    ),
+    Row(
+        "",
+        "Platform: ψ̇_i = C_ip (κ ω_commanded − d)",
+        ("platform.error_equations.errors_by_cause", "platform.navigate.navigate_platform"),
+        ("platform/test_navigate.py::test_one_error_alone_is_that_of_the_error_equations",),
+    ),
+    Row(
+        "",
+        "Circle that holds a share of a normal distribution in the plane (Hoyt)",
+        ("statistics.circles.circle_radius",),
+        ("statistics/test_circles.py::test_against_marcum_q",),
+    ),
+    Row(
+        "",
+        "Percentile of drawn runs with its band from order statistics",
+        ("statistics.order_statistics.percentile",),
+        ("statistics/test_order_statistics.py::test_textbook_bands",),
+    ),
+    Row(
+        "",
+        "Gravity of a spherical-harmonic model, synthesised to degree and order n",
+        ("earth.harmonics.synthesis.harmonic_k", "earth.harmonics.synthesis.harmonic_rows"),
+        ("earth/harmonics/test_synthesis.py::test_the_gradient_is_that_of_the_potential",),
+    ),
+)
+"""What sinssim adds, of which each page explains its own part."""

@@ -1,0 +1,34 @@
+"""`sinssim new`: lays out a project folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sinssim.cli.options import Debug
+
+
+def command(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="The folder to make; it must not exist, or be empty.")
+    ],
+    debug: Debug = False,
+) -> None:
+    """Lay out a project folder: a scenario with your own sensors, algorithm and view, ready to run.
+
+    The folder's README.md says what each file is and what to type. No existing file is changed.
+
+    Example:
+
+        sinssim new my_project
+    """
+    from sinssim.own_content.new_project import new_project
+
+    files = new_project(folder)
+    width = max(len(file) for file, _ in files)
+    print(f"{folder} is ready:")
+    for file, sentence in files:
+        print(f"  {file:<{width}}  {sentence}")
+    print(f"Next: cd {folder}, then sinssim run scenario.toml")

@@ -1,0 +1,71 @@
+"""Which scenarios have a covariance budget, and why the others have none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sinssim.errors import InputError
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+_OTHER_SETS = {
+    "accelerometers": "its angular rate comes from differences of accelerometers, which it integrates once more than "
+    "the budget's error equations do",
+    "attitude-sensor": "its attitude is measured and not integrated, so that the budget's error equations of the "
+    "attitude do not hold",
+    "redundant": "its monitoring decides by each run's own errors which sensors count, which is not linear, and its "
+    "errors are those of more than three axes",
+    "platform": "its gimbals turn the sensors against the block, and the budget takes the sensors' inputs from the "
+    "block's own motion",
+}
+"""Why sets other than three gyros and three accelerometers have none."""
+
+
+def check_kind(scenario: Scenario, solution: str | None) -> str:
+    """Return the solution that a budget is made of; raise for a scenario that has none.
+
+    Args:
+        scenario: the scenario.
+        solution: "inertial", "filter", or None for the filter's if there is one.
+
+    Returns:
+        "inertial" or "filter".
+
+    Raises:
+        InputError: the scenario has no budget; the message names the key.
+    """
+    if scenario.one_component is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "
+            "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle], "
+            "[motion] or [track]."
+        )
+    if scenario.log is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [log]; a budget needs the true motion, and a recording has none. Give a "
+            "scenario with [flight], [parked], [great_circle] or [motion]."
+        )
+    if scenario.imu.sensor_set.type != "gyros":
+        kind = scenario.imu.sensor_set.type
+        raise InputError(
+            f'imu.sensor_set.type = "{kind}" has no budget: {_OTHER_SETS[kind]}. Use an ensemble, or '
+            'imu.sensor_set.type = "gyros".'
+        )
+    if solution not in (None, "inertial", "filter"):
+        raise InputError(f'solution = {solution!r} must be "inertial" or "filter".')
+    if solution == "filter" and scenario.filter is None:
+        raise InputError('solution = "filter" needs a scenario with [filter].')
+    chosen = solution or ("inertial" if scenario.filter is None else "filter")
+    f = scenario.filter if chosen == "filter" else None
+    if f is not None and f.vibration_noise:
+        raise InputError(
+            f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the readings of one run. "
+            "Remove it, or use an ensemble."
+        )
+    if f is not None and f.alignment_s is not None and f.alignment != "at-rest":
+        raise InputError(
+            f'filter.alignment = "{f.alignment}" has no budget: the alignment starts from an unknown attitude, for '
+            "which no linear theory holds. Remove filter.alignment_s, or use an ensemble."
+        )
+    return chosen

@@ -1,0 +1,70 @@
+"""What explains innovations that speak against a filter: refused readings, the hypotheses that were tried."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["state", "measurement noise", "inertial noise", "bias walk"]
+"""Kinds of hypotheses."""
+
+
+@dataclass(frozen=True)
+class Refusals:
+    """Consecutive refused readings of one sensor, more than chance explains.
+
+    Attributes:
+        sensor: its name.
+        start, end: instants of the first and of the last one, s.
+        count: number of them.
+    """
+
+    sensor: str
+    start: float
+    end: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One explanation that was tried.
+
+    Attributes:
+        name: block of states; sensors whose σ is wrong, joined by ", "; "inertial noise"; or "gyro", "accelerometer".
+        kind: what it is.
+        value: estimates of the states, or the factor or density that explains the innovations best.
+        sigma: 1σ of the estimates; empty for a fitted size.
+        gain: see `sinssim.estimation.checks.evidence.gain`.
+        needed: gain from which it is named.
+    """
+
+    name: str
+    kind: Kind
+    value: tuple[float, ...]
+    sigma: tuple[float, ...]
+    gain: float
+    needed: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What the innovations of a filter say about its faults.
+
+    Attributes:
+        until: end of the time that was looked at, s.
+        refusals: spans of refused readings.
+        sizes: factor by which the innovations of each sensor are larger than assumed.
+        hypotheses: all that were tried, the one with the largest gain first.
+    """
+
+    until: float
+    refusals: tuple[Refusals, ...]
+    sizes: Mapping[str, float]
+    hypotheses: tuple[Hypothesis, ...]
+
+    @property
+    def cause(self) -> Hypothesis | None:
+        """The best explanation; None if no hypothesis explains enough."""
+        named = [one for one in self.hypotheses if one.gain > one.needed]
+        return named[0] if named else None

@@ -1,0 +1,86 @@
+"""Runs a filter whose innovations speak against it again under other hypotheses, over the beginning of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sinssim.data import ImuData, Measurements
+from sinssim.estimation.checks.consistency import consistency
+from sinssim.estimation.checks.diagnosis import diagnose
+from sinssim.estimation.estimate import estimate
+from sinssim.estimation.explanation import Diagnosis
+from sinssim.estimation.initial_alignment.start import Start
+from sinssim.estimation.model import ErrorModel
+from sinssim.estimation.result import Estimate, Innovations
+
+_FIRST_S = 300.0
+"""Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
+fault that shows early costs little however long the run is."""
+
+
+def diagnosed(found: Estimate, start: Start, readings: Sequence[Measurements], options: Mapping[str, Any]) -> Estimate:
+    """Return an estimate with its diagnosis, if its innovations speak against the filter.
+
+    Args:
+        found: the estimate.
+        start: increments, state and covariance that the filter started with.
+        readings: its measurements.
+        options: arguments of `estimate`.
+
+    Returns:
+        The estimate.
+    """
+    if consistency(found).consistent:
+        return found
+    begin, end = float(start.imu.time[0]), float(start.imu.time[-1])
+    lasts = _FIRST_S
+    while begin + lasts < end and (options["encoders"] is not None or _consistent_until(found, begin + lasts)):
+        lasts *= 2.0
+    return replace(found, diagnosis=_diagnosis(found, start, readings, options, min(begin + lasts, end)))
+
+
+def _consistent_until(found: Estimate, until: float) -> bool:
+    """Return whether the innovations up to an instant are consistent."""
+    part = tuple(_part(one, until) for one in found.innovations)
+    ends = found.divergence is not None and found.divergence.time <= until
+    return not ends and consistency(replace(found, innovations=part, divergence=None)).consistent
+
+
+def _part(innovations: Innovations, until: float) -> Innovations:
+    """Return the innovations up to an instant."""
+    k = int(np.searchsorted(innovations.time, until, "right"))
+    i = innovations
+    return replace(
+        i, time=i.time[:k], value=i.value[:k], lower=i.lower[:k], nis=i.nis[:k], accepted=i.accepted[:k],
+        reason=i.reason[:k],
+    )  # fmt: skip
+
+
+def _diagnosis(
+    found: Estimate, start: Start, readings: Sequence[Measurements], options: Mapping[str, Any], until: float
+) -> Diagnosis | None:
+    edges = start.imu.time
+    stop = int(np.searchsorted(edges, until - 1e-9))
+    imu = ImuData(edges[: stop + 1], start.imu.dtheta[:stop], start.imu.dvel[:stop])
+    within = [_rows(m, m.time <= edges[stop] + 1e-9) for m in readings]
+
+    def run(model: ErrorModel, factors: Mapping[str, float]) -> Estimate:
+        told = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
+        own = {**options, "axes": model.axes}
+        return estimate(imu, start.state, told, model, covariance=start.covariance, history=False, **own)
+
+    interval = float(np.median(np.diff(imu.time)))
+    return diagnose(run, found.model, interval, float(edges[stop]))
+
+
+def _rows(m: Measurements, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Measurements:
+    """Return some readings."""
+    if which.all():
+        return m
+    correlation = None if m.correlation is None else m.correlation[which]
+    m = replace(m, correlation=correlation, sigma=m.sigma[which])
+    return replace(m, time=m.time[which], arrival=m.arrival[which], value=m.value[which])

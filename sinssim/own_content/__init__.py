@@ -1,0 +1,1 @@
+"""A user's own algorithms, frames, aiding sensors, grades, aircraft and views, in files outside the package."""

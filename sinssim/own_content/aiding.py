@@ -1,0 +1,79 @@
+"""Loads the class of an aiding sensor outside the package, and explains its failures."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.frames import listed
+from sinssim.own_content.layout import Item
+from sinssim.own_content.modules import failure, load_module
+from sinssim.sensors.aiding.base.sensor import AidingSensor
+
+
+def sensor_class(item: Item) -> type[AidingSensor]:
+    """Run the file of an aiding sensor outside the package and return its class.
+
+    Args:
+        item: the sensor.
+
+    Returns:
+        The class; what its methods raise is explained with the file.
+
+    Raises:
+        InputError: the file cannot be run, or has no class that can be used.
+    """
+    module = load_module(item)
+    found = [
+        one
+        for one in vars(module).values()
+        if isinstance(one, type) and issubclass(one, AidingSensor) and one.__module__ == module.__name__
+    ]
+    wrong = f"the {item.words} cannot be used: {item.file}"
+    if len(found) != 1:
+        names = listed([one.__name__ for one in found]) if found else "there is none"
+        raise InputError(f"{wrong} must have one class that derives from AidingSensor; {names}.")
+    sensor = found[0]
+    if not (sensor.__doc__ or "").strip():
+        raise InputError(f"{wrong}: {sensor.__name__} needs a docstring, whose first line describes it.")
+    if sensor.read is AidingSensor.read and sensor.from_imu is AidingSensor.from_imu:
+        raise InputError(f"{wrong}: {sensor.__name__} needs a method read(self, vehicle) that returns its readings.")
+    if not sensor.table:
+        sensor.table = item.name
+        own: Any = sensor
+        own.read, own.states = _explained(item, sensor.read), _explained(item, sensor.states)
+    return sensor
+
+
+def _explained(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method whose failures name the file, and whose readings are checked."""
+
+    @functools.wraps(method)
+    def call(*arguments: Any, **named: Any) -> Any:
+        try:
+            result = list(method(*arguments, **named))
+            for one in result:
+                _check(getattr(one, "measurements", None))
+        except SinssimError:
+            raise
+        except Exception as error:  # raised by the user's code
+            raise RunError(f"the {item.words} failed: {failure(item.file, error)}.") from error
+        return result
+
+    return call
+
+
+def _check(readings: Any) -> None:
+    """Raise for readings that are not one row of finite numbers for each instant."""
+    if readings is None:
+        return
+    value, time = np.asarray(readings.value), np.asarray(readings.time)
+    if value.ndim != 2 or len(value) != len(time):
+        raise ValueError(f"the readings have the shape {value.shape}; ({len(time)}, components) is needed")
+    bad = ~np.isfinite(value).all(axis=1)
+    if bad.any():
+        raise ValueError(f"{int(bad.sum())} of {len(bad)} readings are not finite, the first at t = {time[bad][0]:g} s")

@@ -1,0 +1,200 @@
+"""What a project folder may hold, and what a file brings; no file is executed to find out."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sinssim.errors import InputError, shortened
+from sinssim.frames import listed
+
+SINGULAR: dict[str, str] = {
+    "algorithms": "attitude algorithm",
+    "frames": "navigation frame",
+    "aiding": "aiding sensor",
+    "views": "view",
+    "grades": "grade of sensors",
+    "aircraft": "aircraft",
+}
+"""Folders of a project by name, with what one of their files is."""
+
+CODE = ("algorithms", "frames", "aiding", "views")
+"""Folders whose files are Python code, which runs when their content is used."""
+
+_MARKS: dict[str, set[str]] = {
+    "algorithms": {"start_k", "dcm_k", "step_k", "quaternion_k", "engine"},
+    "frames": {"solve", "check"},
+    "views": {"blueprint"},
+}
+"""Names at the top of a file by which its kind is recognised."""
+
+_NAME = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One algorithm, frame, aiding sensor, view, grade or aircraft outside the package.
+
+    Attributes:
+        kind: folder of a project that it belongs in, one of `SINGULAR`.
+        name: its name, that of the file without its ending, or that of an aircraft's folder.
+        file: its file; an aircraft's is its aircraft.toml.
+        package: the installed package that brings it, with its version; "" if no package does.
+    """
+
+    kind: str
+    name: str
+    file: Path
+    package: str = ""
+
+    @property
+    def words(self) -> str:
+        """What it is, for messages: "attitude algorithm midpoint"."""
+        return f"{SINGULAR[self.kind]} {self.name}"
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What a Python file says of itself without being executed.
+
+    Attributes:
+        sentence: first line of its docstring.
+        names: names of functions, classes and values at its top level, imported ones included.
+        bases: names of the base classes of its classes.
+        constants: numbers, truth values and texts at its top level, by name.
+        problem: why it cannot be read as Python, "" if it can.
+    """
+
+    sentence: str = ""
+    names: frozenset[str] = frozenset()
+    bases: frozenset[str] = frozenset()
+    constants: tuple[tuple[str, Any], ...] = ()
+    problem: str = ""
+
+    def constant(self, name: str, otherwise: Any) -> Any:
+        """Return the value of a constant of the file, or another one if it has none."""
+        return dict(self.constants).get(name, otherwise)
+
+
+def outline(file: Path) -> Outline:
+    """Read what a Python file says of itself, without executing it.
+
+    Args:
+        file: the file.
+
+    Returns:
+        Its outline; of a file that cannot be read, the reason.
+    """
+    import ast
+
+    try:
+        tree = ast.parse(file.read_bytes(), str(file))
+    except SyntaxError as error:
+        return Outline(problem=syntax_words(error))
+    except (OSError, ValueError) as error:
+        return Outline(problem=f"{type(error).__name__}: {error}")
+    names, bases, constants = set[str](), set[str](), dict[str, Any]()
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            bases |= {base.id if isinstance(base, ast.Name) else getattr(base, "attr", "") for base in node.bases}
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            names |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            for target in node.targets if isinstance(node, ast.Assign) else (node.target,):
+                if isinstance(target, ast.Name):
+                    names.add(target.id)
+                    if isinstance(node.value, ast.Constant):
+                        constants[target.id] = node.value.value
+    sentence = (ast.get_docstring(tree) or "").split("\n")[0]
+    return Outline(sentence, frozenset(names), frozenset(bases), tuple(constants.items()))
+
+
+def syntax_words(error: SyntaxError) -> str:
+    """Return a syntax error as words: "syntax error in line 3: invalid syntax, in:  x = = 2".
+
+    Args:
+        error: Python's error.
+
+    Returns:
+        The words.
+    """
+    where = f" in line {error.lineno}" if error.lineno else ""
+    shown = f", in:  {shortened(error.text.strip())}" if error.text else ""
+    return f"syntax error{where}: {error.msg}{shown}"
+
+
+def items_of(path: Path) -> list[Item]:
+    """Return what a file or a project folder brings.
+
+    Args:
+        path: a file, the folder of an aircraft, or a project folder with some of the folders of `SINGULAR`. Names that
+            begin with "_" or "." are left out.
+
+    Returns:
+        The items, sorted by kind and name.
+
+    Raises:
+        InputError: there is nothing at the path, or nothing that sinssim can use; the message says what would be.
+    """
+    if os.path.isfile(path):
+        return [_item(_kind_of(path), path)]
+    if not os.path.isdir(path):
+        raise InputError(f"there is no file or folder {shortened(str(path), 200)!r}")
+    if (path / "aircraft.toml").is_file():
+        return [_item("aircraft", path / "aircraft.toml")]
+    found = [item for kind in SINGULAR for item in _in_folder(path / kind, kind)]
+    if not found:
+        raise InputError(
+            f"the folder {shortened(str(path), 200)!r} has none of the folders {listed(SINGULAR, 'or')} with a file in "
+            "it"
+        )
+    return found
+
+
+def _in_folder(folder: Path, kind: str) -> Iterator[Item]:
+    pattern = {"aircraft": "*/aircraft.toml", "grades": "*.toml"}.get(kind, "*.py")
+    for file in sorted(folder.glob(pattern)):
+        own = file.parent.name if kind == "aircraft" else file.stem
+        if not own.startswith(("_", ".")):
+            yield _item(kind, file)
+
+
+def _item(kind: str, file: Path) -> Item:
+    name = file.parent.name if kind == "aircraft" else file.stem
+    if not _NAME.fullmatch(name):
+        raise InputError(
+            f"{file}: the {SINGULAR[kind]} would have the name {shortened(repr(name))}; a name begins with a letter "
+            "and has letters, digits, _ and - only. Rename the file"
+        )
+    return Item(kind, name, file)
+
+
+def _kind_of(file: Path) -> str:
+    """Return the kind of a file: by its folder's name, or by what stands in it."""
+    if file.name == "aircraft.toml":
+        return "aircraft"
+    if file.suffix == ".toml":
+        return "grades"
+    if file.suffix != ".py":
+        raise InputError(f"{file} is not a Python file (.py), nor the TOML file of a grade or of an aircraft")
+    if file.parent.name in CODE:
+        return file.parent.name
+    found = outline(file)
+    if found.problem:
+        raise InputError(f"{file} cannot be read: {found.problem}")
+    if "AidingSensor" in found.bases:
+        return "aiding"
+    for kind, marks in _MARKS.items():
+        if marks & found.names:
+            return kind
+    raise InputError(
+        f"{file} is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
+        "quaternion_k, a navigation frame solve and check, a view blueprint, and an aiding sensor a class that derives "
+        "from AidingSensor"
+    )

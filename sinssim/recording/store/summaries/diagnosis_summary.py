@@ -1,0 +1,246 @@
+"""The entry `diagnosis` of a filter in summary.json: refused readings, what would explain them, and what to try."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sinssim import units
+from sinssim.estimation.checks.consistency import consistency
+from sinssim.estimation.checks.evidence import FALSE_ALARM, refusals, size_of_innovations
+from sinssim.estimation.explanation import Refusals
+from sinssim.formatting import number_text
+
+if TYPE_CHECKING:
+    from sinssim.estimation import Estimate
+    from sinssim.estimation.explanation import Hypothesis
+    from sinssim.scenario import Scenario
+
+_SHOWN = 3
+"""Most spans of refused readings of one sensor that are told in words; summary.json has all."""
+
+_UNITS = {
+    "bias": {"gyro": ("°/h", units.DEG_H), "accelerometer": ("mg", 1e3 * units.UG)},
+    "scale": {"gyro": ("ppm", units.PPM), "accelerometer": ("ppm", units.PPM)},
+    "misalignment": {"gyro": ("arcmin", units.ARCMIN), "accelerometer": ("arcmin", units.ARCMIN)},
+}
+"""Display units of the errors of the inertial sensors."""
+
+_WALKS = {
+    "gyro": ("imu.gyro_rrw_deg_h_sqrt_h", "°/h/√h", units.DEG_H / 60.0),
+    "accelerometer": ("imu.accel_rrw_ug_sqrt_h", "µg/√h", units.UG / 60.0),
+}
+"""Key, display unit and its size of the random walk of a bias."""
+
+_MORE = (
+    "To look for the cause, a lever arm, a delay, an error of the inertial sensors or a noise, set filter.diagnose = "
+    '"inconsistent".'
+)
+
+
+def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> dict[str, Any]:
+    """Return the entry, nothing for a filter without a diagnosis.
+
+    Args:
+        estimate: of the filter.
+        scenario: that was run.
+
+    Returns:
+        `diagnosis` with the time looked at, the spans of refused readings, by sensor the factor by which its
+        innovations are larger than assumed and the factor of its σ that explains them, all hypotheses with their
+        estimates, the cause if there is one, and `what_to_try` in sentences.
+    """
+    found = estimate.diagnosis
+    if found is None:
+        return _without_hypotheses(estimate)
+    cause = found.cause
+    factors = {
+        one.name: one.value[0] for one in found.hypotheses if one.kind == "measurement noise" and len(one.value) == 1
+    }
+    return {
+        "diagnosis": {
+            "until_s": found.until,
+            "false_alarm": FALSE_ALARM,
+            "refused": [
+                {"sensor": r.sensor, "from_s": r.start, "to_s": r.end, "count": r.count} for r in found.refusals
+            ],
+            "sensors": {
+                name: {"innovations_larger_by": None if size != size else size, "sigma_factor": factors.get(name)}
+                for name, size in found.sizes.items()
+            },
+            "cause": None if cause is None else cause.name,
+            "hypotheses": [
+                {
+                    "name": one.name,
+                    "kind": one.kind,
+                    "value": list(one.value),
+                    "sigma": list(one.sigma),
+                    "gain": one.gain,
+                    "needed": one.needed,
+                }
+                for one in found.hypotheses
+                if math.isfinite(one.gain)
+            ],
+            "what_to_try": [
+                *_refused(list(found.sizes), found.refusals),
+                *_larger(factors, cause),
+                *_cause(cause, scenario, found.until),
+            ],
+        }
+    }
+
+
+def _without_hypotheses(estimate: Estimate) -> dict[str, Any]:
+    """Return what the innovations say without further runs, nothing for consistent ones."""
+    judged = consistency(estimate)
+    if judged.consistent or estimate.history is None:
+        return {}
+    spans = [span for one in estimate.innovations for span in refusals(one)]
+    sizes = {one.sensor: size_of_innovations(one) for one in estimate.innovations}
+    larger = [
+        f"{s.sensor}: its innovations are {number_text(sizes[s.sensor], 3)} times as large as assumed, by their median."
+        for s in judged.sensors
+        if s.verdict == "optimistic" and sizes[s.sensor] > 1.0
+    ]
+    return {
+        "diagnosis": {
+            "refused": [_span(r) for r in spans],
+            "sensors": {
+                name: {"innovations_larger_by": None if size != size else size} for name, size in sizes.items()
+            },
+            "what_to_try": [*_refused(list(sizes), spans), *larger, _MORE],
+        }
+    }
+
+
+def _span(r: Refusals) -> dict[str, Any]:
+    return {"sensor": r.sensor, "from_s": r.start, "to_s": r.end, "count": r.count}
+
+
+def _number(value: float, digits: int = 3) -> str:
+    """Return a number as TOML takes it, with few digits."""
+    return f"{float(f'{value:.{digits}g}'):g}"
+
+
+def _refused(sensors: Sequence[str], refused: Sequence[Refusals]) -> Iterator[str]:
+    """Tell when which sensor was refused."""
+    for sensor in sensors:
+        spans = sorted((r for r in refused if r.sensor == sensor), key=lambda r: -r.count)
+        if spans:
+            shown = sorted(spans[:_SHOWN], key=lambda r: r.start)
+            told = ", ".join(f"{r.start:g} … {r.end:g} s ({r.count})" for r in shown)
+            more = f", and {len(spans) - _SHOWN} shorter spans" if len(spans) > _SHOWN else ""
+            yield f"{sensor} was refused reading after reading from {told}{more}."
+
+
+def _larger(factors: Mapping[str, float], cause: Hypothesis | None) -> Iterator[str]:
+    """Tell by which factor the σ of a sensor would have to change, unless that is the cause."""
+    for sensor, factor in factors.items():
+        if cause is None or cause.kind != "measurement noise":
+            yield f"{sensor}: its σ alone would have to be {number_text(factor, 3)} times the assumed one."
+
+
+def _cause(cause: Hypothesis | None, scenario: Scenario, until: float) -> Iterator[str]:
+    """Tell what explains the innovations best, and the keys to try."""
+    if cause is None:
+        yield (
+            f"No single error of those that a state or a noise describes explains the innovations until {until:g} s: "
+            "neither a lever arm, a delay, an error of the inertial sensors nor another noise. Look for outliers, "
+            "wrong axes or wrong units (sinssim inspect)."
+        )
+        return
+    what, keys = _told(cause, scenario)
+    yield (
+        f"Most likely cause: {what}. Try {keys}. (Until {until:g} s this explains the readings "
+        f"e^{0.5 * cause.gain:.0f} times better than the filter's own model; e^{0.5 * cause.needed:.0f} would occur by "
+        f"chance in {100.0 * FALSE_ALARM:g} % of sound runs. One cause at a time: mend it, and run again.)"
+    )
+
+
+def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
+    """Return a cause in words, and what to try."""
+    section = scenario.filter
+    assert section is not None
+    if cause.kind == "measurement noise":
+        return _noise_of_readings(cause, scenario)
+    if cause.kind == "inertial noise":
+        factor, told = number_text(cause.value[0], 3), section.inertial_noise_factor * cause.value[0]
+        return (
+            f"the noise of gyros and accelerometers is {factor} times the assumed one",
+            f"filter.inertial_noise_factor = {_number(told)}, or for vibration filter.vibration_noise = 0.5",
+        )
+    if cause.kind == "bias walk":
+        key, unit, size = _WALKS[cause.name]
+        walk = f"{_number(cause.value[0] / size)}"
+        return f"the biases of the {cause.name}s walk randomly, by {walk} {unit}", f"{key} = {walk}"
+    if cause.name.startswith("gnss"):
+        return _of_satellites(cause, scenario)
+    triad, _, error = cause.name.partition(" ")
+    unit, size = _UNITS[error][triad]
+    what = f"the {error} of the {triad}s, {_with_sigma(cause, size, unit)}"
+    if cause.name in (section.states or ()):
+        return f"{what}, much larger than the filter assumes", "a grade or keys of [imu] with a larger 1σ of this error"
+    states = ", ".join(f'"{name}"' for name in (*(section.states or ()), cause.name))
+    return f"{what}, which is not a state of the filter", f"filter.states = [{states}]"
+
+
+def _with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
+    """Return the estimates with their σ, in a display unit."""
+    values = [
+        f"{_number(value / size)} ± {_number(sigma / size, 2)}"
+        for value, sigma in zip(cause.value, cause.sigma, strict=True)
+    ]
+    return f"{values[0] if len(values) == 1 else '[' + ', '.join(values) + ']'} {unit}"
+
+
+def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
+    """Return an error of the satellite receiver's installation in words, and its keys."""
+    log = None if scenario.log is None else scenario.log.gnss
+    where = "aiding.gnss" if log is None else "log.gnss"
+    wide = f"{max(3.0 * abs(v) for v in cause.value):.2g}"
+    match cause.name:
+        case "gnss lever arm":
+            what = f"the lever arm of the antenna is off by {_with_sigma(cause, 1.0, 'm')} (forward, right, down)"
+            key, state = "lever_arm_m", f"{where}.lever_arm_sigma_m = {wide}"
+            told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, cause.value, strict=True)]
+        case "gnss time offset":
+            late = cause.value[0]
+            what = f"the fixes are stamped too {'late' if late > 0.0 else 'early'}, by {_with_sigma(cause, 1.0, 's')}"
+            key, state = "time_offset_s", f"{where}.time_offset_sigma_s = {wide}"
+            told = None if log is None else [log.time_offset_s - late]
+        case _:
+            what = f"the velocities of the satellites are older than their stamps, by {_with_sigma(cause, 1.0, 's')}"
+            key, state = "velocity_delay_s", f"{where}.velocity_delay_sigma_s = {wide}"
+            told = None if log is None else [log.velocity_delay_s + cause.value[0]]
+    if told is None or (key == "velocity_delay_s" and told[0] < 0.0):
+        return what, f"{state}, so that the filter estimates it"
+    text = f"{_number(told[0])}" if len(told) == 1 else "[" + ", ".join(f"{_number(value)}" for value in told) + "]"
+    return what, f"{where}.{key} = {text}, or {state}, so that the filter estimates it"
+
+
+def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
+    """Return wrong σ of readings in words, and the keys."""
+    sensors = cause.name.split(", ")
+    what = " and ".join(
+        f"the σ of {sensor} is {number_text(factor, 3)} times the assumed one"
+        for sensor, factor in zip(sensors, cause.value, strict=True)
+    )
+    return what, " and ".join(_keys_of_noise(sensors, cause.value, scenario))
+
+
+def _keys_of_noise(sensors: Sequence[str], factors: Sequence[float], scenario: Scenario) -> list[str]:
+    log = None if scenario.log is None else scenario.log.gnss
+    keys: dict[str, float] = {}
+    others = []
+    for sensor, factor in zip(sensors, factors, strict=True):
+        if log is not None and sensor == "gnss-position":
+            keys["log.gnss.sigma_factor"] = log.sigma_factor * factor
+        elif log is not None and sensor == "gnss-velocity":
+            keys["log.gnss.velocity_sigma_factor"] = log.velocity_sigma_factor * factor
+        else:
+            others.append(factor)
+    if others and scenario.filter is not None:
+        mean = math.exp(sum(map(math.log, others)) / len(others))
+        keys["filter.measurement_noise_factor"] = scenario.filter.measurement_noise_factor * mean
+    return [f"{key} = {_number(value)}" for key, value in keys.items()]

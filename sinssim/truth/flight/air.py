@@ -1,0 +1,198 @@
+"""The air of a flight: wind over height, and the standard atmosphere with a temperature and a pressure of its own.
+
+Source of the atmosphere: ICAO Doc 7488, Manual of the ICAO Standard Atmosphere, 3rd edition, 1993. On a warm day every
+temperature is higher by the same deviation, and the pressure follows from the hydrostatic equation.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+
+STANDARD_PRESSURE = 101_325.0
+"""Pressure of the standard atmosphere at sea level [Pa]."""
+STANDARD_TEMPERATURE = 288.15
+"""Its temperature at sea level [K]."""
+
+_G0, _R, _GAMMA = 9.80665, 287.05287, 1.4  # m/s², J/(kg K), ratio of the specific heats
+_RADIUS = 6_356_766.0  # radius of the geopotential height [m]
+_LAYERS = ((0.0, 288.15, -6.5e-3), (11_000.0, 216.65, 0.0), (20_000.0, 216.65, 1e-3))  # base m, K, lapse rate K/m
+_SOUND = math.sqrt(_GAMMA * _R * STANDARD_TEMPERATURE)  # speed of sound at sea level [m/s]
+
+WindVector = tuple[float, float, float]
+"""Velocity of the air, north, east, down, m/s: the direction towards which it moves."""
+
+
+@dataclass(frozen=True)
+class Air:
+    """The air of a flight.
+
+    Attributes:
+        levels: heights above the ellipsoid with their wind, m and m/s, heights increasing.
+        isa_deviation: temperature less that of the standard atmosphere, K.
+        sea_level_pressure: pressure at height 0, Pa.
+    """
+
+    levels: tuple[tuple[float, WindVector], ...] = ((0.0, (0.0, 0.0, 0.0)),)
+    isa_deviation: float = 0.0
+    sea_level_pressure: float = STANDARD_PRESSURE
+
+    @property
+    def varies(self) -> bool:
+        """Whether the wind changes with height."""
+        return len(self.levels) > 1
+
+    @property
+    def standard(self) -> bool:
+        """Whether temperature and pressure are those of the standard atmosphere."""
+        return self.isa_deviation == 0.0 and self.sea_level_pressure == STANDARD_PRESSURE
+
+    def wind(self, height: float) -> WindVector:
+        """Return the wind at a height: linear in its components between two levels, constant beyond the outer ones.
+
+        Args:
+            height: height above the ellipsoid, m.
+
+        Returns:
+            Velocity north, east, down, m/s.
+        """
+        levels = self.levels
+        if height <= levels[0][0]:
+            return levels[0][1]
+        if height >= levels[-1][0]:
+            return levels[-1][1]
+        above = bisect_right(levels, height, key=lambda level: level[0])
+        (low, below), (high, over) = levels[above - 1], levels[above]
+        share = (height - low) / (high - low)
+        return (
+            below[0] + share * (over[0] - below[0]),
+            below[1] + share * (over[1] - below[1]),
+            below[2] + share * (over[2] - below[2]),
+        )
+
+    def temperature(self, height: float) -> float:
+        """Return the static temperature at a height.
+
+        Args:
+            height: height above the ellipsoid, m, at most 32 km.
+
+        Returns:
+            Temperature, K.
+        """
+        geopotential = _geopotential(height)
+        base, temperature, lapse = _layer(geopotential)
+        return temperature + lapse * (geopotential - base) + self.isa_deviation
+
+    def pressure(self, height: float) -> float:
+        """Return the static pressure at a height.
+
+        Args:
+            height: height above the ellipsoid, m, at most 32 km.
+
+        Returns:
+            Pressure, Pa.
+        """
+        return self.sea_level_pressure * _ratio(_geopotential(height), self.isa_deviation)
+
+    def pressure_altitude(self, height: float) -> float:
+        """Return what a barometric altimeter without errors, set to 1013.25 hPa, reads.
+
+        It is the height at which the standard atmosphere has the pressure. In the troposphere, with the standard
+        pressure at sea level, it is T0/(T0 + ΔT) times the height, apart from the change of gravity with height.
+
+        Args:
+            height: height above the ellipsoid, m, at most 32 km.
+
+        Returns:
+            Height, m.
+        """
+        if self.standard:
+            return height
+        ratio = self.pressure(height) / STANDARD_PRESSURE
+        at_base = 1.0
+        for number, (base, temperature, lapse) in enumerate(_LAYERS):
+            over = _LAYERS[number + 1][0] if number + 1 < len(_LAYERS) else math.inf
+            at_top = at_base * _change(over - base, temperature, lapse) if over < math.inf else 0.0
+            if ratio > at_top:
+                break
+            at_base = at_top
+        if lapse:
+            rise = temperature / lapse * (math.pow(ratio / at_base, -_R * lapse / _G0) - 1.0)
+        else:
+            rise = -_R * temperature / _G0 * math.log(ratio / at_base)
+        geopotential = base + rise
+        return _RADIUS * geopotential / (_RADIUS - geopotential)
+
+    def true_airspeed(self, calibrated: float, height: float) -> float:
+        """Return the true airspeed of a calibrated airspeed, by isentropic compressible flow below the speed of sound.
+
+        Args:
+            calibrated: calibrated airspeed, m/s.
+            height: height above the ellipsoid, m.
+
+        Returns:
+            True airspeed, m/s.
+        """
+        impact = math.pow(1.0 + 0.2 * (calibrated / _SOUND) ** 2, 3.5) - 1.0  # over the pressure of the standard
+        ratio = impact * STANDARD_PRESSURE / self.pressure(height)
+        sound = math.sqrt(_GAMMA * _R * self.temperature(height))
+        return sound * math.sqrt(5.0 * (math.pow(ratio + 1.0, 2.0 / 7.0) - 1.0))
+
+    def ground_speed(self, calibrated: float, height: float, track: float) -> float:
+        """Return the speed made good along a track at a calibrated airspeed.
+
+        Args:
+            calibrated: calibrated airspeed, m/s.
+            height: height above the ellipsoid, m.
+            track: direction over the ground, rad.
+
+        Returns:
+            Ground speed, m/s; negative if the wind is too strong.
+        """
+        north, east, _ = self.wind(height)
+        along = north * math.cos(track) + east * math.sin(track)
+        across = east * math.cos(track) - north * math.sin(track)
+        return along + math.sqrt(max(self.true_airspeed(calibrated, height) ** 2 - across**2, 0.0))
+
+
+def wind_from(direction_deg: float, speed: float, down: float = 0.0) -> WindVector:
+    """Return the velocity of a wind that is given as people give it.
+
+    Args:
+        direction_deg: direction from which it blows, clockwise from true north, degrees.
+        speed: horizontal speed, m/s.
+        down: vertical component, m/s.
+
+    Returns:
+        Velocity north, east, down, m/s.
+    """
+    direction = math.radians(direction_deg)
+    return -speed * math.cos(direction), -speed * math.sin(direction), down
+
+
+def _geopotential(height: float) -> float:
+    return _RADIUS * height / (_RADIUS + height)
+
+
+def _layer(geopotential: float) -> tuple[float, float, float]:
+    """Return base, m, its temperature, K, and lapse rate, K/m, of the standard atmosphere's layer at a height."""
+    return next(layer for layer in reversed(_LAYERS) if geopotential >= layer[0] or layer is _LAYERS[0])
+
+
+def _change(rise: float, temperature: float, lapse: float) -> float:
+    """Return the ratio of pressures over a rise in a layer, dp/p = −g dH/(R T)."""
+    if lapse:
+        return math.pow(1.0 + lapse * rise / temperature, -_G0 / (_R * lapse))
+    return math.exp(-_G0 * rise / (_R * temperature))
+
+
+def _ratio(geopotential: float, deviation: float) -> float:
+    """Return the pressure at a geopotential height over that at sea level."""
+    ratio = 1.0
+    for number, (base, temperature, lapse) in enumerate(_LAYERS):
+        over = _LAYERS[number + 1][0] if number + 1 < len(_LAYERS) else math.inf
+        ratio *= _change(min(geopotential, over) - base, temperature + deviation, lapse)
+        if geopotential <= over:
+            break
+    return ratio

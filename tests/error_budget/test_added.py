@@ -1,0 +1,36 @@
+"""What the intervals between marks add, by source, against closed forms of a parked vehicle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim.error_budget.analyse import budget
+from sinssim.units import DEG_H, DEG_SQRT_H
+from tests.error_budget.worlds import scenario
+
+
+def test_intervals_of_a_parked_vehicle() -> None:
+    """N²T and bT of the heading, b (t₂² − t₁²)/2 of the position, which the sum up to t₁ does not touch."""
+    plan = scenario(
+        parked={"latitude_deg": 0.0, "duration_s": 120.0},
+        imu={
+            "rate_hz": 5.0, "gyro_bias_sigma_deg_h": 2.0, "gyro_arw_deg_sqrt_h": 0.1, "accel_bias_sigma_ug": 100.0,
+            "accel_bias_ug": [50.0, 0.0, 0.0],
+        },
+    )  # fmt: skip
+    added = budget(plan, marks=(20.0, 50.0, 120.0)).added
+    assert added is not None
+    assert added.begin == pytest.approx([0.0, 20.0, 50.0])
+    assert added.end == pytest.approx([20.0, 50.0, 120.0])
+    length, square = added.end - added.begin, 0.5 * (added.end**2 - added.begin**2)
+    heading = {name: p[:, 8, 8] for name, p in added.covariance.items()}
+    assert heading["gyro_arw"] == pytest.approx((0.1 * DEG_SQRT_H) ** 2 * length, rel=1e-3)
+    assert heading["gyro_bias"] == pytest.approx((2.0 * DEG_H * length) ** 2, rel=1e-3)
+    force = 9.80665e-6
+    assert added.covariance["accel_bias"][:, 0, 0] == pytest.approx((100.0 * force * square) ** 2, rel=0.01)
+    assert added.mean["accel_bias_given"][:, 0] == pytest.approx(50.0 * force * square, rel=0.01)
+    whole, shares = added.shares(1, (8,))
+    assert whole == pytest.approx(np.sqrt(sum(p[1] for p in heading.values())))
+    assert sum(share for _, share in shares) == pytest.approx(1.0)
+    assert [name for name, _ in shares][:2] == ["gyro_bias", "gyro_arw"]

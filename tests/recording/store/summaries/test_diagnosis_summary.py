@@ -1,0 +1,52 @@
+"""Sentences of a diagnosis: each cause has its size, its key, and the value to set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sinssim.estimation.explanation import Hypothesis
+from sinssim.recording.report.diagnosis import what_to_try
+from sinssim.recording.store.summaries.diagnosis_summary import _cause
+from sinssim.scenario.schema import Scenario
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Scenario:
+    file = str(tmp_path / "x.csv")
+    gnss = {"file": file, "lever_arm_m": [2.3, 0.0, -1.0], "time_offset_s": 0.1, "sigma_factor": 2.0}
+    log = {"imu": {"file": file}, "gnss": gnss}
+    return Scenario.model_validate(
+        {"name": "x", "log": log, "imu": {"grade": "tactical"}, "filter": {"states": ["gyro bias"]}}
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "words"),
+    [
+        ("gnss lever arm", "state", (-2.0, 0.0, 0.0), ("-2 ± 0.1", "log.gnss.lever_arm_m = [0.3, 0, -1]")),
+        ("gnss time offset", "state", (0.2,), ("stamped too late", "log.gnss.time_offset_s = -0.1")),
+        ("gyro scale", "state", (0.03, 0.0, 0.0), ("30000", 'filter.states = ["gyro bias", "gyro scale"]')),
+        ("gyro", "bias walk", (2.424068e-4,), ("3000 °/h/√h", "imu.gyro_rrw_deg_h_sqrt_h = 3000")),
+        ("inertial noise", "inertial noise", (10.0,), ("filter.inertial_noise_factor = 10",)),
+        ("gnss-position", "measurement noise", (3.0,), ("3.00 times", "log.gnss.sigma_factor = 6")),
+    ],
+)
+def test_causes_have_keys(
+    scenario: Scenario, name: str, kind: Any, value: tuple[float, ...], words: tuple[str, ...]
+) -> None:
+    sigma = (0.1,) * len(value) if kind == "state" else ()
+    (sentence,) = _cause(Hypothesis(name, kind, value, sigma, 100.0, 14.0), scenario, 300.0)
+    for word in words:
+        assert word in sentence, sentence
+
+
+def test_the_part_of_the_report() -> None:
+    one = {"name": "gnss lever arm", "kind": "state", "value": [2.0], "sigma": [0.1], "gain": 40.0, "needed": 14.0}
+    found = {"what_to_try": ["Try <this>."], "hypotheses": [one], "until_s": 300.0, "false_alarm": 0.01}
+    page = "".join(what_to_try({"diagnosis": found}))
+    assert "<strong>40</strong>" in page
+    assert "Try &lt;this&gt;." in page
+    assert not list(what_to_try({}))
