@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sinssim.estimation.result import Estimate, Innovations
     from sinssim.frames import FRAMES
     from sinssim.logs.load import load_log
+    from sinssim.own_content.registry import use
     from sinssim.recording.finished.run_streams import load_streams
     from sinssim.scenario.load import load_scenario
     from sinssim.scenario.schema import Scenario
