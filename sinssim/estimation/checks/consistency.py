@@ -4,8 +4,9 @@ If all assumed noise is true, the innovations νₖ are independent and have the
 Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.4). The tests are
 
     NIS         Σ νᵀS⁻¹ν is χ² with as many degrees of freedom as there are components in all
-    whiteness   of e = L⁻¹ν with S = LLᵀ, N readings of k components, the autocorrelations ρ(l) = Σ eᵢᵀeᵢ₊ₗ/(Nk) are
-                normal with the variance 1/(Nk), and Nk Σ ρ² over m lags is χ² with m degrees of freedom
+    whiteness   of e = L⁻¹ν with S = LLᵀ, N readings of k components, the autocorrelations ρ(l) = Σ eᵢᵀeᵢ₊ₗ/Σ eᵢᵀeᵢ
+                are normal with the variance (N−l)k/(Nk(Nk+2)), and Σ ρ² over this variance is χ² with m degrees of
+                freedom for m lags (Ljung and Box, Biometrika 65, 1978)
     slow part   the sum of e over W readings has the variance W. Its mean square over windows reveals errors of the
                 process noise and slow drifts of the readings, which the noise of single readings hides (the
                 averaged innovations of Diesel and Luu, GPS/IRS AIME, Proc. ION GPS 1995)
@@ -164,10 +165,10 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     if len(e) >= _FEWEST:
         tests.append(chi2_test("NIS", _dot(e, e), e.size))
         lags = min(LAGS, len(e) // 4)
-        rho = np.array([_dot(e[:-lag], e[lag:]) for lag in range(1, lags + 1)]) / e.size
-        # (N+2)/(N−l): the small-sample correction of Ljung and Box (Biometrika 65, 1978)
-        weight = (len(e) + 2.0) / (len(e) - np.arange(1, lags + 1))
-        tests.append(chi2_test("whiteness", float(e.size * np.sum(weight * rho**2)), lags))
+        # over the actual mean square: over the assumed one, the chance in it would be in all lags, and alarms be more
+        rho = np.array([_dot(e[:-lag], e[lag:]) for lag in range(1, lags + 1)]) / (_dot(e, e) or 1.0)
+        variance = (len(e) - np.arange(1, lags + 1)) / (len(e) * (e.size + 2.0))
+        tests.append(chi2_test("whiteness", float(np.sum(rho**2 / variance)), lags))
         for window in WINDOWS:
             number = len(e) // window
             if number >= _FEWEST:

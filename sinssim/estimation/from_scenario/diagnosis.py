@@ -10,6 +10,7 @@ import numpy as np
 
 from sinssim.data import ImuData, Measurements
 from sinssim.estimation.checks.consistency import consistency
+from sinssim.estimation.checks.cure import vibration_untold
 from sinssim.estimation.checks.diagnosis import diagnose
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.explanation import Diagnosis
@@ -40,7 +41,12 @@ def diagnosed(found: Estimate, start: Start, readings: Sequence[Measurements], o
     lasts = _FIRST_S
     while begin + lasts < end and (options["encoders"] is not None or _consistent_until(found, begin + lasts)):
         lasts *= 2.0
-    return replace(found, diagnosis=_diagnosis(found, start, readings, options, min(begin + lasts, end)))
+    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end))
+    if seen is not None and seen.cause is not None and seen.cause.kind != "inertial noise":
+        # a better explanation was found than the vibration that the estimate's remark suspects
+        suspected = vibration_untold(found.innovations, start.imu, found.model, options["added_noise"])
+        found = replace(found, remarks=tuple(remark for remark in found.remarks if remark not in suspected))
+    return replace(found, diagnosis=seen)
 
 
 def _consistent_until(found: Estimate, until: float) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sinssim.formatting import number_text
+from sinssim.frames import listed
 from sinssim.recording.report.page import table, words
 
 
@@ -27,19 +28,38 @@ def what_to_try(numbers: Mapping[str, Any]) -> Iterator[str]:
         return
     lines = [
         (
-            words(f"{one['name']}, {one['kind']}"),
+            words(_name(one)),
             words(_size(one)),
-            f"<strong>{_gain(one)}</strong>" if one["gain"] > one["needed"] else _gain(one),
+            f"<strong>{_gain(one)}</strong>" if k == 0 and found["cause"] is not None else _gain(one),
+            f"{one['needed']:.1f}",
         )
-        for one in found["hypotheses"]
+        for k, one in enumerate(_by_cause(found))
     ]
-    yield table(("explanation", "size ± 1σ, SI", "gain"), lines)
+    yield table(("explanation", "size ± 1σ, SI; factor of a σ or a noise", "gain", "by chance"), lines)
     yield (
         '<p class="note">The filter ran again under each explanation, over the time until '
-        f"{found['until_s']:g} s. Gain: twice the logarithm of the factor by which the readings become more likely; "
-        f"bold where it exceeds what occurs by chance in {100.0 * found['false_alarm']:g} % of sound runs, over all "
-        "explanations. Wrong explanations gain as well where they are like the right one; the largest gain counts.</p>"
+        f"{round(found['until_s'], 1):g} s. Gain: twice the logarithm of the factor by which the readings become more "
+        f"likely; by chance: what any gain exceeds in {100.0 * found['false_alarm']:g} % of sound runs at most, over "
+        "all explanations. Wrong explanations gain as well where they are like the right one: only the largest gain, "
+        "in bold, names the cause.</p>"
     )
+
+
+def _by_cause(found: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the explanations with the cause first."""
+    return sorted(found["hypotheses"], key=lambda one: (not one["gain"] > one["needed"], -one["gain"]))
+
+
+def _name(one: Mapping[str, Any]) -> str:
+    match one["kind"]:
+        case "measurement noise":
+            return f"σ of {listed(one['name'].split(', '))}"
+        case "bias walk":
+            return f"bias walk of the {one['name']}s"
+        case "inertial noise":
+            return "noise of gyros and accelerometers"
+        case _:
+            return str(one["name"])
 
 
 def _gain(one: Mapping[str, Any]) -> str:

@@ -73,10 +73,10 @@ def test_verdicts_on_made_innovations() -> None:
 def test_tests_by_their_definitions() -> None:
     e = np.random.default_rng(7).standard_normal((130, 2))
     found = sensor_consistency(innovations(e))
-    rho = [sum(e[i] @ e[i + lag] for i in range(130 - lag)) / 260.0 for lag in range(1, 21)]
+    rho = [sum(e[i] @ e[i + lag] for i in range(130 - lag)) / np.sum(e * e) for lag in range(1, 21)]
     np.testing.assert_allclose(found.autocorrelation, rho, rtol=1e-12)
-    # Ljung and Box: Q = N(N + 2) Σ ρ²/(N − l), here of two components
-    whiteness = 260.0 * 132.0 * sum(r * r / (130.0 - lag) for lag, r in enumerate(rho, 1))
+    # Ljung and Box: Q = n(n + 2) Σ ρ²/(n − l) of n values; here n = 260 with 2l fewer products at the lag l
+    whiteness = 260.0 * 262.0 * sum(r * r / (260.0 - 2 * lag) for lag, r in enumerate(rho, 1))
     slow = sum(float(np.sum(e[16 * i : 16 * (i + 1)].sum(axis=0) ** 2)) / 16.0 for i in range(8))
     expected = {
         "NIS": (float(np.sum(e * e)), 260),

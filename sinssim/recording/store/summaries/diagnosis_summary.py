@@ -11,6 +11,7 @@ from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.evidence import FALSE_ALARM, refusals, size_of_innovations
 from sinssim.estimation.explanation import Refusals
 from sinssim.formatting import number_text
+from sinssim.frames import listed
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate
@@ -35,7 +36,7 @@ _WALKS = {
 
 _MORE = (
     "To look for the cause, a lever arm, a delay, an error of the inertial sensors or a noise, set filter.diagnose = "
-    '"inconsistent".'
+    "true."
 )
 
 
@@ -135,26 +136,27 @@ def _refused(sensors: Sequence[str], refused: Sequence[Refusals]) -> Iterator[st
 
 
 def _larger(factors: Mapping[str, float], cause: Hypothesis | None) -> Iterator[str]:
-    """Tell by which factor the σ of a sensor would have to change, unless that is the cause."""
+    """Tell by which factor the σ of a sensor would have to change, unless there is a better explanation."""
     for sensor, factor in factors.items():
-        if cause is None or cause.kind != "measurement noise":
+        if cause is None:
             yield f"{sensor}: its σ alone would have to be {number_text(factor, 3)} times the assumed one."
 
 
 def _cause(cause: Hypothesis | None, scenario: Scenario, until: float) -> Iterator[str]:
     """Tell what explains the innovations best, and the keys to try."""
+    within = f"until {round(until, 1):g} s"
     if cause is None:
         yield (
-            f"No single error of those that a state or a noise describes explains the innovations until {until:g} s: "
+            f"No single error of those that a state or a noise describes explains the innovations {within}: "
             "neither a lever arm, a delay, an error of the inertial sensors nor another noise. Look for outliers, "
             "wrong axes or wrong units (sinssim inspect)."
         )
         return
     what, keys = _told(cause, scenario)
     yield (
-        f"Most likely cause: {what}. Try {keys}. (Until {until:g} s this explains the readings "
-        f"e^{0.5 * cause.gain:.0f} times better than the filter's own model; e^{0.5 * cause.needed:.0f} would occur by "
-        f"chance in {100.0 * FALSE_ALARM:g} % of sound runs. One cause at a time: mend it, and run again.)"
+        f"Most likely cause: {what}. Try {keys}. (With it the readings {within} are more likely by a gain of "
+        f"{cause.gain:.0f}, twice the logarithm of the ratio of both probabilities; chance exceeds {cause.needed:.0f} "
+        f"in {100.0 * FALSE_ALARM:g} % of sound runs at most. One cause at a time: mend it, and run again.)"
     )
 
 
@@ -194,16 +196,25 @@ def _with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
     return f"{values[0] if len(values) == 1 else '[' + ', '.join(values) + ']'} {unit}"
 
 
+def _sure(cause: Hypothesis) -> tuple[float, ...]:
+    """Return the estimates, zero where the readings do not show one: within its ±3σ, if another lies outside."""
+    outside = [abs(value) > 3.0 * sigma for value, sigma in zip(cause.value, cause.sigma, strict=True)]
+    if not any(outside):
+        return cause.value
+    return tuple(value if shown else 0.0 for value, shown in zip(cause.value, outside, strict=True))
+
+
 def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     """Return an error of the satellite receiver's installation in words, and its keys."""
     log = None if scenario.log is None else scenario.log.gnss
     where = "aiding.gnss" if log is None else "log.gnss"
-    wide = f"{max(3.0 * abs(v) for v in cause.value):.2g}"
+    sure = _sure(cause)
+    wide = f"{max(3.0 * abs(v) for v in sure):.2g}"
     match cause.name:
         case "gnss lever arm":
             what = f"the lever arm of the antenna is off by {_with_sigma(cause, 1.0, 'm')} (forward, right, down)"
             key, state = "lever_arm_m", f"{where}.lever_arm_sigma_m = {wide}"
-            told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, cause.value, strict=True)]
+            told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, sure, strict=True)]
         case "gnss time offset":
             late = cause.value[0]
             what = f"the fixes are stamped too {'late' if late > 0.0 else 'early'}, by {_with_sigma(cause, 1.0, 's')}"
@@ -222,10 +233,9 @@ def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
 def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     """Return wrong σ of readings in words, and the keys."""
     sensors = cause.name.split(", ")
-    what = " and ".join(
-        f"the σ of {sensor} is {number_text(factor, 3)} times the assumed one"
-        for sensor, factor in zip(sensors, cause.value, strict=True)
-    )
+    factors = listed([number_text(factor, 3) for factor in cause.value])
+    many = len(sensors) > 1
+    what = f"the σ of {listed(sensors)} {'are' if many else 'is'} {factors} times the assumed one{'s' * many}"
     return what, " and ".join(_keys_of_noise(sensors, cause.value, scenario))
 
 

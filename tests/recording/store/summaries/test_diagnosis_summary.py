@@ -43,10 +43,27 @@ def test_causes_have_keys(
         assert word in sentence, sentence
 
 
+def test_a_component_that_the_readings_do_not_show_stays(scenario: Scenario) -> None:
+    """A drive on level ground does not show the antenna's height."""
+    found = Hypothesis("gnss lever arm", "state", (-2.0, 0.1, 2.0), (0.1, 0.1, 2.1), 100.0, 14.0)
+    (sentence,) = _cause(found, scenario, 149.98)
+    assert "log.gnss.lever_arm_m = [0.3, 0, -1], or log.gnss.lever_arm_sigma_m = 6," in sentence
+    assert "2 ± 2.1] m" in sentence
+    assert "until 150 s" in sentence
+
+
 def test_the_part_of_the_report() -> None:
     one = {"name": "gnss lever arm", "kind": "state", "value": [2.0], "sigma": [0.1], "gain": 40.0, "needed": 14.0}
-    found = {"what_to_try": ["Try <this>."], "hypotheses": [one], "until_s": 300.0, "false_alarm": 0.01}
+    found = {
+        "what_to_try": ["Try <this>."],
+        "cause": "gnss lever arm",
+        "hypotheses": [one, {**one, "name": "a, b", "kind": "measurement noise", "sigma": [], "gain": 30.0}],
+        "until_s": 300.0,
+        "false_alarm": 0.01,
+    }
     page = "".join(what_to_try({"diagnosis": found}))
     assert "<strong>40</strong>" in page
+    assert "<strong>30</strong>" not in page  # more than chance, but not the cause
+    assert "σ of a and b" in page
     assert "Try &lt;this&gt;." in page
     assert not list(what_to_try({}))
