@@ -29,13 +29,13 @@ def what_to_try(numbers: Mapping[str, Any]) -> Iterator[str]:
     lines = [
         (
             words(_name(one)),
-            words(_size(one)),
             f"<strong>{_gain(one)}</strong>" if k == 0 and found["cause"] is not None else _gain(one),
             f"{one['needed']:.1f}",
+            _size(one),
         )
         for k, one in enumerate(_by_cause(found))
     ]
-    yield table(("explanation", "size ± 1σ, SI; factor of a σ or a noise", "gain", "by chance"), lines)
+    yield table(("explanation", "gain", "by chance", "size ± 1σ, SI; factor of a σ or a noise"), lines)
     yield (
         '<p class="note">The filter ran again under each explanation, over the time until '
         f"{round(found['until_s'], 1):g} s. Gain: twice the logarithm of the factor by which the readings become more "
@@ -67,9 +67,11 @@ def _gain(one: Mapping[str, Any]) -> str:
 
 
 def _size(one: Mapping[str, Any]) -> str:
+    """Return the estimates as HTML, three in a line: six angles in one would be wider than the page."""
     if not one["sigma"]:
         return ", ".join(number_text(value, 3) for value in one["value"])
-    return ", ".join(
+    texts = [
         f"{number_text(value, 3)} ± {number_text(sigma, 2)}"
         for value, sigma in zip(one["value"], one["sigma"], strict=True)
-    )
+    ]
+    return "<br>".join(words(", ".join(texts[k : k + 3])) for k in range(0, len(texts), 3))
