@@ -24,7 +24,7 @@ from benchmarks.bench_disk import environment
 from sinssim import load_scenario
 from sinssim.jit import cache_root
 from sinssim.recording.report.run_report import run_report
-from sinssim.scenario.aircraft import load_aircraft
+from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.simulation import run
 from sinssim.truth.flight import jsbsim_flight
