@@ -24,10 +24,10 @@ from benchmarks.bench_disk import environment
 from sinssim import load_scenario
 from sinssim.jit import cache_root
 from sinssim.recording.report.run_report import run_report
-from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.simulation import run
 from sinssim.truth.flight import jsbsim_flight
+from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.units import FOOT
 
 
@@ -90,7 +90,7 @@ def main() -> None:
         aircraft = load_aircraft(scenario.flight.aircraft)
         loaded = folder / "model"
         loaded.mkdir()
-        with jsbsim_flight._quiet():
+        with jsbsim_flight.quiet():
             model = jsbsim_flight.model_folder(scenario.flight.aircraft, aircraft.jsbsim_model)
             jsbsim_flight._load(model, str(loaded), aircraft.model_changes)
         same, stock = (bare(scenario.flight, seconds, where) for where in (loaded, None))

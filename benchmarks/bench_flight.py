@@ -35,7 +35,7 @@ def alone(flight: FlightSection, seconds: float, shipped: bool) -> float:
     import jsbsim
 
     aircraft = load_aircraft(flight.aircraft)
-    with jsbsim_flight._quiet(), tempfile.TemporaryDirectory() as folder:
+    with jsbsim_flight.quiet(), tempfile.TemporaryDirectory() as folder:
         if shipped:
             executive = jsbsim.FGFDMExec(None)
             executive.set_debug_level(0)
