@@ -221,7 +221,7 @@ def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
     """
     try:
         found = tuple(float(rate) for rate in rates_hz)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         found = ()
     if isinstance(rates_hz, str | bytes) or len(found) not in (2, 3) or not all(map(math.isfinite, found)):
         raise InputError(

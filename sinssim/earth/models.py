@@ -180,7 +180,7 @@ def ellipsoid_by_name(name: str) -> Ellipsoid:
     Raises:
         InputError: the name is unknown; the message lists the known names.
     """
-    if name in _REVERSED:
+    if isinstance(name, str) and name in _REVERSED:
         return _REVERSED[name]
     check_name("ellipsoid", name, ELLIPSOIDS)
     return ELLIPSOIDS[name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 import math
 import re
 import types
@@ -15,6 +16,8 @@ from pydantic_core import ErrorDetails
 
 from sinssim.errors import InputError, shortened
 from sinssim.sensors.imu import datasheet
+
+_MANY = 40  # more keys than this are no help in a message
 
 # Units that keys may have, as (dimension, factor to the dimension's base unit).
 _UNITS: dict[str, tuple[str, float]] = {
@@ -49,6 +52,7 @@ _UNITS: dict[str, tuple[str, float]] = {
 }
 
 _SHOWN = 12  # mistakes listed in one message
+_LENGTH = 4000  # characters of all of them: two screens
 _DESCRIBED = 200  # mistakes described: twenty thousand in one array would take seconds
 
 _BOUNDS = {
@@ -96,8 +100,10 @@ def report(
     if len(sentences) == 1:
         return f"{source}{', ' if sentences[0].startswith('line ') else ': '}{sentences[0]}"
     count = len(sentences) + others
-    more = [f"… and {count - _SHOWN} more."] if count > _SHOWN else []
-    return "\n  - ".join([f"{source}: {count} mistakes:", *sentences[:_SHOWN], *more])
+    ends = itertools.accumulate(map(len, sentences))
+    shown = [text for text, end in zip(sentences, ends, strict=True) if end <= _LENGTH][:_SHOWN] or sentences[:1]
+    more = [f"… and {count - len(shown)} more."] if count > len(shown) else []
+    return "\n  - ".join([f"{source}: {count} mistakes:", *shown, *more])
 
 
 def describe(
@@ -237,6 +243,10 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
         return f"unknown key '{name}' (= {_show(value)}): {str(error).removesuffix('.')}"
     if meant is None:
         place = f"[{table}]" if table else "The file's top level"
+        if len(fields) > _MANY:
+            near = difflib.get_close_matches(path[-1], sorted(fields), 5, cutoff=0.0)
+            most = f"{place} may have {len(fields)} keys, which docs/scenario.md lists"
+            return f"unknown key '{name}'. {most}; the nearest: {', '.join(near)}"
         return f"unknown key '{name}'. {place} may have: {', '.join(sorted(fields))}"
     (stem, unit), (meant_stem, meant_unit) = _split_unit(path[-1]), _split_unit(meant)
     if stem != meant_stem or not meant_unit:
