@@ -29,6 +29,7 @@ FEWER = {
 NOT_HERE = {
     r"^make ": "set-up and the suite itself",
     r"^pip ": "changes the environment of the tests",
+    r"--install-completion": "changes the start-up files of the shell",
     r"^sinssim view ": "opens a window; tests/recording renders the views",
     r"FORMAT": "the form of a command, not a command",
     r"KF-GINS kf-gins\.yaml|KF_GINS_Navresult": "a program that is not a part of this project",
