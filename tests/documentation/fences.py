@@ -9,9 +9,11 @@ A comment that the reader does not see may stand above a block:
 
 from __future__ import annotations
 
+import importlib.util
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
@@ -92,3 +94,13 @@ NOT_RUN = {
     ("docs/validation.md", "sinssim inspect imu.csv"): "needs the whole drive of nine minutes, which is not shipped",
 }
 """Blocks without a language that begin with a command, with the reason why they are not run as commands."""
+
+
+def script(file: str) -> ModuleType:
+    """Load a script of the folder docs, which is no package."""
+    spec = importlib.util.spec_from_file_location(file, ROOT / "docs" / f"{file}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -3,24 +3,12 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
-from typing import Any
 
 import pytest
 
-from tests.documentation.fences import ROOT
+from tests.documentation.fences import script
 
-
-def hooks() -> Any:
-    spec = importlib.util.spec_from_file_location("site_hooks", ROOT / "docs" / "site_hooks.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-HOOKS = hooks()
+HOOKS = script("site_hooks")
 
 
 @pytest.mark.parametrize("package", HOOKS.PACKAGES)

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+
+from tests.documentation.fences import script
 
 ROOT = Path(__file__).parents[2]
 
 
-def _load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("theory_page", ROOT / "docs" / "theory_page.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-SCRIPT = _load()
+SCRIPT = script("theory_page")
 ROWS = SCRIPT.rows_module()
 ALL = [*ROWS.PAPER, *ROWS.CHAPTER, *SCRIPT.rows_module("theory_beyond").BEYOND]
 CHAPTER, PAPER = SCRIPT._CHAPTER, SCRIPT._PAPER

@@ -122,8 +122,8 @@ def session_figure(report: AlignmentReport) -> Figure:
     panels = lower.subplots(1, 4)
     for panel, name in zip(panels, Angles._fields, strict=True):
         draw_curves(panel, name, d.attitude, d.latitude, {"total": report.sigma}, report.method)
-        panel.axvline(report.duration, color=style.SOFT, lw=style.THIN, ls=":", label="this session")
-        panel.legend(frameon=True, framealpha=0.95, edgecolor="none")  # above the line of this session
+        panel.axvline(report.duration, color=style.SOFT, lw=style.THIN, ls=":", label="duration")
+        panel.legend(frameon=True, framealpha=0.95, edgecolor="none")  # above the line of the duration
         panel.set_title("")
     figure.suptitle(f"{report.source}: expected error of a session of {report.duration:g} s")
     return figure
