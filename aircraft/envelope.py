@@ -21,9 +21,13 @@ def main() -> None:
     parser.add_argument("aircraft", help="name or path")
     parser.add_argument("--heights", nargs=3, type=int, required=True, metavar=("FROM", "TO", "STEP"), help="m")
     parser.add_argument("--speeds", nargs="+", type=float, required=True, help="calibrated airspeeds, kt")
+    parser.add_argument(
+        "--steepest", type=float, default=30.0, help="angle up to which the steepest is looked for, deg"
+    )
     wanted = parser.parse_args()
     low, high, step = wanted.heights
-    envelope = trimmed_envelope(wanted.aircraft, [float(h) for h in range(low, high + 1, step)], wanted.speeds)
+    heights = [float(height) for height in range(low, high + 1, step)]
+    envelope = trimmed_envelope(wanted.aircraft, heights, wanted.speeds, wanted.steepest)
     print("[envelope]   # of the model, by JSBSim's trim; made by `python aircraft/envelope.py`")
     for key in ("height_m", "min_kt", "max_kt", "airspeed_kt"):
         print(f"{key} = {_row(getattr(envelope, key))}")

@@ -130,10 +130,16 @@ EXAMPLES: dict[str, Any] = {
             "velocity_sigma_mps": [0.1, 0.1, 0.1],
             "quality_factors": {"1": 1.0, "2": 20.0},
             "gap_s": 1.0,
-            **{f"{q}.column": q for q in ("latitude", "longitude", "height", "roll", "pitch", "heading")},
-            **{f"{q}.unit": "deg" for q in ("latitude", "longitude", "roll", "pitch", "heading", "attitude_sigma")},
+            **{
+                f"{q}.column": q
+                for q in ("latitude", "longitude", "height", "roll", "pitch", "heading", "speed", "course")
+            },
+            **{
+                f"{q}.unit": "deg"
+                for q in ("latitude", "longitude", "roll", "pitch", "heading", "course", "attitude_sigma")
+            },
             **{f"{q}.unit": "m" for q in ("height", "position_sigma")},
-            **{f"{q}.unit": "m/s" for q in ("velocity", "velocity_sigma")},
+            **{f"{q}.unit": "m/s" for q in ("velocity", "speed", "velocity_sigma")},
             "velocity.columns": ["vn", "ve", "vd"],
             "position_sigma.columns": ["sn", "se", "sd"],
             "velocity_sigma.columns": ["svn", "sve", "svd"],
@@ -147,6 +153,8 @@ EXAMPLES: dict[str, Any] = {
     "log.others.reading.unit": "m",
     "log.others.sigma.column": "sigma",
     "log.others.sigma.unit": "m",
+    "log.others.bias_sigma.value": 10.0,
+    "log.others.bias_sigma.unit": "m",
     "log.start.latitude_deg": 40.1,
     "log.start.longitude_deg": -105.1,
     "log.start.height_m": 1600.0,
@@ -241,6 +249,10 @@ OTHERS = {
     "turntable.turns",
     "one_component.attitude_sensor",
     "one_component.arm_accelerometer",
+    "log.gnss.speed",
+    "log.gnss.course",
+    "log.reference.speed",
+    "log.reference.course",
 }
 
 _TAGS = ("type", "on")  # keys that say which kind of table a table is
@@ -248,17 +260,18 @@ _TAGS = ("type", "on")  # keys that say which kind of table a table is
 INTRODUCTION = """\
 # The scenario file
 
-A scenario is a TOML file. It describes the true motion (exactly one of `[flight]`, `[parked]`, `[great_circle]`,
-`[motion]`, `[track]` and `[turntable]`) or names recorded sensors (`[log]`, see [Logs](logs.md)), the inertial sensors
-(`[imu]`) and the navigation on their readings (`[navigation]`). Or it describes the system of
-[chapter 8](sources.md#chapter-8) in a vertical plane (`[one_component]` alone, see [One component](one-component.md)).
+A scenario is a TOML file. It describes the true motion, the inertial sensors (`[imu]`) and the navigation
+(`[navigation]`). The true motion is exactly one of `[flight]`, `[parked]`, `[great_circle]`, `[motion]`, `[track]`,
+`[drive]`, `[voyage]` and `[turntable]`. Recorded sensor data (`[log]`, see [Logs](logs.md)) can replace the true
+motion. Alternatively, a scenario describes the system of [chapter 8](sources.md#chapter-8) in a vertical plane. It then
+contains the table `[one_component]` and no others of these (see [One component](one-component.md)).
 
-Every key of a quantity has the unit in its name. Keys that are left out take the defaults shown here. Keys that are
-commented out here have no value by default.
+If a key is a physical quantity, its name contains the unit. Keys that are left out have the default values shown here.
+Keys that are commented out here have no default value, or are alternatives to other keys.
 
-`sinssim check FILE` lists every mistake in a file with its line and the right value. `--set key.path=value` replaces a
-value from the command line. The legs of a flight count from 1: `--set flight.legs.2.altitude_m=9000` changes the second
-leg.
+`sinssim check FILE` lists every mistake in a file with its line and the correct value. `--set key.path=value` replaces
+a value from the command line. The legs of a flight are numbered from 1: `--set flight.legs.2.altitude_m=9000` changes
+the second leg.
 
 This page is generated from the schema by `python docs/scenario_reference.py`.
 """
@@ -399,29 +412,29 @@ def reference() -> str:
     }
     blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
     titles = {
-        "flight": "A flight",
-        "parked": "Or a parked vehicle",
-        "great_circle": "Or a flight along a great circle",
-        "motion": "Or a motion in closed form, for testing algorithms",
-        "track": "Or a recorded or planned track",
-        "drive": "Or a drive on a road",
-        "voyage": "Or a voyage on the sea",
-        "turntable": "Or a calibration on a turntable",
-        "log": "Or recorded sensors",
-        "one_component": "Or one component, with sensors of its own and no other table",
-        "calibration": "How `sinssim calibrate` estimates the errors",
-        "vibration": "Vibration on top of any motion",
+        "flight": "Flight",
+        "parked": "Parked vehicle",
+        "great_circle": "Great-circle motion",
+        "motion": "Motion in closed form for tests of algorithms",
+        "track": "Recorded or planned track",
+        "drive": "Drive on a road",
+        "voyage": "Voyage of a ship",
+        "turntable": "Calibration on a turntable",
+        "log": "Recorded sensors",
+        "one_component": "One-component system",
+        "calibration": "Calibration settings",
+        "vibration": "Vibration",
         "isolator": "Shock mounts",
         "truth": "Gravity model and ellipsoid of the truth",
         "gravity": "The true gravity field",
         "imu": "The sensor block",
-        "compensation": "Compensation of the sensors' errors",
+        "compensation": "Compensation of sensor errors",
         "aiding": "Aiding sensors",
         "navigation": "Navigation",
         "filter": "The filter",
         "output": "Further coordinates",
-        "recording": "What is kept of a run",
-        "ensemble": "Many runs",
+        "recording": "Files of a run",
+        "ensemble": "Ensembles",
     }
     page = [INTRODUCTION]
     order = [name for name in properties if name in motions] + [

@@ -97,7 +97,7 @@ BEYOND = (
     ),
     Row(
         "",
-        "Error states: φ̇ = −ω_in × φ + δω_ie + δω_en − C_nb δω; δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + "
+        "Error dynamics: φ̇ = −ω_in × φ + δω_ie + δω_en − C_nb δω; δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + "
         "v × (2δω_ie + δω_en) + δg",
         ("estimation.dynamics.dynamics", "estimation.dynamics.transition"),
         (
@@ -119,7 +119,7 @@ BEYOND = (
     ),
     Row(
         "",
-        "Covariance of the errors by source, and the largest source that still meets a requirement",
+        "Covariance of the errors by source, and the largest value of a source that meets a requirement",
         ("error_budget.propagation.Propagation", "error_budget.limits.answers"),
         (
             "error_budget/test_closed_forms.py::test_one_source_at_rest",
@@ -134,13 +134,13 @@ BEYOND = (
     ),
     Row(
         "",
-        "Circle that holds a share of a normal distribution in the plane (Hoyt)",
+        "Radius of the circle that contains a given fraction of a bivariate normal distribution (Hoyt)",
         ("statistics.circles.circle_radius",),
         ("statistics/test_circles.py::test_against_marcum_q",),
     ),
     Row(
         "",
-        "Percentile of drawn runs with its band from order statistics",
+        "Percentile of random runs with its confidence interval from order statistics",
         ("statistics.order_statistics.percentile",),
         ("statistics/test_order_statistics.py::test_textbook_bands",),
     ),

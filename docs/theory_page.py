@@ -30,12 +30,12 @@ _TOP = """\
 <!-- Written by docs/theory_page.py from docs/theory_rows.py and from the code; python docs/theory_page.py -->
 
 Each row has a formula, the functions of sinssim that implement it, and the tests that compare these functions with
-something independent: a closed form, finite differences, another library, or the order of convergence. Functions are
-named below `sinssim`, tests below `tests/`. The [sources](sources.md) are introduced once; the [glossary](glossary.md)
-explains symbols and terms.
+something independent: a closed form, finite differences, another library, or the order of convergence. The names
+of functions are relative to `sinssim`, and those of tests to `tests/`. The page [Sources](sources.md) describes the two
+documents, and the [glossary](glossary.md) explains symbols and terms.
 
-One test checks this page: every function and every test exists, the test files use the functions, and every number of
-an equation stands in the module that the row names (`tests/documentation/test_theory.py`).
+A test checks this page: every function and every test exists, the test files use the functions, and every number of
+an equation appears in the module of the row (`tests/documentation/test_theory.py`).
 """
 
 _PAPER_TOP = """
@@ -50,7 +50,7 @@ _CHAPTER_TOP = """
 ## Chapter 8
 
 The axes are those of the chapter: X forward, Y up, Z right; N, H, E for north, up, east. The package computes in
-forward-right-down and north-east-down axes, and `tests/test_chapter_axes.py` proves that both say the same. B is the
+forward-right-down and north-east-down axes, and `tests/test_chapter_axes.py` shows that both are equivalent. B is the
 latitude and, in Poisson's equation, the matrix C_nb; H is the height, and ω_з is the rate of the Earth.
 """
 
@@ -61,9 +61,9 @@ The docstring of each function gives the source.
 """
 
 _INDEX_TOP = """
-## Where the equations stand in the code
+## Equations in the code
 
-Collected from comments and docstrings.
+This table is collected from comments and docstrings. *Paper* is the ground SINS paper.
 
 | module | equations |
 |---|---|

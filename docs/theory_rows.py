@@ -38,7 +38,8 @@ _STATISTICS = ("alignment.theory.error_statistics",)
 PAPER = (
     Row(
         "(1)",
-        "g = √Σã², U = √Σω̃²; K from A = (ω̃_x ã_z − ω̃_z ã_x) g and B = ω̃_y (ã_x² + ã_z²) − (ω̃_x ã_x + ω̃_z ã_z) ã_y; "
+        "g = √Σã², U = √Σω̃²; K from A = (ω̃_x ã_z − ω̃_z ã_x) g and B = ω̃_y (ã_x² + ã_z²) − (ω̃_x ã_x + ω̃_z ã_z) "
+        "ã_y; "
         "sin γ = −ã_x/√(ã_x² + ã_z²); sin θ = ã_y/g; sin φ = ω̃·ã/(g U)",
         ("alignment.determination.solve", "alignment.determination.determine"),
         (
@@ -98,7 +99,8 @@ PAPER = (
     ),
     Row(
         "(11), (12)",
-        "Mean and variance of ΔK in general: the sums of (7) over means, and over squares with variances",
+        "Mean and variance of ΔK in the general case: sums of (7) with the means, and of the squared terms with the "
+        "variances",
         _STATISTICS,
         (
             _THEORY + "11_12_heading_and_22_23_latitude_in_general",
@@ -138,7 +140,7 @@ PAPER = (
     ),
     Row(
         "(22), (23)",
-        "Mean and variance of Δφ in general: the sums of (10)",
+        "Mean and variance of Δφ in the general case: sums of (10)",
         _STATISTICS,
         (_THEORY + "11_12_heading_and_22_23_latitude_in_general",),
     ),
@@ -259,8 +261,8 @@ CHAPTER = (
     ),
     Row(
         "(8.16)",
-        "1/(R₁+H) ≈ (1/a)[1 + e²(1 − 3/2 sin² B) − H/a], 1/(R₂+H) ≈ (1/a)[1 − ½e² sin² B − H/a]; beyond it e² or H "
-        "dropped",
+        "1/(R₁+H) ≈ (1/a)[1 + e²(1 − 3/2 sin² B) − H/a], 1/(R₂+H) ≈ (1/a)[1 − ½e² sin² B − H/a]; further forms "
+        "neglect e² or H",
         ("strapdown.frames.level.curvatures_k", "strapdown.frames.radii.curvatures_k"),
         (
             "strapdown/test_s_turn.py::test_simplified_curvature_costs_what_8_16_neglects",
@@ -334,8 +336,8 @@ CHAPTER = (
     ),
     Row(
         "(8.20)-(8.28)",
-        "Three rates: attitude at the fast one, velocity at the medium one, position, radii, Ω, ω and gravity at the "
-        "slow one, held or extrapolated",
+        "Three rates: attitude at the fast rate, velocity at the medium rate, position, radii, Ω, ω and gravity at "
+        "the slow rate, held or extrapolated",
         ("strapdown.three_rate.level.solve", "strapdown.three_rate.azimuth.solve"),
         (
             "strapdown/three_rate/test_level.py::test_second_order_in_the_medium_interval",

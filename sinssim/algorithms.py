@@ -182,8 +182,8 @@ PLATFORM = "platform"
 SCENARIO_ALGORITHMS: dict[str, str] = {
     **ALGORITHMS,
     MEASURED_ATTITUDE: "none: velocity and position with the attitude measured by imu.sensor_set, in inertial axes",
-    PLATFORM: "none: the accelerometers of imu.sensor_set stand on a platform turned with the frame; attitude from its "
-    "gimbals",
+    PLATFORM: "none: the accelerometers of imu.sensor_set are on a platform that rotates with the frame; attitude "
+    "from its gimbals",
 }
 """The names of algorithms in scenarios."""
 

@@ -126,7 +126,7 @@ class NavSolution:
 @short_repr
 @dataclass(frozen=True)
 class Measurements:
-    """Readings of one aiding sensor: M readings of one kind.
+    """Measurements of one aiding sensor: M measurements of one kind.
 
     | kind | value | sigma |
     |---|---|---|
@@ -145,7 +145,7 @@ class Measurements:
 
     Attributes:
         kind: kind of measurement.
-        time: instants of validity, in order, (M,) s.
+        time: times of validity, in order, (M,) s.
         arrival: times of arrival at the filter, not before `time`, (M,) s.
         value: (M, k).
         sigma: 1σ of each component that the filter assumes, (M, k), or (M, 3) for an attitude.

@@ -87,10 +87,10 @@ FRAMES: dict[str, str] = {name: frame.sentence for name, frame in FRAME_REGISTRY
 
 CURVATURES: dict[str, str] = {
     "exact": "radii of curvature of the ellipsoid",
-    "simplified": "the chapter's first-order radii (8.16), in error by up to 4.5e-5",
-    "spherical": "e² dropped: R1 = R2 = a, the equatorial radius, in error by up to 6.7e-3",
-    "no-height": "height dropped: R1 and R2 of the ellipsoid's surface, in error by h/a, 1.7e-3 at 11 km",
-    "spherical-no-height": "e² and height dropped: the equatorial radius everywhere",
+    "simplified": "first-order radii of chapter 8 (8.16), relative error up to 4.5e-5",
+    "spherical": "e² neglected: R1 = R2 = a, the equatorial radius, relative error up to 6.7e-3",
+    "no-height": "height neglected: R1 and R2 at the surface of the ellipsoid, relative error h/a, 1.7e-3 at 11 km",
+    "spherical-no-height": "e² and height neglected: the equatorial radius everywhere",
 }
 """Radii of curvature R1 + h of the meridian and R2 + h of the prime vertical."""
 
@@ -168,13 +168,13 @@ def check_correctable(algorithm: str) -> None:
         algorithm: one of `sinssim.algorithms.SCENARIO_ALGORITHMS`.
 
     Raises:
-        InputError: it navigates by windows of samples.
+        InputError: it processes windows of samples.
     """
     entry = REGISTRY.get(algorithm)
     if entry is not None and entry.windowed:
         raise InputError(
-            f"{algorithm} navigates by windows of samples in an engine of its own, in which a filter cannot correct "
-            "the state; every other algorithm can be corrected, for example quaternion."
+            f"{algorithm} processes windows of samples in a separate engine, in which a filter cannot correct the "
+            f"state; every other algorithm can be corrected, for example quaternion."
         )
 
 

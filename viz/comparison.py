@@ -1,4 +1,4 @@
-"""A study of algorithms: accuracy against rate and cost, growth of the errors, verdicts."""
+"""A study of algorithms: accuracy as a function of rate and cost, growth of the errors, verdicts."""
 
 from __future__ import annotations
 

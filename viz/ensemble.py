@@ -1,4 +1,4 @@
-"""An ensemble: the cloud of positions over time, growth of CEP and R95 with bands, σ by component, consistency."""
+"""An ensemble: position errors over time, growth of CEP and R95 with confidence bands, σ by component, consistency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Navigation errors: position, velocity and attitude errors of all algorithms on shared axes."""
+"""Navigation errors: position, velocity and attitude errors of all algorithms on common axes."""
 
 from __future__ import annotations
 

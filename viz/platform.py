@@ -1,4 +1,4 @@
-"""A gimballed platform beside the same sensors strapped down: errors, commanded and sensed rates, gimbal angles."""
+"""A gimballed platform and a strapdown system with the same sensors: errors, commanded rates, gimbal angles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scored solutions: their errors and those of the run's own algorithms on shared axes, the map, the ranking."""
+"""Scored solutions: their errors and those of the algorithms of the run on common axes, the map, the ranking."""
 
 from __future__ import annotations
 

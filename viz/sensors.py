@@ -1,4 +1,4 @@
-"""Sensors: measured and ideal readings, their errors, and accumulated errors."""
+"""Sensors: measured and ideal data, their errors, and accumulated errors."""
 
 from __future__ import annotations
 

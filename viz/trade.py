@@ -1,4 +1,4 @@
-"""A trade study: pictures over the grid, tables of the cells, growth of the errors in the cells."""
+"""A trade study: figures over the grid, tables of the cells, growth of the errors in the cells."""
 
 from __future__ import annotations
 

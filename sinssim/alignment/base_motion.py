@@ -122,7 +122,7 @@ class Stillness:
         raise InputError(
             f"the vehicle moved during the session: {when}{worst.what} {worst.size / ARCSEC:.4g} arcsec, but "
             f"{explains} explains only {worst.limit / ARCSEC:.3g} arcsec. Align it as a disturbed base (--disturbed, "
-            "align_disturbed), or use a part of the session in which it stands still."
+            "align_disturbed), or use a part of the session in which the vehicle is stationary."
         )
 
 

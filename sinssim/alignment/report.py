@@ -284,8 +284,8 @@ def _align_scenario(
     scenario = load_scenario(source, settings)
     if scenario.imu.rotation is not None:
         raise InputError(
-            f"the scenario {scenario.name} has [imu.rotation]; the alignment takes means of the readings of a block "
-            "that does not turn in the vehicle. Remove the table."
+            f"the scenario {scenario.name} has [imu.rotation]; the alignment uses the mean measurements of an IMU "
+            f"that does not rotate in the vehicle. Remove the table."
         )
     trajectory = fly(scenario)
     check_gyro_block(scenario.imu)

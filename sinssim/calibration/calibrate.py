@@ -37,7 +37,7 @@ def calibrate(
     overrides: Sequence[str] = (),
     progress: Callable[[float], None] | None = None,
 ) -> CalibrationResult:
-    """Estimate the errors of a scenario's sensor block from the sequence of [turntable].
+    """Estimate the errors of a scenario's IMU from the sequence of [turntable].
 
     Args:
         scenario: the scenario, or its file or name.
@@ -46,11 +46,11 @@ def calibrate(
         progress: called with the fraction done, 0…1.
 
     Returns:
-        Values, covariance, observability, residuals, and the truth beside them in a simulation.
+        Values, covariance, observability, residuals, and in a simulation the true values.
 
     Raises:
-        InputError: the scenario has no sequence, the readings do not have its dwells, or a file cannot be used.
-        RunError: the readings do not fit the sequence.
+        InputError: the scenario has no sequence, the data do not contain its dwells, or a file cannot be used.
+        RunError: the data do not fit the sequence.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, overrides)
@@ -115,7 +115,7 @@ def _readings(scenario: Scenario, section: CalibrationSection) -> tuple[ImuData,
         return log.imu, detected(log.imu, table), [*log.notes, "The dwells are where the gyros stand still."]
     if section.dwells_s:
         raise InputError(
-            "calibration.dwells_s is for recorded sensors ([log]); a simulation knows its dwells: remove it."
+            "calibration.dwells_s is for recorded sensors ([log]); in a simulation the dwells are known: remove it."
         )
     from sinssim.sensors.imu.emulate import emulate
     from sinssim.truth.source import fly

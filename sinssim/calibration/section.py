@@ -12,21 +12,21 @@ _Error = Annotated[float, Field(ge=0.0, le=36_000.0)]
 
 
 class CalibrationSection(Section):
-    """How `sinssim calibrate` estimates the errors of the sensors from the sequence of [turntable]."""
+    """Settings of `sinssim calibrate`, which estimates the sensor errors from the sequence of [turntable]."""
 
     method: Literal["separate", "systematic"] = Field(
         default="systematic",
-        description="separate: means in known positions and integrals over known turns; systematic: errors of "
-        "navigation during the sequence",
+        description="separate: from means in known positions and integrals over known turns; systematic: from the "
+        "navigation errors during the sequence",
     )
     use: Literal["positions", "positions-and-rates"] = Field(
         default="positions-and-rates",
-        description="what the separate method uses: the positions alone, or the turns between them, too",
+        description="data of the separate method: only the positions, or also the turns between them",
     )
     arms: bool | None = Field(
         default=None,
-        description="whether the systematic method estimates the places of the accelerometers; default: where "
-        "imu.accel_arms_mm has any",
+        description="whether the systematic method estimates the positions of the accelerometers; default: if "
+        "imu.accel_arms_mm is not zero",
     )
     interval_s: float = Field(
         default=1.0, ge=0.01, le=60.0, description="systematic: time between two observations of the velocity"
@@ -35,20 +35,21 @@ class CalibrationSection(Section):
         default=0.01,
         ge=1e-6,
         le=1e3,
-        description="systematic: 1σ of the velocity of the standing block, for the sway of the base",
+        description="systematic: 1σ of the velocity of the stationary IMU, due to the sway of the base",
     )
     attitude_sigma_deg: float = Field(
         default=10.0, ge=1e-3, le=30.0, description="systematic: 1σ of the nominal heading of the first position"
     )
     position_sigma_arcsec: _Error | None = Field(
-        default=None, description="separate: assumed accuracy of the table's positions; default: turntable's"
+        default=None, description="separate: assumed accuracy of the table's positions; default: that of [turntable]"
     )
     tilt_sigma_arcsec: _Error | None = Field(
-        default=None, description="separate: assumed tilt of the table's base; default: turntable's"
+        default=None, description="separate: assumed tilt of the table's base; default: that of [turntable]"
     )
     dwells_s: tuple[tuple[Moment, Moment], ...] = Field(
         default=(),
-        description="of a log: beginning and end of each dwell; default: found where the gyros stand still",
+        description="for a log: start and end of each dwell; default: the intervals in which the gyros sense no "
+        "rotation",
     )
 
     @model_validator(mode="after")

@@ -110,8 +110,9 @@ def separate(task: Task) -> Estimate:
         )
         final, trust = bool(stands) and trust == 1.0, min(_TRUST * trust, 1.0)
     raise RunError(
-        f"the estimate of the separate method still changes after {_MOST} iterations: the readings do not fit the "
-        "sequence of [turntable], or the table is less accurate than position_sigma_arcsec and tilt_sigma_arcsec say."
+        f"the estimate of the separate method still changes after {_MOST} iterations: the data do not fit the "
+        f"sequence of [turntable], or the table is less accurate than position_sigma_arcsec and tilt_sigma_arcsec "
+        f"state."
     )
 
 

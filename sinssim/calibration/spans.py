@@ -78,7 +78,7 @@ def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dw
     for number, (begin, end) in enumerate(spans, start=1):
         if begin < time[0] - slack or end > time[-1] + float(time[1] - time[0]):
             raise InputError(
-                f"{key}: dwell {number} from {begin:g} s to {end:g} s lies outside of the readings, which last from "
+                f"{key}: dwell {number} from {begin:g} s to {end:g} s lies outside the data, which last from "
                 f"{time[0]:g} s to {time[-1]:g} s."
             )
         first, last = int(np.searchsorted(time, begin - slack)), int(np.searchsorted(time, end + slack, "right")) - 1
@@ -117,7 +117,7 @@ def detected(imu: ImuData, section: TurntableSection) -> Dwells:
     wanted = len(section.dwells)
     if not rows:
         raise InputError(
-            f"the log has no standing spans of {_SHORTEST + 2.0 * _MARGIN:g} s: the mean rate of no such span is below "
+            f"the log has no spans at rest of {_SHORTEST + 2.0 * _MARGIN:g} s: the mean rate of no such span is below "
             f"{_STILL * slowest / DEG:g}°/s, a tenth of the slowest turn. Give calibration.dwells_s, or the log of a "
             "sequence with dwells."
         )

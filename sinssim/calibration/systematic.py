@@ -69,8 +69,8 @@ def systematic(task: Task) -> Estimate:
         sigma = np.sqrt(np.diag(solution.covariance))
         final = bool(np.all(np.abs(solution.correction) <= np.maximum(_STANDS * sigma, _ENOUGH * task.size)))
     raise RunError(
-        f"the estimate of the systematic method still changes after {_MOST} iterations: the readings do not fit the "
-        "sequence of [turntable], or their errors are too large for it; try the separate method."
+        f"the estimate of the systematic method still changes after {_MOST} iterations: the data do not fit the "
+        f"sequence of [turntable], or the sensor errors are too large for this method; try the separate method."
     )
 
 

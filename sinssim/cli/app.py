@@ -47,8 +47,8 @@ def _main(
     """Simulate strapdown inertial navigation from end to end.
 
     JSBSim flies an aircraft along a flight plan. An inertial measurement unit with the errors of its grade measures the
-    flight. Navigation algorithms compute attitude, velocity and position from its output. One Rerun recording holds
-    everything.
+    flight. Navigation algorithms compute attitude, velocity and position from its output. One Rerun recording contains
+    all data.
 
     A scenario may add aiding sensors and a Kalman filter: see `sinssim run aided_airliner`.
 

@@ -82,7 +82,7 @@ ColumnsFile = Annotated[
     typer.Option(
         "--columns",
         metavar="FILE",
-        help="TOML file that gives a log's columns, units and axes.",
+        help="TOML file that describes the columns, units and axes of a log.",
         show_default="the columns of imu_measured.parquet",
     ),
 ]

@@ -10,6 +10,7 @@ import numpy as np
 from sinssim import units
 from sinssim.data import Array
 from sinssim.ensembles.run_errors import COMPONENTS
+from sinssim.own_content.in_scenario import own_files
 from sinssim.requirements.verdict import CONFIDENCE
 from sinssim.statistics.chi_square import share_inside
 from sinssim.statistics.circles import circle_radius
@@ -51,8 +52,8 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
     Returns:
         The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end
         and at the times asked for, rates in both definitions, components, the comparison with the regulation,
-        requirements, consistency of a filter, failures, and the worst, median and best runs. Numbers that are not
-        finite are as they are.
+        requirements, consistency of a filter, failures, the worst, median and best runs, and files outside the package
+        on which the numbers depend. Numbers that are not finite are as they are.
     """
     plan = result.plan
     lasts = float(plan.epochs[-1] - plan.start)
@@ -93,6 +94,7 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
         "notes": result.notes,
         "computed": result.computed,
         "seconds": round(result.seconds, 3),
+        **({"own_content": own} if (own := [file.to_json() for file in own_files(plan.scenario)]) else {}),
     }
 
 

@@ -104,19 +104,20 @@ def budget(
     """Compute the covariances of a scenario's navigation errors by source, without random numbers.
 
     The sources are propagated along the true motion by the linear error equations (linear covariance analysis); with a
-    filter, by the gains of the filter's own covariance run (consider analysis).
+    filter, by the gains of the covariance propagation of the filter (consider analysis).
 
     Args:
         scenario: the scenario.
-        times: further instants of the results, s since the start of the run.
-        require: requirements, or their texts, whose times are further instants; the result's `answers` judges them.
+        times: further times of the results, s since the start of the run.
+        require: requirements, or their texts, whose times are further times of the results; the method `answers` tests
+            them.
         solution: "inertial" or "filter"; by default the filter's if the scenario has one.
         progress: called with the progress.
-        truth: the scenario's true motion, if it is there already; by default it is made.
-        marks: instants in s since the start of the run, whose intervals `BudgetResult.added` tells apart.
+        truth: the true motion of the scenario, if it is known already; by default it is computed.
+        marks: times in s since the start of the run, which delimit the intervals of `BudgetResult.added`.
 
     Returns:
-        The budget, at 501 instants and at `times`.
+        The budget, at 501 times and at `times`.
 
     Raises:
         InputError: the scenario has no budget, or an instant lies outside the run.

@@ -177,14 +177,9 @@ class Propagation:
             whole = np.eye(len(one.covariance))
             whole[:n, :n] = kept
             if one.name in reading.processes:
-                seen = reading.processes[one.name] @ self._value(one)
-                whole[:n, n:] = gain @ seen
+                axes = gain @ reading.processes[one.name]  # by the process's values, axis by axis
+                whole[:n, n:] = (axes[:, :, None] * one.process.value.ravel()).reshape(n, -1)
             one.covariance = whole @ one.covariance @ whole.T
-
-    @staticmethod
-    def _value(one: RunningProcess) -> Array:
-        """Return the matrix from a process's states to its values at an instant, (a, a p)."""
-        return np.asarray(np.kron(np.eye(len(one.sigma)), one.process.value), dtype=np.float64)
 
     def reset(self, name: str) -> None:
         """Set the states of a process to zero."""
@@ -273,7 +268,7 @@ def _widened(step: NavigationStep, count: int) -> NavigationStep:
     return NavigationStep(
         _with_identity(step.phi, count),
         _with_rows(step.constants, count),
-        {name: np.pad(q, (0, count)) for name, q in step.noise.items()},
+        {name: _with_rows(_with_rows(q, count).T, count).T for name, q in step.noise.items()},
         (_with_rows(step.bias[0], count), _with_rows(step.bias[1], count)),
         step.interval,
         None if step.gravity is None else _with_rows(step.gravity, count),

@@ -276,12 +276,12 @@ class BudgetResult:
 
     @property
     def cep(self) -> Array:
-        """Radius of the circle that holds half of all runs, (E,) m."""
+        """Radius of the circle that contains half of all runs, (E,) m."""
         return self.radius(0.5)
 
     @property
     def r95(self) -> Array:
-        """Radius of the circle that holds 95 % of all runs, (E,) m."""
+        """Radius of the circle that contains 95 % of all runs, (E,) m."""
         return self.radius(0.95)
 
     @property

@@ -60,12 +60,12 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
     f = scenario.filter if chosen == "filter" else None
     if f is not None and f.vibration_noise:
         raise InputError(
-            f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the readings of one run. "
-            "Remove it, or use an ensemble."
+            f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the data of one run. "
+            f"Remove it, or use an ensemble."
         )
     if f is not None and f.alignment_s is not None and f.alignment != "at-rest":
         raise InputError(
             f'filter.alignment = "{f.alignment}" has no budget: the alignment starts from an unknown attitude, for '
-            "which no linear theory holds. Remove filter.alignment_s, or use an ensemble."
+            "which linear theory is not valid. Remove filter.alignment_s, or use an ensemble."
         )
     return chosen

@@ -78,7 +78,7 @@ class SensorGiven:
 
 @dataclass(frozen=True)
 class SensorAngle:
-    """An error of the angles of a turning block, for a filter whose readings are those of the vehicle.
+    """An error of the angles of a rotating IMU, for a filter whose readings are those of the vehicle.
 
     Attributes:
         source: the source.

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-Kind = Literal["state", "measurement noise", "inertial noise", "bias walk"]
+Kind = Literal["state", "initial state", "measurement noise", "inertial noise", "bias walk"]
 """Kinds of hypotheses."""
+
+ALIKE = 2.0 * math.log(100.0)
+"""Difference of gains below which two explanations are called alike: one is at most a hundred times more probable."""
 
 
 @dataclass(frozen=True)
@@ -18,12 +22,14 @@ class Refusals:
         sensor: its name.
         start, end: instants of the first and of the last one, s.
         count: number of them.
+        mean: mean of the readings less their predictions, in the axes and the unit of the kind of measurement.
     """
 
     sensor: str
     start: float
     end: float
     count: int
+    mean: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,8 @@ class Hypothesis:
     """One explanation that was tried.
 
     Attributes:
-        name: block of states; sensors whose σ is wrong, joined by ", "; "inertial noise"; or "gyro", "accelerometer".
+        name: block of states; "initial heading" and the like; sensors whose σ is wrong, joined by ", "; "inertial
+            noise"; or "gyro", "accelerometer".
         kind: what it is.
         value: estimates of the states, or the factor or density that explains the innovations best.
         sigma: 1σ of the estimates; empty for a fitted size.
@@ -68,3 +75,15 @@ class Diagnosis:
         """The best explanation; None if no hypothesis explains enough."""
         named = [one for one in self.hypotheses if one.gain > one.needed]
         return named[0] if named else None
+
+    @property
+    def alike(self) -> tuple[Hypothesis, ...]:
+        """Other explanations that the readings can hardly tell from the cause."""
+        cause = self.cause
+        if cause is None:
+            return ()
+        return tuple(
+            one
+            for one in self.hypotheses
+            if one is not cause and one.gain > one.needed and cause.gain - one.gain < ALIKE
+        )

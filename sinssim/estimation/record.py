@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
@@ -36,7 +36,7 @@ class InnovationGate:
         self._triangle = np.tril_indices(k)
         self._lower = np.full((count, len(self._triangle[0])), np.nan)
         self._nis = np.full(count, np.nan)
-        self._bound = math.inf if probability is None else float(chi2.isf(probability, k))
+        self._bound = math.inf if probability is None else float(chdtri(k, probability))
 
     def passes(self, row: int, innovation: Innovation) -> bool:
         """Decide whether a reading may update the filter, and record the decision."""

@@ -55,18 +55,18 @@ class Reasons(Sequence[str]):
 @short_repr
 @dataclass(frozen=True)
 class Innovations:
-    """The innovations of one aiding sensor, in the order of validity, and which of its readings were used.
+    """The innovations of one aiding sensor, in the order of validity, and the decisions of the gate.
 
     Attributes:
         sensor: name of the sensor, or else its kind.
         kind: kind of measurement.
         time: instants of validity, (M,) s.
-        value: reading predicted by inertial navigation and the estimate, less the reading, (M, k); NaN for a skipped
-            reading.
+        value: measurement predicted by inertial navigation and the estimate, minus the measurement, (M, k); NaN for a
+            skipped measurement.
         lower: lower triangle of its covariance S, row by row, (M, k (k + 1)/2); see `covariance`.
         nis: normalised innovation squared νᵀS⁻¹ν, (M,).
-        accepted: whether the filter was updated with the reading, (M,).
-        reason: why it was not, "" if it was, M sentences.
+        accepted: whether the filter was updated with the measurement, (M,).
+        reason: reason of a rejection, "" if the measurement was accepted, M sentences.
         bound: the gate's bound on nis; infinite without a gate.
     """
 
@@ -187,7 +187,7 @@ class History:
 @short_repr
 @dataclass(frozen=True)
 class Estimate:
-    """The aided solution as known at each instant, with covariances and diagnostics.
+    """The causal aided solution, with covariances and diagnostics.
 
     Attributes:
         model: the error model.
@@ -203,10 +203,10 @@ class Estimate:
         divergence: divergence of the filter, at which the rows end; None if there is none.
         remarks: remarks for the user, for example that there was no fix; whole sentences.
         unaided: function that navigates without the filter; see `inertial`.
-        backward: the estimate of the same filter in reverse time, from readings at each instant and later, if there is
-            one.
-        diagnosis: what would explain innovations that speak against the filter; None if they do not, or if nobody
-            asked.
+        backward: the estimate of the same filter in reverse time, from the measurements at each time and later, if
+            there is one.
+        diagnosis: explanation of innovations that are inconsistent with the filter; None if they are consistent, or
+            without a request.
     """
 
     model: ErrorModel

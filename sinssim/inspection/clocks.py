@@ -150,7 +150,7 @@ def velocity_delay(fixes: FixStream) -> float | None:
 
     if fixes.velocity_ned is None:
         return None
-    good = np.isfinite(fixes.velocity_ned).all(axis=1) & np.isfinite(fixes.latitude) & np.isfinite(fixes.height)
+    good = np.isfinite(fixes.velocity_ned[:, :2]).all(axis=1) & np.isfinite(fixes.latitude) & np.isfinite(fixes.height)
     good &= np.append(True, np.diff(fixes.time) > 0.0)
     if int(good.sum()) < 50:
         return None

@@ -11,6 +11,7 @@ import numpy as np
 
 from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.standing import AtRest
+from sinssim.inspection.velocity_match import seen
 from sinssim.logs.streams import Clock
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.units import DEG, DEG_H, DEG_SQRT_H, G0
@@ -23,6 +24,7 @@ def suggested_scenario(
     inertial: tuple[Path, dict[str, Any], Clock],
     fixes: tuple[Path, dict[str, Any], Clock] | None,
     folder: Path,
+    reference: tuple[Path, str, Clock] | None = None,
     *,
     land: bool = False,
 ) -> str:
@@ -33,6 +35,7 @@ def suggested_scenario(
         inertial: path of the unit's file, the keys that describe its columns (none for a known format), its clock.
         fixes: the same of the receiver; None without.
         folder: of the scenario, to which the files' paths are relative.
+        reference: path, format and clock of a solution; None without. Without fixes it gives emulated ones.
         land: whether the vehicle is known to move on wheels.
 
     Returns:
@@ -43,6 +46,7 @@ def suggested_scenario(
         f'name = "{_name(path)}"',
         f'description = "Recorded by {path.name}"',
         "",
+        *_begin(inspection),
         "[log.imu]",
         f"file = {_text(_relative(path, folder))}",
     ]
@@ -51,7 +55,7 @@ def suggested_scenario(
     stated = inspection.inertial.axes if inspection.inertial else None
     if axes is not None and stated is None:
         lines.append(f"axes = {list(axes)!r}  # from the direction of motion and gravity".replace("'", '"'))
-    lines += _clock_keys(inspection, clock, fixes[2] if fixes else None)
+    lines += _clock_keys(inspection, clock, fixes[2] if fixes else reference[2] if reference else None)
     lines += list(_tables("log.imu", keys))
     if fixes is not None:
         lines += ["", "[log.gnss]", f"file = {_text(_relative(fixes[0], folder))}", *_file_keys(fixes[1])]
@@ -59,11 +63,75 @@ def suggested_scenario(
             lines.append(f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions")
         if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
             lines.append("# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level")
-        lines += [*_quality(inspection), *_tables("log.gnss", fixes[1])]
+        lines += [*_sigmas(inspection), *_quality(inspection), *_tables("log.gnss", fixes[1])]
+    if reference is not None:
+        lines += [
+            "",
+            "[log.reference]  # its attitude counts as that of the vehicle, which mounting_deg turns into the unit's",
+            f"file = {_text(_relative(reference[0], folder))}",
+            *_file_keys({"format": reference[1]}),
+        ]
     lines += ["", *_imu(inspection)]
-    if fixes is not None:
+    if fixes is not None or reference is not None:
         lines += ["", *_filter(inspection, land)]
+    if fixes is None and reference is not None and inspection.mounting is not None:
+        lines += ["", "[aiding.gnss]  # emulated from the reference: the files have no fixes"]
     return "\n".join(lines) + "\n"
+
+
+_LATEST_FIX_S = 1.5
+"""Time before the first fix from which on the run begins later, s: navigation starts from a fix of the last 2 s."""
+
+
+def _since(inspection: Inspection, time: float) -> float:
+    """Return a time of the fixes as time since the first row of the unit, s."""
+    assert inspection.inertial is not None
+    return time + (inspection.offset or 0.0) - float(inspection.inertial.time[0])
+
+
+def _starts(inspection: Inspection) -> float:
+    """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late."""
+    if inspection.fixes is None or inspection.offset is None:
+        return 0.0
+    fixes = inspection.fixes
+    known = fixes.time[np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)]
+    first = _since(inspection, float(known[0])) if len(known) else 0.0
+    return first if first > _LATEST_FIX_S else 0.0
+
+
+def _begin(inspection: Inspection) -> Iterator[str]:
+    """Yield the beginning of the run if the satellites come later."""
+    late = _starts(inspection)
+    if late:
+        yield "[log]"
+        yield f"from_s = {late:.3f}  # the first fix: without one there is no position to start from"
+        yield ""
+
+
+_SLOWEST_WHEELS = 0.5 / 8
+"""Longest interval of samples, s, with which the constraint of wheels and the detector of stops have 8 in a window."""
+_SLOWEST_VIBRATION = 0.2 / 3
+"""Longest interval of samples that show vibration, s, as `sinssim.sensors.from_readings.vibration` needs it."""
+_STANDS = 0.5
+"""Speed of satellites up to which a vehicle stands, m/s."""
+
+
+def _stop(inspection: Inspection) -> tuple[float, float] | None:
+    """Return the first quiet span within the run in which the satellites show no motion, s since the first row."""
+    if inspection.quiet is None or inspection.inertial is None or inspection.fixes is None:
+        return None
+    zero, curve = float(inspection.inertial.time[0]), seen(inspection.fixes)
+    for begin, end in inspection.quiet.spans:
+        first, last = max(begin - zero, _starts(inspection)), end - zero
+        if last - first < 3.0:
+            continue
+        if curve is not None and inspection.offset is not None:
+            at = curve.time + inspection.offset - zero
+            speed = curve.speed[(at >= first) & (at <= last)]
+            if len(speed) and float(np.median(speed)) > _STANDS:
+                continue
+        return first, last
+    return None
 
 
 def _name(path: Path) -> str:
@@ -83,6 +151,8 @@ def _text(value: str) -> str:
 
 
 def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
     if isinstance(value, str):
         return _text(value) if value != "\t" else '"\\t"'
     if isinstance(value, list):
@@ -116,7 +186,8 @@ def _clock_keys(inspection: Inspection, clock: Clock, receiver: Clock | None) ->
         return
     stated = 0 if clock.origin_gps_s is None or receiver is None else (receiver.origin_gps_s or 0) - clock.origin_gps_s
     late = offset - stated
-    if abs(late) > 1e-3:
+    doubted = any(f.subject == "clocks" and f.grade == "doubt" for f in inspection.findings)
+    if doubted and abs(late) > 1e-3:  # a smaller offset is as uncertain as it is large
         yield f"time_offset_s = {-late:.3f}  # the unit's stamps are {'late' if late > 0.0 else 'early'}"
 
 
@@ -150,8 +221,36 @@ def _imu(inspection: Inspection) -> Iterator[str]:
 
 
 def _shaken(inspection: Inspection) -> bool:
-    """Return whether the readings shake more in motion than at rest."""
+    """Return whether the readings shake more in motion than at rest, and are fast enough to follow it."""
+    stream = inspection.inertial
+    if stream is None or float(np.median(np.diff(stream.time))) > _SLOWEST_VIBRATION:
+        return False
     return any(f.subject == "vibration" and f.grade == "doubt" for f in inspection.findings)
+
+
+_SIGMA_FIXED = (0.02, 0.02, 0.04)
+"""1σ of a fixed solution of carrier phases as data sheets state it, 1 cm + 1 ppm, with the antenna's motion, m."""
+_SIGMA_SINGLE = (2.0, 2.0, 4.0)
+"""1σ of a position by code, north, east, down, m: 95 % within 4 m (GPS SPS Performance Standard, 2020, 3.8)."""
+_SIGMA_DOPPLER = (0.1, 0.1, 0.2)
+"""1σ of a velocity by Doppler shifts, as data sheets state it, with the change within the stamp's uncertainty, m/s."""
+
+
+def _sigmas(inspection: Inspection) -> Iterator[str]:
+    """Yield standard deviations of the fixes where the file has none: those of the kind of receiver."""
+    fixes = inspection.fixes
+    if fixes is None:
+        return
+    if fixes.position_sigma is None and fixes.covariance is None:
+        words = (
+            {fixes.quality_words.get(int(c), "") for c in np.unique(fixes.quality)}
+            if fixes.quality is not None
+            else set()
+        )
+        size, what = (_SIGMA_FIXED, "fixed ambiguities") if words == {"fixed"} else (_SIGMA_SINGLE, "code alone")
+        yield f"position_sigma_m = {list(size)}  # assumed, for {what}: the file has none, the data sheet says more"
+    if fixes.velocity_ned is not None and fixes.velocity_sigma is None:
+        yield f"velocity_sigma_mps = {list(_SIGMA_DOPPLER)}  # assumed: the file has none"
 
 
 def _quality(inspection: Inspection) -> Iterator[str]:
@@ -172,15 +271,24 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     if _shaken(inspection):
         yield "vibration_noise = 0.5  # the readings shake more in motion than at rest: the filter follows it"
     yield "smooth = true"
-    if inspection.mounting is None or inspection.quiet is None or inspection.inertial is None:
+    if inspection.mounting is None:
         return
-    begin, end = (t - float(inspection.inertial.time[0]) for t in inspection.quiet.spans[0])
-    learn = f"learn_s = [[{max(begin, 0.0):.1f}, {end:.1f}]]"
+    assert inspection.inertial is not None
+    if float(np.median(np.diff(inspection.inertial.time))) > _SLOWEST_WHEELS:
+        yield "# the samples are too slow for the constraint of wheels and for stops: they need 8 in half a second"
+        return
+    stop = _stop(inspection)
     off = "" if land else "# "
     if not land:
-        yield "# For a land vehicle (--vehicle land) whose first quiet span is a stop, see docs/estimation.md:"
+        yield "# For a land vehicle (--vehicle land), see docs/estimation.md:"
+    wheels = ("mounting_sigma_deg = 2.0", "lever_arm_sigma_m = 1.0", "slip_sigma_deg_per_g = 3.0")
+    yield from ("", f"{off}[aiding.land_vehicle]", *(f"{off}{key}" for key in wheels))
+    if stop is None:
+        yield ""
+        yield "# no stop of 3 s or more, from which to learn what standing looks like: no zero velocities"
+        return
+    learn = f"learn_s = [[{stop[0]:.1f}, {stop[1]:.1f}]]"
     for table, keys in (
-        ("land_vehicle", ("mounting_sigma_deg = 2.0", "lever_arm_sigma_m = 1.0", "slip_sigma_deg_per_g = 3.0")),
         ("zero_velocity", ("detect = true", learn, "rate_hz = 10.0")),
         ("zero_rate", ("detect = true", learn, "rate_hz = 10.0")),
     ):

@@ -11,11 +11,12 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.errors import InputError
-from sinssim.inspection.columns import Layout, guess_layout, other_gyro_units
 from sinssim.inspection.description import suggested_scenario
 from sinssim.inspection.finding import doubt, fact
 from sinssim.inspection.inspection import Described, Inspection, inspect_streams
-from sinssim.inspection.text_table import TextTable, read_table
+from sinssim.inspection.layouts.guess import Guessed, fix_words, guess_files
+from sinssim.inspection.layouts.inertial import Layout, other_gyro_units
+from sinssim.inspection.layouts.text_table import TextTable, read_table
 from sinssim.logs.aiding import quality_factor
 from sinssim.logs.clocks import file_clock, gps_instant
 from sinssim.logs.files import fix_stream, inertial_stream, solution_stream
@@ -63,27 +64,50 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
         raise InputError("inspect needs at least one file.")
     files: list[Streams] = []
     said = Described()
-    guessed: dict[Path, tuple[TextTable, Layout]] = {}
+    tables: list[TextTable] = []
+    unread: list[InputError] = []
     for path in map(Path, paths):
         if path.suffix == ".toml":
             described, said = _described(path)
             files += described
-            continue
-        if candidates(path):
-            known = read_file(path)
+        elif [name for name in candidates(path) if name != "track-csv"]:  # a track of any names is read as fixes
+            files.append(read_file(path))
         else:
-            table = read_table(path)
-            layout = guess_layout(table)
-            guessed[path] = table, layout
-            clock = Clock("machine", None, "times without a date")
-            known = Streams(path, "text", clock, inertial={"imu": layout.stream(table)})
-        files.append(known)
-    result = inspect_streams(files, said)
-    for path, (table, layout) in guessed.items():
-        result, layout = _decided(result, files, path, table, layout)
-        guessed[path] = table, layout
-        result.findings.insert(1, fact(str(path), _words(table, layout)))
+            try:
+                tables.append(read_table(path))
+            except InputError as error:
+                unread.append(error)
+    guessed = guess_files(tables)
+    files += guessed.streams()
+    if unread and not any(one.inertial for one in files):
+        raise unread[0]
+    result = inspect_streams(_with_fixes(files), said)
+    if guessed.unit is not None:
+        result, guessed = _decided(result, files, guessed)
+        assert guessed.unit is not None
+        result.findings.insert(1, fact(str(guessed.unit[0].path), _words(*guessed.unit)))
+    for table, layout in guessed.fixes:
+        result.findings.insert(1, fact(str(table.path), f"Fixes in columns: {fix_words(table, layout)}."))
+    left = (*guessed.left, *(f"{error} The file is not used." for error in unread))
+    result.findings += [doubt("files", text, "Leave the file out.") for text in left]
     return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
+
+
+def _with_fixes(files: list[Streams]) -> list[Streams]:
+    """Return files in which, if none has fixes, the positions of a solution stand for them."""
+    if any(one.fixes for one in files) or not any(one.inertial for one in files):
+        return files
+    for k, one in enumerate(files):
+        for name, s in one.solutions.items():
+            if np.isfinite(s.latitude).any():
+                fixes = FixStream(
+                    s.time, s.latitude, s.longitude, s.height, s.datum, s.position_sigma, s.velocity_ned,
+                    s.velocity_sigma,
+                )  # fmt: skip
+                note = f"There are no fixes: the {name} of {one.path.name} stands for them in the comparison."
+                other = replace(one, fixes={name: fixes}, notes=(*one.notes, note))
+                return [*files[:k], other, *files[k + 1 :]]
+    return files
 
 
 def _described(path: Path) -> tuple[list[Streams], Described]:
@@ -126,56 +150,69 @@ def _on_described_clock(section: LogFile, clock: Clock, stream: _Stream) -> tupl
     return own, replace(stream, time=stream.time + (zero.fraction + section.time_offset_s))
 
 
-def _decided(
-    result: Inspection, files: list[Streams], path: Path, table: TextTable, layout: Layout
-) -> tuple[Inspection, Layout]:
-    """Return the inspection with the unit of the gyros that fits the fixes, if nothing else gives it."""
-    if layout.gyro_unit_sure:
-        return result, layout
+def _decided(result: Inspection, files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed]:
+    """Return the inspection with the unit, the order and the signs of the gyros that fit the fixes.
+
+    What names give is kept, unless another reading fits clearly better.
+    """
+    assert guessed.unit is not None
+    table, layout = guessed.unit
     own = next((f for f in result.findings if f.subject == "units and axes"), None)
     if own is None or own.grade == "doubt":
-        text = f"Neither names nor fixes tell the unit of the gyros: {layout.gyro_unit} was assumed from their size."
-        result.findings.append(doubt("units and axes", text, "Take it from the unit's manual."))
-        return result, layout
+        if not layout.gyro_unit_sure:
+            text = (
+                f"Neither names nor fixes tell the unit of the gyros: {layout.gyro_unit} was assumed from their size."
+            )
+            result.findings.append(doubt("units and axes", text, "Take it from the unit's manual."))
+        return result, guessed
     if own.grade == "fact":
-        return result, layout
-    for unit in other_gyro_units(layout)[1:]:
-        other = replace(layout, gyro_unit=unit)
-        for k, streams in enumerate(files):
-            if streams.path == path:
-                files[k] = replace(streams, inertial={"imu": other.stream(table)})
-        again = inspect_streams(files)
+        return result, guessed
+    others = [replace(layout, gyro_unit=unit) for unit in other_gyro_units(layout)[1:]]
+    others = [] if layout.gyro_unit_sure else others
+    if result.reading is not None and (turned := layout.turned(*result.reading)) is not None:
+        others = [turned]  # neither scale nor unit, but order and signs
+    for other in others:
+        changed = replace(guessed, unit=(table, other))
+        streams = [s for s in files if s.path not in guessed.paths] + changed.streams()
+        again = inspect_streams(_with_fixes(streams))
         if any(f.subject == "units and axes" and f.grade == "fact" for f in again.findings):
-            return again, other
-    for k, streams in enumerate(files):
-        if streams.path == path:
-            files[k] = replace(streams, inertial={"imu": layout.stream(table)})
-    return result, layout
+            files[:] = streams
+            if other.gyro_unit == layout.gyro_unit:
+                text = f"In the file as it is, {own.numbers['best_other']}."
+                again.findings.append(doubt("units and axes", text, "The scenario describes the right reading."))
+            return again, changed
+    return result, guessed
 
 
 def _words(table: TextTable, layout: Layout) -> str:
     """Return the sentence on the columns."""
 
-    def three(first: int) -> str:
-        return ", ".join(str(table.label(first + k)) for k in range(3))
+    def three(name: str) -> str:
+        of, columns = layout.columns(table, name)
+        signs = layout.gyro_signs if name == "gyro" else layout.accel_signs
+        words = ", ".join(f"{'-' * (s < 0)}{of.label(k)}" for k, s in zip(columns, signs, strict=True))
+        return words if of is table else f"{words} of {of.path.name}"
 
+    time = "dates" if layout.time in table.dates else layout.time_unit
     return (
         f"Columns, by their numbers{'' if table.names is None else ' and names'}: time {table.label(layout.time)} "
-        f"[{layout.time_unit}], gyros {three(layout.gyro)} [{layout.gyro_unit}], accelerometers {three(layout.accel)} "
+        f"[{time}], gyros {three('gyro')} [{layout.gyro_unit}], accelerometers {three('accel')} "
         f"[{layout.accel_unit}], {layout.kind}."
     )
 
 
-def _scenario(
-    result: Inspection, files: list[Streams], guessed: dict[Path, tuple[TextTable, Layout]], folder: Path, land: bool
-) -> str | None:
+def _scenario(result: Inspection, files: list[Streams], guessed: Guessed, folder: Path, land: bool) -> str | None:
     unit = next((f for f in files if f.inertial), None)
-    if unit is None or (unit.format == "text" and unit.path not in guessed):  # described already
+    if unit is None or (unit.format == "text" and guessed.unit is None):  # described already
         return None
-    receiver = next((f for f in files if f.fixes), None)
     keys: dict[str, Any] = {"format": unit.format}
-    if unit.path in guessed:
-        table, layout = guessed[unit.path]
-        keys |= layout.description(table)
-    of_receiver = None if receiver is None else (receiver.path, {"format": receiver.format}, receiver.clock)
-    return suggested_scenario(result, (unit.path, keys, unit.clock), of_receiver, folder, land=land)
+    if guessed.unit is not None:
+        keys |= guessed.unit[1].description(guessed.unit[0], folder)
+    receiver = next((f for f in files if f.fixes), None)
+    of_receiver = None
+    if receiver is not None:
+        of_fixes = next((layout.description(table) for table, layout in guessed.fixes), {})
+        of_receiver = receiver.path, {"format": receiver.format, **of_fixes}, receiver.clock
+    solution = next((f for f in files if any(np.isfinite(one.latitude).any() for one in f.solutions.values())), None)
+    reference = None if solution is None else (solution.path, solution.format, solution.clock)
+    return suggested_scenario(result, (unit.path, keys, unit.clock), of_receiver, folder, reference, land=land)

@@ -12,7 +12,7 @@ from sinssim import earth
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.inspection.channels import channel_findings
-from sinssim.inspection.clocks import Offset, coarse_offset, fine_offset, velocity_delay
+from sinssim.inspection.clocks import NEAR, Offset, coarse_offset, fine_offset, velocity_delay
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.fixes import fix_findings
 from sinssim.inspection.hypotheses import judge_reading
@@ -26,7 +26,7 @@ from sinssim.inspection.standing import (
     scale_finding,
     vibration_finding,
 )
-from sinssim.inspection.velocity_match import pushed, seen
+from sinssim.inspection.velocity_match import Seen, pushed, seen
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.units import DEG, G0
 
@@ -45,6 +45,8 @@ class Inspection:
         offset: the unit's clock minus that of the positions, s; None if unknown.
         velocity_delay: age of the velocities at their stamps, s; None if unknown.
         mounting: the unit in its vehicle; None if unknown.
+        reading: matrices from the stated readings of gyros and accelerometers to the right ones, (3, 3); None if the
+            stated ones are right.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -54,6 +56,7 @@ class Inspection:
     offset: float | None = None
     velocity_delay: float | None = None
     mounting: Mounting | None = None
+    reading: tuple[Array, Array] | None = None
 
     @property
     def usable(self) -> bool:
@@ -201,16 +204,16 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
     time, rate, force = _clean(result.inertial)
     origins = of_unit.clock.origin_gps_s, of_receiver.clock.origin_gps_s
     about: float | None = None
-    if None not in origins:
-        assert origins[0] is not None
-        assert origins[1] is not None
+    if origins[0] is not None and origins[1] is not None:
         about = float(origins[1] - origins[0])
-    elif of_unit.path == of_receiver.path or (described is not None and origins == (None, None)):
-        about = 0.0  # files of a scenario without dates count from the same instant
-    known = about is not None
-    if about is None:
-        about = coarse_offset(time, rate, curve_of_fixes)
-    offset = None if about is None else fine_offset(pushed(time, rate, force), curve_of_fixes, about)
+    elif origins == (None, None):
+        about = 0.0  # files without dates count from the same instant, unless their motion says otherwise
+    agreed = _clock_offset(
+        (time, rate, force), curve_of_fixes, about, "machine" in (of_unit.clock.kind, of_receiver.clock.kind)
+    )
+    known = agreed is not None and agreed[1] is not None
+    offset = None if agreed is None else agreed[0]
+    about = about if agreed is None else agreed[2]
     if about is None or offset is None:
         result.findings.append(
             doubt(
@@ -224,11 +227,13 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
         )
         return
     reading = judge_reading(time, rate, force, curve_of_fixes, offset.value, about)
+    if reading.gyro is not None and reading.accel is not None:
+        result.reading = reading.gyro, reading.accel
     if reading.gyro is not None and reading.accel is not None:  # clocks and mounting follow from the right reading
         rate, force = rate @ reading.gyro.T, force @ reading.accel.T
         offset = fine_offset(pushed(time, rate, force), curve_of_fixes, about) or offset
     result.offset = offset.value + (result.velocity_delay or 0.0)
-    result.findings.append(_offset_finding(offset, result.offset, about if known else None))
+    result.findings.append(_offset_finding(offset, result.offset, agreed[1] if known and agreed is not None else None))
     result.findings += reading.findings
     result.mounting = mounting(pushed(time, rate, force), curve_of_fixes, offset.match, offset.value)
     if result.mounting is not None:
@@ -240,6 +245,45 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
         curve, q_nb = pushed(time, rate, force), reference[1].q_nb
         found = attitude_finding(curve, curve_of_fixes, offset.match, offset.value, given.time + shift, q_nb)
         result.findings += [] if found is None else [found]
+
+
+_GOOD = 5.0
+"""Residual in units of the velocities' σ up to which an offset is trusted without a search for another one."""
+_BETTER = 1.5
+"""Factor by which another offset must reduce the residual."""
+_LEAP = 18.0
+"""GPS time minus UTC since 2017, s: dates that do not say which of the two they are may be off by it."""
+
+
+def _clock_offset(
+    readings: tuple[Array, Array, Array], fixes: Seen, stated: float | None, undeclared: bool
+) -> tuple[Offset, float | None, float] | None:
+    """Return the offset of the clocks, the stated one (None if the clocks have nothing in common), and its first guess.
+
+    Args:
+        readings: times, rates and specific forces.
+        fixes: the curve of the fixes.
+        stated: offset that the files state, s; None if they state none.
+        undeclared: whether a file does not tell its time scale, which may be GPS time or UTC.
+    """
+    curve = pushed(*readings)
+    first = None if stated is None else fine_offset(curve, fixes, stated)
+    if first is not None and stated is not None and first.match.residual < _GOOD * fixes.sigma:
+        return first, stated, stated
+    best: tuple[Offset, float | None, float] | None = None
+    if first is not None and stated is not None:
+        best = first, stated, stated
+    guesses: list[tuple[float, float | None]] = []
+    if stated is not None and undeclared:
+        guesses += [(stated - _LEAP, stated), (stated + _LEAP, stated)]
+    coarse = coarse_offset(readings[0], readings[1], fixes)
+    if coarse is not None and (stated is None or abs(coarse - stated) > NEAR):
+        guesses.append((coarse, None if stated == 0.0 or stated is None else stated))
+    for guess, origin in guesses:
+        other = fine_offset(curve, fixes, guess)
+        if other is not None and (best is None or _BETTER * other.match.residual < best[0].match.residual):
+            best = other, origin, guess
+    return best
 
 
 def _offset_finding(offset: Offset, value: float, stated: float | None) -> Finding:

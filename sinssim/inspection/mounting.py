@@ -174,6 +174,7 @@ def _named(c_bv: Array, of_window: Array) -> Mounting:
     names = [_DIRECTIONS[(int(np.argmax(np.abs(row))), int(np.sign(row[np.argmax(np.abs(row))])))] for row in nearest]
     c_vs = c_bv.T @ nearest  # from the unit's axes, renamed to forward-right-down, into the vehicle's
     roll, pitch, yaw = (float(x) for x in rotation.euler_from_quaternion(rotation.quaternion_from_dcm(c_vs)))
+    yaw = (yaw + np.pi) % (2.0 * np.pi) - np.pi  # the axes are named by quarter turns: the rest is small
     inside = of_window @ nearest  # directions of motion in the renamed axes
     centre = np.median(inside, axis=0)
     spread = 1.4826 * np.median(np.abs(inside - centre), axis=0) / np.sqrt(max(len(inside) - 1, 1))

@@ -77,7 +77,7 @@ def _not_forward(subject: str, time: Array, steps: Array) -> list[Finding]:
                 subject,
                 f"{len(same)} time{'s' * (len(same) > 1)} of {subject} repeat the one before, first in row "
                 f"{same[0] + 2} ({time[same[0]]:.9g} s).",
-                "Remove the repeated rows, or use a time column of finer resolution.",
+                'If the unit samples evenly, use stamps = "even" in [log.imu]. Copies of rows are left out.',
                 repeated=len(same),
             )
         )

@@ -253,6 +253,8 @@ def vibration_finding(time: Array, rate: Array, force: Array, quiet: AtRest | No
         shaken.append(np.sqrt(interval / 20.0 * np.mean(high * high, axis=0)) / unit)
     gyro, accel = shaken
     still = quiet.gyro_density / DEG, quiet.accel_density * 1e6 / G0
+    if not (np.min(still[0]) > 0.0 and np.min(still[1]) > 0.0):
+        return []  # readings without noise at rest: frozen channels or ideal sensors
     ratio = max(float(np.max(gyro / still[0])), float(np.max(accel / still[1])))
     numbers = {"gyro_deg_s_sqrt_hz": gyro.tolist(), "accel_ug_sqrt_hz": accel.tolist(), "times_at_rest": ratio}
     text = (

@@ -142,7 +142,7 @@ def seen(fixes: FixStream) -> Seen | None:
     """
     good = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)
     if fixes.velocity_ned is not None:
-        good &= np.isfinite(fixes.velocity_ned).all(axis=1)
+        good &= np.isfinite(fixes.velocity_ned[:, :2]).all(axis=1)
     good &= np.append(True, np.diff(fixes.time) > 0.0)
     if int(good.sum()) < _LEAST:
         return None
@@ -154,6 +154,8 @@ def seen(fixes: FixStream) -> Seen | None:
         velocity = rotation.rotate(rotation.conjugate(q_en), v_e)
     else:
         velocity = fixes.velocity_ned[good]
+        if not np.isfinite(velocity[:, 2]).all():  # speed and course: the climb follows from the heights
+            velocity = np.column_stack([velocity[:, :2], -_climb(time, fixes.height[good])])
         v_e = rotation.rotate(q_en, velocity)
         given = fixes.velocity_sigma
         sigma = 0.05 if given is None or not np.isfinite(given[good]).any() else float(np.nanmedian(given[good]))
@@ -169,6 +171,18 @@ def seen(fixes: FixStream) -> Seen | None:
         for axis in ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
     )
     return Seen(time, earth.ecef_to_eci(carried, since, _EARTH) - fallen, relative, up, north, speed, max(sigma, 1e-3))
+
+
+_CLIMB_S = 5.0
+"""Time over which heights are smoothed for the climb, s: roads change their slope within about a hundred metres."""
+
+
+def _climb(time: Array, height: Array) -> Array:
+    """Return the rate of heights whose noise is that of a receiver without vertical velocity, (M,) m/s."""
+    from scipy.ndimage import gaussian_filter1d
+
+    step = float(np.median(np.diff(time)))
+    return np.asarray(np.gradient(gaussian_filter1d(height, max(0.5 * _CLIMB_S / step, 0.1)), time))
 
 
 def match(

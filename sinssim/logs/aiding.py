@@ -105,8 +105,12 @@ def gnss_readings(fixes: FixStream, section: LogGnss, outages: Spans) -> list[Ai
         )  # fmt: skip
         least = max(section.least_velocity_sigma_mps, 1e-9)
         sigma = np.maximum(sigma * section.velocity_sigma_factor, least) * factor[:, None]
-        time = fixes.time - section.velocity_delay_s
-        found.append(_readings("gnss-velocity", time, fixes.velocity_ned, sigma, section, outages))
+        time, velocity = fixes.time - section.velocity_delay_s, fixes.velocity_ned
+        level = np.isfinite(velocity[:, :2]).all(axis=1) & ~np.isfinite(velocity[:, 2])
+        if level.any():  # speed and course
+            velocity = np.where(level[:, None] & ~np.isfinite(velocity), 0.0, velocity)
+            sigma = np.where(level[:, None] * np.array((False, False, True)), _UNKNOWN_CLIMB, sigma)
+        found.append(_readings("gnss-velocity", time, velocity, sigma, section, outages))
     if not found:
         raise InputError(f"{section.file} has no velocities, and use = {list(section.use)} takes nothing else.")
     return found
@@ -120,6 +124,8 @@ def _sigma(own: Array | None, given: tuple[float, float, float] | None, count: i
     return own
 
 
+_UNKNOWN_CLIMB = 100.0
+"""1σ of a vertical velocity that a receiver does not give, m/s: the reading then says nothing of it."""
 _MOST = 0.999
 """Largest correlation that is believed: the last digits of a file's numbers make larger ones."""
 

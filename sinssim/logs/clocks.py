@@ -26,12 +26,12 @@ class Instant:
     fraction: float
 
 
-def gps_instant(text: str, scale: Literal["gps", "utc"] = "gps") -> Instant:
+def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Instant:
     """Return the instant of a date and time of day.
 
     Args:
         text: "2025-07-08 19:34:21.723".
-        scale: "gps", or "utc", whose leap seconds are then added.
+        scale: "gps", or else UTC, whose leap seconds are then added.
 
     Returns:
         The instant.
@@ -45,7 +45,7 @@ def gps_instant(text: str, scale: Literal["gps", "utc"] = "gps") -> Instant:
     except ValueError as error:
         raise InputError(f'"{text}" is no date and time of day: {error}.') from error
     seconds = round((whole - _ORIGIN).total_seconds())
-    if scale == "utc":
+    if scale != "gps":
         seconds += leap_seconds(date[:10])
     return Instant(seconds, float(f"0.{fraction}") if fraction else 0.0)
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.formats.registry import FORMATS
+from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
 from sinssim.logs.read import candidates, read_file
 from sinssim.logs.streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
 from sinssim.logs.text.columns import SUFFIXES, Table
 from sinssim.logs.text.description import TIME_UNITS, TRIADS, LogDescription, unit_in_name
 from sinssim.logs.text.fix_description import SIGNS, UNITS_OF, FixColumns, Quantity, SolutionColumns, Triple
-from sinssim.logs.text.samples import read_samples
+from sinssim.logs.text.samples import Samples, TriadName, read_samples
 from sinssim.scenario.sections.log import TEXT_FORMAT, LogFile, LogImu, LogOther
 
 _Stream = TypeVar("_Stream")
@@ -43,10 +47,63 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         axes = section.axes if "axes" in section.model_fields_set or stream.axes is None else stream.axes
         matrix = LogDescription.model_validate({"axes": axes}).matrix
         return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
-    samples = read_samples(path, section, TRIADS)
+    apart = [name for name in TRIADS if (triad := section.triad(name)) is not None and triad.file is not None]
+    if len(apart) == len(TRIADS):
+        raise InputError(f"{path}: gyro and accel both have a file of their own: one of them belongs to log.imu.file.")
+    samples = read_samples(path, section, [name for name in TRIADS if name not in apart])
     # the axes are already turned; a copy of the first interval stands before the first stamp
-    stream = InertialStream(samples.time[1:], samples.triads["gyro"], samples.triads["accel"], samples.kind)
-    return stream, _OWN_TIMES, ()
+    time, triads, notes = samples.time[1:], samples.triads, tuple[str, ...]()
+    for name in apart:
+        time, triads, notes = _joined(section, samples, name)
+    if samples.repeated:
+        notes += (f"{path.name}: {samples.repeated} copies of the row before are left out.",)
+    time, clock = _on_clock(section, time, samples.clock)
+    return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
+
+
+def _joined(
+    section: LogImu, samples: Samples, name: TriadName
+) -> tuple[Array, dict[TriadName, Array], tuple[str, ...]]:
+    """Return the samples of the main file with the triad of another one, where both have some."""
+    triad = section.triad(name)
+    assert triad is not None
+    assert triad.file is not None
+    other = read_samples(Path(triad.file), section, [name])
+    shift = 0.0
+    if samples.clock is not None and other.clock is not None:
+        shift = float((other.clock.origin_gps_s or 0) - (samples.clock.origin_gps_s or 0))
+    time, at = samples.time[1:], other.time[1:] + shift
+    both = (time >= at[0]) & (time <= at[-1])
+    if int(both.sum()) < 2:
+        raise InputError(
+            f"{section.file} and {triad.file} do not overlap: {time[0]:.9g} to {time[-1]:.9g} s and {at[0]:.9g} to "
+            f"{at[-1]:.9g} s."
+        )
+    read = np.stack([np.interp(time[both], at, axis) for axis in other.triads[name].T], axis=1)
+    longest = float(np.diff(at).max())
+    if longest > section.max_gap_s:
+        k = int(np.diff(at).argmax())
+        raise InputError(
+            f"{triad.file}: no samples for {longest:.6g} s from {at[k]:.9g} s on, more than max_gap_s = "
+            f"{section.max_gap_s:g}."
+        )
+    triads: dict[TriadName, Array] = {key: value[both] for key, value in samples.triads.items()}
+    note = f"The readings of {Path(triad.file).name} are interpolated linearly to the stamps of {section.file}."
+    return time[both], {**triads, name: read}, (note,)
+
+
+def _on_clock(section: LogFile, time: Array, dated: Clock | None) -> tuple[Array, Clock]:
+    """Return the times of a file in columns, and their clock: that of dates, Unix time, or an unknown one."""
+    if dated is not None:
+        if dated.kind == "utc" or dated.origin_gps_s is None:
+            return time, dated
+        if section.clock == "utc":
+            return time, replace(dated, kind="utc", origin_gps_s=int(gps_from_unix(dated.origin_gps_s + EPOCH_UNIX)))
+        return time, replace(dated, kind="gps")
+    if section.clock != "unix":
+        return time, _OWN_TIMES
+    first = math.floor(time[0])
+    return time - first, Clock("utc", int(gps_from_unix(first)), "Unix time")
 
 
 def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
@@ -69,20 +126,29 @@ def fix_stream(section: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
     found = _formatted(section, described=_describes(section, FixColumns))
     if found is not None:
         return _one(found.fixes, section, found, "fixes"), found.clock, found.notes
+    stream, _, clock = _fixes_of_columns(section)
+    return stream, clock, ()
+
+
+def _fixes_of_columns(section: LogFile) -> tuple[FixStream, NDArray[np.intp], Clock]:
+    """Return the fixes of a file in columns, their rows in the file, and their clock."""
+    assert isinstance(section, FixColumns)
     table, c = _table(section), section
     _needed(table.path, c, ("latitude", "longitude", "height"))
     quality = None if c.quality is None else table.column(c.quality, gaps=True)
+    time, clock = _times(table, section)
     stream = FixStream(
-        _times(table, c),
+        time,
         _one_of(table, c.latitude, "angle"),
         _one_of(table, c.longitude, "angle"),
         _one_of(table, c.height, "length"),
         position_sigma=None if c.position_sigma is None else np.abs(_three_of(table, c.position_sigma, "length")),
-        velocity_ned=None if c.velocity is None else _three_of(table, c.velocity, "speed"),
+        velocity_ned=_velocity_of(table, c),
         velocity_sigma=None if c.velocity_sigma is None else np.abs(_three_of(table, c.velocity_sigma, "speed")),
         quality=None if quality is None else np.where(np.isfinite(quality), quality, -1).astype(np.int64),
     )
-    return stream, _OWN_TIMES, ()
+    rows = _fresh(table, stream, c)
+    return stream if len(rows) == len(stream) else stream.rows(rows), rows, clock
 
 
 def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
@@ -106,11 +172,11 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
         return _one(both, section, found, "solution"), found.clock, found.notes
     table, c = _table(section), section
     if (c.heading or c.quaternion) and not (c.latitude or c.longitude or c.height):
-        time = _times(table, c)  # attitude alone
+        time, clock = _times(table, section)  # attitude alone
         unknown = np.full(len(time), np.nan)
-        stream, clock, notes = FixStream(time, unknown, unknown, unknown), _OWN_TIMES, tuple[str, ...]()
+        stream, rows = FixStream(time, unknown, unknown, unknown), np.arange(len(time))
     else:
-        stream, clock, notes = fix_stream(section)
+        stream, rows, clock = _fixes_of_columns(section)
     q_nb = None
     if c.quaternion is not None:
         q_nb = np.column_stack([table.column(column, gaps=True) for column in c.quaternion])
@@ -118,22 +184,32 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
     elif c.heading is not None:
         from sinssim import rotation
 
-        level = np.zeros(len(stream))
+        level = np.zeros(table.rows)
         roll, pitch, heading = (
             level if angle is None else _one_of(table, angle, "angle") for angle in (c.roll, c.pitch, c.heading)
         )
         q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     if q_nb is None:
-        return stream, clock, notes
-    sigma = None if c.attitude_sigma is None else np.abs(_three_of(table, c.attitude_sigma, "angle"))
+        return stream, clock, ()
+    q_nb = q_nb[rows]
+    sigma = None if c.attitude_sigma is None else np.abs(_three_of(table, c.attitude_sigma, "angle"))[rows]
     solution = SolutionStream(
         stream.time, stream.latitude, stream.longitude, stream.height, stream.datum, stream.velocity_ned, q_nb,
         stream.position_sigma, stream.velocity_sigma, sigma,
     )  # fmt: skip
-    return solution, clock, notes
+    return solution, clock, ()
 
 
 _DIMENSION = {"baro-height": "length", "heading": "angle", "speed": "speed", "airspeed": "speed"}
+
+
+def other_units(section: LogOther) -> Mapping[str, float]:
+    """Return the units that the readings of another sensor may have, in SI.
+
+    Args:
+        section: an entry of [[log.others]].
+    """
+    return UNITS_OF[_DIMENSION[section.kind]]
 
 
 def other_stream(section: LogOther) -> tuple[OtherStream, Clock]:
@@ -148,9 +224,9 @@ def other_stream(section: LogOther) -> tuple[OtherStream, Clock]:
     Raises:
         InputError: the file cannot be read, or a unit is unknown.
     """
-    units = UNITS_OF[_DIMENSION[section.kind]]
-    for quantity in (section.reading, section.sigma):
-        if quantity.unit not in units:
+    units = other_units(section)
+    for quantity in (section.reading, section.sigma, section.bias_sigma):
+        if quantity is not None and quantity.unit not in units:
             raise unknown_name(f"unit of {section.kind}", quantity.unit, units)
     columns = [c for c in (section.time, section.reading.column, section.sigma.column) if c is not None]
     layout = FixColumns(time=section.time, delimiter=section.delimiter, skip_lines=section.skip_lines)
@@ -218,15 +294,51 @@ def _needed(path: Path, columns: FixColumns, names: tuple[str, ...]) -> None:
         )
 
 
-def _times(table: Table, columns: FixColumns) -> Array:
-    """Return the times of a file, which must increase, (M,) s."""
-    unit = columns.time_unit or unit_in_name(columns.time) or "s"
-    time = table.column(columns.time) * TIME_UNITS[unit]
+def _times(table: Table, section: LogFile) -> tuple[Array, Clock]:
+    """Return the times of a file, (M,) s, and their clock."""
+    assert isinstance(section, FixColumns)
+    unit = section.time_unit or unit_in_name(section.time) or "s"
+    return _on_clock(section, *table.times(section.time, TIME_UNITS[unit]))
+
+
+def _fresh(table: Table, stream: FixStream, columns: FixColumns) -> NDArray[np.intp]:
+    """Return the rows that have a fix, and a new one if fixes are held; their times must increase."""
+    known = np.isfinite(stream.latitude) & np.isfinite(stream.longitude)
+    nowhere = (stream.latitude == 0.0) & (stream.longitude == 0.0)
+    if not nowhere[known].all():  # zeros are written until there is a fix
+        known &= ~nowhere
+    if stream.velocity_ned is not None:
+        known |= np.isfinite(stream.velocity_ned[:, :2]).all(axis=1) & ~nowhere
+    if columns.held:
+        held = np.column_stack([stream.latitude, stream.longitude, stream.height])
+        known &= np.append(True, (np.diff(held, axis=0) != 0.0).any(axis=1))
+    time, rows = stream.time[known], np.flatnonzero(known)
+    same = np.append(False, np.diff(time) == 0.0)
+    if same.any():  # a row written twice says nothing new
+        place = np.column_stack([stream.latitude[known], stream.longitude[known], stream.height[known]])
+        same &= np.append(False, (np.diff(place, axis=0) == 0.0).all(axis=1))
+        time, rows = time[~same], rows[~same]
     steps = np.diff(time)
     if len(steps) and not np.min(steps) > 0.0:
         k = int(np.argmax(~(steps > 0.0))) + 1
-        raise InputError(f"{table.place(k)}: the time {time[k]:.9g} s does not come after {time[k - 1]:.9g} s.")
-    return time
+        raise InputError(
+            f"{table.place(int(rows[k]))}: the time {time[k]:.9g} s does not come after {time[k - 1]:.9g} s."
+        )
+    if not len(rows):
+        raise InputError(f"{table.path}: no row has a position.")
+    return rows
+
+
+def _velocity_of(table: Table, c: FixColumns) -> Array | None:
+    """Return the velocity north, east, down, of components or of speed and course; NaN if it is not known, (M, 3)."""
+    if c.velocity is not None:
+        return _three_of(table, c.velocity, "speed")
+    if c.speed is None or c.course is None:
+        return None
+    speed, course = _one_of(table, c.speed, "speed"), _one_of(table, c.course, "angle")
+    # a receiver at rest has no course
+    course = np.where((speed == 0.0) & ~np.isfinite(course), 0.0, course)
+    return np.column_stack([speed * np.cos(course), speed * np.sin(course), np.full(len(speed), np.nan)])
 
 
 def _one_of(table: Table, quantity: Quantity | None, dimension: str) -> Array:

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.logs.streams import InertialStream
+from sinssim.logs.text.even_stamps import even_stamps
 
 _GAP = 1.75
 """Ratio to the usual interval from which samples are missing: between one and two, with room for jitter."""
@@ -52,7 +52,7 @@ def made_increments(
     Args:
         stream: readings, forward-right-down, SI.
         readings: of rates: values at the stamps, or means over the intervals that end there.
-        stamps: "even" replaces the stamps between two gaps by a straight line through them.
+        stamps: "even" replaces the stamps by even instants, see `even_stamps`.
         max_gap: longest time without samples that is bridged, s.
         source: what the readings are, for messages.
 
@@ -62,14 +62,17 @@ def made_increments(
     Raises:
         InputError: times do not increase, there are fewer than two samples, or a gap is too long.
     """
-    steps = np.diff(stream.time)
     if len(stream) < 2:
         raise InputError(f"{source} has {len(stream)} samples in this span; at least two are needed.")
+    if stamps == "even" and len(stream) > 2:
+        stream = replace(stream, time=even_stamps(stream.time)[0])
+    steps = np.diff(stream.time)
     if not np.min(steps) > 0.0:
         k = int(np.argmax(~(steps > 0.0)))
         raise InputError(
             f"{source}: the time {stream.time[k + 1]:.9g} s of sample {k + 1} does not come after "
-            f"{stream.time[k]:.9g} s. A clock that was reset or repeated rows must be cut out (from_s, to_s)."
+            f"{stream.time[k]:.9g} s. A clock that was reset must be cut out (from_s, to_s). If the unit samples "
+            'evenly and only its stamps repeat, set stamps = "even".'
         )
     usual = float(np.median(steps))
     wide = np.flatnonzero(steps > _GAP * usual)
@@ -82,23 +85,9 @@ def made_increments(
             "accept a longer bridge."
         )
     gaps = np.column_stack((stream.time[wide], steps[wide] - usual))
-    if stamps == "even":
-        stream = replace(stream, time=_even(stream.time, wide, usual))
     if stream.kind == "rates" and readings == "instantaneous":
         return Made(_trapezoids(stream, usual), gaps)
     return Made(_intervals(stream, usual), gaps)
-
-
-def _even(time: Array, wide: NDArray[np.intp], usual: float) -> Array:
-    """Return stamps on straight lines: the numbers of the samples times one interval, for each part between gaps."""
-    even = time.copy()
-    for begin, end in zip((0, *(wide + 1)), (*(wide + 1), len(time)), strict=True):
-        if end - begin > 2:
-            number = np.arange(end - begin)
-            even[begin:end] = np.polyval(np.polyfit(number, time[begin:end] - time[begin], 1), number) + time[begin]
-    if not np.min(np.diff(even)) > 0.25 * usual:
-        return time  # parts of a few samples between gaps: the stamps themselves are better
-    return even
 
 
 def _trapezoids(stream: InertialStream, usual: float) -> ImuData:

@@ -174,9 +174,9 @@ class RecordedRun:
             raise unknown_name(f"inertial readings of {self.path}", kind, self.inertial)
         if (self.path / "streams" / "rotation.parquet").exists():
             raise InputError(
-                f"the sensor block of {self.path} turns in the vehicle, and no format has its angles: without them the "
-                "readings cannot be used. They are in streams/imu_*.parquet, and the angles in "
-                "streams/rotation.parquet; --solution exports solutions in formats without inertial readings."
+                f"the sensor block of {self.path} rotates in the vehicle, and no format contains its angles, without "
+                f"which the data cannot be used. The data are in streams/imu_*.parquet, and the angles in "
+                f"streams/rotation.parquet; --solution exports solutions in formats without inertial data."
             )
         columns = ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps")
         rows = self._table(f"imu_{kind}", ("time_s", *columns))

@@ -13,6 +13,7 @@ from sinssim.frames import listed
 from sinssim.own_content.layout import Item
 from sinssim.own_content.modules import failure, load_module
 from sinssim.sensors.aiding.base.sensor import AidingSensor
+from sinssim.sensors.aiding.registry import KINDS, OWN_KINDS
 
 
 def sensor_class(item: Item) -> type[AidingSensor]:
@@ -46,7 +47,58 @@ def sensor_class(item: Item) -> type[AidingSensor]:
         sensor.table = item.name
         own: Any = sensor
         own.read, own.states = _explained(item, sensor.read), _explained(item, sensor.states)
+    _register_kind(item, list(vars(module).values()), module.__name__)
     return sensor
+
+
+def _register_kind(item: Item, found: list[Any], module: str) -> None:
+    """Register the kind of measurement that the file of a sensor brings, if it does, under the file's name."""
+    # known by its methods: the base class belongs to a later stage
+    kinds = [
+        one for one in found
+        if isinstance(one, type) and one.__module__ == module and hasattr(one, "compare") and hasattr(one, "observe")
+    ]  # fmt: skip
+    wrong = f"the {item.words} cannot be used: {item.file}"
+    if len(kinds) > 1:
+        raise InputError(f"{wrong} may have one kind of measurement, and has {listed([k.__name__ for k in kinds])}.")
+    if not kinds:
+        OWN_KINDS.pop(item.name, None)
+        return
+    kind: Any = kinds[0]
+    if item.name in KINDS:
+        raise InputError(
+            f"{wrong}: sinssim itself has the kind of measurement {item.name}; give the file another name."
+        )
+    missing = [name for name in ("columns", "axes", "unit") if not hasattr(kind, name)]
+    if missing:
+        raise InputError(f"{wrong}: {kind.__name__} needs {listed(missing)}, see docs/extending/measurement-kind.md.")
+    if OWN_KINDS.get(item.name) is not kind:
+        kind.compare = _compared(item, kind.compare)
+        OWN_KINDS[item.name] = kind
+
+
+def _compared(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method `compare` whose failures name the file, and whose results are checked."""
+
+    @functools.wraps(method)
+    def compare(kind: Any, at: Any, value: Any) -> Any:
+        try:
+            residual, h = method(kind, at, value)
+            count, size = len(value), at.model.size
+            for name, given, shape in (
+                ("residuals", residual, (count, kind.errors)), ("H", h, (count, kind.errors, size)),
+            ):  # fmt: skip
+                if np.shape(given) != shape:
+                    raise ValueError(f"{name} have the shape {np.shape(given)}; {shape} is needed")
+                if not np.isfinite(given).all():
+                    raise ValueError(f"{name} are not finite")
+        except SinssimError:
+            raise
+        except Exception as error:  # raised by the user's code; a RunError would be taken for a divergence
+            raise InputError(f"the {item.words} failed: {failure(item.file, error)}.") from error
+        return residual, h
+
+    return compare
 
 
 def _explained(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:

@@ -152,9 +152,19 @@ def items_of(path: Path) -> list[Item]:
     if not found:
         raise InputError(
             f"the folder {shortened(str(path), 200)!r} has none of the folders {listed(SINGULAR, 'or')} with a file in "
-            "it"
+            f"it{_misspelt(path)}"
         )
     return found
+
+
+def _misspelt(path: Path) -> str:
+    """Return which folders may be meant by those that there are, as the end of a sentence."""
+    import difflib
+
+    there = sorted(entry.name for entry in os.scandir(path) if entry.is_dir())
+    near = [(name, near[0]) for name in there if (near := difflib.get_close_matches(name.lower(), SINGULAR, 1))]
+    wrong = [f"{name!r} as {kind!r}" for name, kind in near if name != kind]
+    return f"; did you mean {listed(wrong)}?" if wrong else ""
 
 
 def _in_folder(folder: Path, kind: str) -> Iterator[Item]:

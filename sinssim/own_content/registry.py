@@ -34,7 +34,7 @@ on_change: list[Callable[[], None]] = []
 def use(*paths: str | Path) -> list[str]:
     """Register own content for this Python process: files, or project folders.
 
-    No file is executed before its content is used. Registering a file again that was changed takes the new one.
+    No file is executed before its content is used. If a changed file is registered again, the new contents are used.
 
     Args:
         *paths: files or folders, see `docs/own-content.md`; relative ones from the current folder.
@@ -43,8 +43,8 @@ def use(*paths: str | Path) -> list[str]:
         The names of the algorithms, frames and aiding sensors.
 
     Raises:
-        InputError: there is nothing there that sinssim can use; a name is that of the package's own content, or of
-            another file.
+        InputError: the path contains no content for sinssim, or a name is that of content of the package or of another
+            file.
     """
     items = [item for path in paths for item in items_of(Path(path).expanduser().resolve())]
     register(items)

@@ -16,7 +16,7 @@ _PLOT_ROWS = 16384
 Scale = Sequence[tuple[str, float, float]]
 """Units of a kind: name, size in SI, and the largest value (SI) that the unit is used for."""
 
-LENGTHS: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, 2.0 * units.NAUTICAL_MILE), ("nmi", units.NAUTICAL_MILE, np.inf))
+LENGTHS: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, 1e5), ("km", 1e3, np.inf))
 HEIGHTS: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, np.inf))
 SPEEDS: Scale = (("mm/s", 1e-3, 0.05), ("m/s", 1.0, np.inf))
 ANGLES: Scale = (

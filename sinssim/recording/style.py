@@ -13,11 +13,13 @@ from sinssim.algorithms import ORDER, family
 Rgb = tuple[int, int, int]
 
 INK, SOFT, GRID = "#1c1c1c", "#555555", "#e4e4e4"
+"""CSS colours on a light background: titles and legends; the axes, their numbers and labels; the grid."""
+ON_DARK, ON_LIGHT = "#fefefe", "#1d1d1d"
+"""Numbers on cells of a map, which keep their colours on a dark page; other than white and `INK`, which do not."""
 PALE = "#f3f8fc"
 """The lightest shade of a map of numbers."""
 FRAME = 1.6
 """Width of the line around a marked cell of a map, points."""
-"""CSS colours on a light background: titles and legends; the axes, their numbers and labels; the grid."""
 FONTS = "Liberation Sans, Arial, sans-serif"
 """Font families of text in SVG, in order of preference; pictures use matplotlib's own sans-serif."""
 TEXT, SMALL = 9.0, 8.25

@@ -92,7 +92,8 @@ def check_platform(imu: ImuSection, navigation: NavigationSection) -> None:
         for key in term.keys if term.stage in _OF_TURNS or term.field in ("scale", "misalignment") else ():
             if getattr(imu, key) is not None and not (key == "gyro_scale_sigma_ppm" and not torquer):
                 raise ValueError(
-                    f"imu.{key} would have no effect: the gyros hold the platform and sense no turns; remove it, "
+                    f"imu.{key} would have no effect: the gyros stabilise the platform and sense no rotation; remove "
+                    f"it, "
                     'or add a strapdown algorithm for the same sensors, for example "quaternion", to '
                     "navigation.algorithms"
                 )
@@ -107,13 +108,14 @@ def check_rotation(
         imu: the [imu] section.
         section: the [filter] section, if there is one.
         aiding: the [aiding] section, if there is one.
-        others: the tables "log" and "one_component", None where there is none.
+        others: the tables "log", "one_component" and "navigation.alignment", None where there is none.
     """
     if imu.rotation is None:
         return
     for name, why in (
-        ("log", "holds recorded readings, and no angles of a turning block"),
+        ("log", "contains recorded data without the angles of a rotating IMU"),
         ("one_component", "has no attitude"),
+        ("navigation.alignment", "takes the readings for those of a vehicle at rest, but the block turns in it"),
     ):
         if others[name] is not None:
             raise ValueError(f"[{name}] {why}: remove it, or [imu.rotation]")

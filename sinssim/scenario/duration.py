@@ -89,10 +89,11 @@ def leg_durations(flight: FlightSection) -> list[float]:
     for number, (leg, seconds, plan) in enumerate(reckon_legs(flight), start=1):
         durations.append(seconds)
         if not math.isfinite(seconds):
+            north, east = (round(speed, 2) + 0.0 for speed in plan.wind)  # no negative zero
             raise InputError(
-                f"flight.legs.{number} ({leg.type}) cannot be flown: the wind, {plan.wind[0]:.3g} m/s north and "
-                f"{plan.wind[1]:.3g} m/s east, is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. "
-                "Give less wind or more airspeed."
+                f"flight.legs.{number} ({leg.type}) cannot be flown: the wind, {north:g} m/s north and {east:g} m/s "
+                f"east, is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give less wind or more "
+                "airspeed."
             )
     return durations
 

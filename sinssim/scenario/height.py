@@ -29,8 +29,8 @@ def height_words(scenario: Scenario) -> str:
     if navigation.vertical == "truth":
         return "the true height: the height has no error and does not affect the horizontal solution"
     held = (
-        f"stabilised by the loop of {navigation.baro_time_constant_s:g} s, so that it does not degrade the horizontal "
-        "solution"
+        f"stabilised by a baro loop with a time constant of {navigation.baro_time_constant_s:g} s, which prevents a "
+        f"growing height error from degrading the horizontal solution"
     )
     if aiding is not None and aiding.sensor(BarometerSection) is not None:
         return f"{held}; its error is that of [aiding.baro]"

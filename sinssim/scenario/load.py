@@ -102,8 +102,8 @@ def override(data: dict[str, Any], setting: str) -> str:
     except (ValueError, RecursionError) as error:
         if not re.fullmatch(r"(\d+-)?[A-Za-z][\w.-]*", written):
             raise InputError(
-                f'--set {setting}: {shortened(written)!r} is not a TOML value. A number, true, a word, "text in '
-                "quotes\" or an array such as [1, 2, 3] would be; mind the shell's own quotes."
+                f"--set {setting}: {shortened(written)!r} is not a TOML value. Valid are a number, true, a word, "
+                '"text in quotes" or an array such as [1, 2, 3]; the shell may have removed quotes.'
             ) from error
         value = written
     *tables, key = path.split(".")

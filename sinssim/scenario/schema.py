@@ -192,8 +192,8 @@ class Scenario(WithOwnContent):
         check_gravity_of_log(self.gravity, self.navigation)
         if "grade" not in self.imu.model_fields_set:
             raise ValueError(
-                "imu.grade: say which unit recorded the log, by the nearest grade (`sinssim list grades`) and the "
-                "lines of its data sheet that differ; the filter is told these errors"
+                "imu.grade: give the grade of the IMU that recorded the log, which is the nearest grade (`sinssim "
+                "list grades`), and the values of its data sheet that differ; the filter assumes these errors"
             )
         if self.imu.faults:
             raise ValueError("imu.faults would have no effect: the readings are recorded ([log]); remove them")
@@ -203,7 +203,7 @@ class Scenario(WithOwnContent):
                 f'"{self.imu.sensor_set.type}" is another set'
             )
         if self.log.outages is not None and self.filter is None:
-            raise ValueError("log.outages need a [filter]: without one, the satellites are not used at all")
+            raise ValueError("log.outages need a [filter]: without a filter, GNSS is not used")
         return self
 
     @model_validator(mode="after")
@@ -218,7 +218,9 @@ class Scenario(WithOwnContent):
 
     @model_validator(mode="after")
     def _filter_has_what_it_needs(self) -> Self:
-        check_rotation(self.imu, self.filter, self.aiding, {"log": self.log, "one_component": self.one_component})
+        plane, aligned = self.one_component, self.navigation.alignment
+        others = {"log": self.log, "one_component": plane, "navigation.alignment": aligned}
+        check_rotation(self.imu, self.filter, self.aiding, others)
         check_filter(self.filter, self.imu, self.aiding, self.log, self.navigation.vertical)
         return self
 

@@ -25,7 +25,6 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.imu.grades import grade_name
-from sinssim.truth.flight.leg import LegBase
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.track.section import TrackSection
 
@@ -253,7 +252,7 @@ def given(section: BaseModel, *without: str) -> str:
     return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
 
 
-def leg_words(leg: LegBase) -> str:
+def leg_words(leg: BaseModel) -> str:
     """Return the values of a leg of a flight plan that differ from the defaults, but not the places of a route.
 
     Args:
@@ -265,7 +264,7 @@ def leg_words(leg: LegBase) -> str:
     return given(leg, "type", "timeout_s", "waypoints")
 
 
-def route_words(leg: LegBase) -> list[str]:
+def route_words(leg: BaseModel) -> list[str]:
     """Return the places of a route in words.
 
     Args:

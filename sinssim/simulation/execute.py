@@ -44,6 +44,7 @@ from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Progress, Stages
 from sinssim.strapdown.files import check_own_files
 from sinssim.system.memory import give_back_memory, map_large_arrays
+from sinssim.truth.flight.shortfall import not_attained
 
 if TYPE_CHECKING:
     from sinssim.error_budget.result import BudgetResult
@@ -202,6 +203,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         "start_s": float(run.time[0]),
         "end_s": float(run.time[-1]),
         "flight_cached": cached,
+        **({"not_attained": missed} if (missed := not_attained(run.trajectory.events)) else {}),
         "flagged_samples": flagged(run.measured),
         "algorithms": plain(numbers),
         "singularities": plain(passages),
@@ -328,4 +330,4 @@ def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException)
     except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
     place = keep(folder, run, report, beside=status)
-    error.add_note(f"The {'recording' if kept.has_recording else 'run'} until then is in {place}.")
+    error.add_note(f"The {'recording' if kept.has_recording else 'run'} up to that time is in {place}.")

@@ -62,7 +62,7 @@ class Run:
         one_component: the run in a vertical plane, of a scenario with [one_component].
         prepared: the recorded sensors of a scenario with [log]; such a run has no `trajectory`.
         outages: the errors of injected outages of a run on recorded sensors; None without any.
-        reference: what its inertial solutions are compared with: a recorded reference, or its best solution.
+        reference: reference for the inertial solutions: a recorded reference, or the best solution of the run.
         summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
     """
@@ -130,7 +130,7 @@ class Run:
 
     @cached_property
     def block(self) -> Trajectory:
-        """The motion that the sensors feel: that of the turning block with [imu.rotation], else `trajectory`."""
+        """The motion that the sensors feel: that of the rotating IMU with [imu.rotation], else `trajectory`."""
         from sinssim.truth.motions.turning_block import block_of
 
         return block_of(self.trajectory, self.scenario.imu)

@@ -28,6 +28,8 @@ from sinssim.rotation.kernels import multiply_k, quaternion_from_rotation_vector
 CLOSE = 1e-3
 """Change of the position from pass to pass at which the path is found, m."""
 _PASSES = 20
+_COMPARED = 4096
+"""Largest number of rows whose positions are compared from pass to pass: the change is smooth."""
 _LOWEST, _HIGHEST = -20e3, 1000e3
 """Heights between which the field is evaluated, m: that of a diverging height channel is no place."""
 _KNOT = 2.0
@@ -52,14 +54,13 @@ def navigate_in_field(
         RunError: `navigate` does, or the positions of successive passes do not come closer.
     """
     solution = navigate(imu)
-    before = _positions(solution, ellipsoid)
+    compared = np.unique(np.linspace(0, len(solution.time) - 1, _COMPARED).astype(np.intp))
+    before = _positions(solution, ellipsoid, compared)
     for _ in range(_PASSES):
-        along = disturbance_along(
-            field, _path(solution.time, before), float(solution.time[0]), float(solution.time[-1])
-        )
+        along = disturbance_along(field, _path(solution, ellipsoid), float(solution.time[0]), float(solution.time[-1]))
         felt = disturbance_in_body(imu, solution, along.panels, along.start, along.step, ellipsoid)
         solution = navigate(ImuData(imu.time, imu.dtheta, imu.dvel + felt))
-        now = _positions(solution, ellipsoid)
+        now = _positions(solution, ellipsoid, compared)
         moved = float(np.abs(now - before).max())
         if moved < CLOSE:
             return solution
@@ -85,16 +86,15 @@ def disturbance_of_segment(
     Returns:
         ∫C_bn δg dt, (N, 3) m/s.
     """
-    where = _positions(nominal, ellipsoid)
     start, end = float(nominal.time[0]), float(nominal.time[-1])
     count = max(1, int(np.ceil((end - start) / _KNOT)))
     panels = np.zeros((count, 4, 3))
     if len(nominal.time) == 1:
-        panels[0, 0] = field.potential_and_gradient(where)[1][0]
+        panels[0, 0] = field.potential_and_gradient(_positions(nominal, ellipsoid, np.zeros(1, np.intp)))[1][0]
         step = 1.0
     else:
         knots = np.linspace(start, end, count + 1)
-        values = field.potential_and_gradient(_path(nominal.time, where)(knots))[1]
+        values = field.potential_and_gradient(_path(nominal, ellipsoid)(knots))[1]
         step = (end - start) / count
         panels[:, 0], panels[:, 1] = values[:-1], np.diff(values, axis=0) / step
     return disturbance_in_body(samples, nominal, panels, start, step, ellipsoid)
@@ -116,7 +116,10 @@ def disturbance_in_body(
         ∫C_bn δg dt, (N, 3) m/s.
     """
     q_eb = rotation.multiply(earth.q_en(solution.latitude, solution.longitude), solution.q_nb)
-    rows = np.searchsorted(imu.time, solution.time - 1e-9)
+    if np.array_equal(solution.time, imu.time):
+        rows = np.arange(len(imu.time))
+    else:
+        rows = np.searchsorted(imu.time, solution.time - 1e-9)
     out = np.empty((len(imu.dtheta), 3))
     _felt_rows(
         np.ascontiguousarray(imu.time), np.ascontiguousarray(imu.dtheta), rows, q_eb, panels, start, step,
@@ -125,19 +128,21 @@ def disturbance_in_body(
     return out
 
 
-def _positions(solution: NavSolution, ellipsoid: Ellipsoid) -> Array:
-    """Return Earth-fixed positions, (R, 3) m."""
-    height = np.clip(solution.height, _LOWEST, _HIGHEST)
-    return earth.geodetic_to_ecef(solution.latitude, solution.longitude, height, ellipsoid)
+def _positions(solution: NavSolution, ellipsoid: Ellipsoid, rows: NDArray[np.intp]) -> Array:
+    """Return Earth-fixed positions in R of the rows, (R, 3) m."""
+    height = np.clip(solution.height[rows], _LOWEST, _HIGHEST)
+    return earth.geodetic_to_ecef(solution.latitude[rows], solution.longitude[rows], height, ellipsoid)
 
 
-def _path(time: Array, where: Array) -> Callable[[Array], Array]:
+def _path(solution: NavSolution, ellipsoid: Ellipsoid) -> Callable[[Array], Array]:
     """Return positions on the straight lines between rows: at a row a second they miss an arc of 1 g by 1 m."""
+    time = solution.time
 
     def at(t: Array) -> Array:
         row = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
         share = ((t - time[row]) / (time[row + 1] - time[row]))[:, None]
-        return np.asarray(where[row] + share * (where[row + 1] - where[row]))
+        here, there = (_positions(solution, ellipsoid, one) for one in (row, row + 1))
+        return np.asarray(here + share * (there - here))
 
     return at
 

@@ -26,7 +26,7 @@ class NavError:
     """Errors of a navigation solution, row by row, in the local level of the true position.
 
     In transported axes (`sinssim.strapdown.polar`) north and east are those of the solution's position, and velocity
-    and attitude are compared with the true ones carried there without a turn about the vertical.
+    and attitude are compared with the true values, transported to this position without a rotation about the vertical.
 
     Attributes:
         time: (N,) s.

@@ -219,7 +219,7 @@ class Part(Section):
                 near = self.highest_hz / max(2, round(self.highest_hz / rate))
                 raise ValueError(
                     f"rates_hz: {rate:g} Hz does not divide the highest rate, {self.highest_hz:g} Hz, from whose "
-                    f"samples its own are summed; {near:.9g} Hz does"
+                    f"samples its samples are summed; {near:.9g} Hz does"
                 )
         return self
 
@@ -237,7 +237,7 @@ class Part(Section):
             able = listed(frames_that(lambda entry: entry.has_azimuth), "or")
             raise ValueError(
                 f'coordinates = ["frame"] needs frames with an azimuth of their own, {able}; here frames = '
-                f'["{fixed[0]}"]: put that frame in a separate part'
+                f'["{fixed[0]}"]: put that frame into a separate part'
             )
         if "extrapolate" in self.slow_quantities and not self.schedules_hz:
             raise ValueError(
@@ -298,8 +298,8 @@ class Study(Section):
         for name, block in self.blocks.items():
             if block.rotation is not None:
                 raise ValueError(
-                    f"blocks.{name}.rotation: a study compares algorithms on a block that does not turn in the "
-                    "vehicle; `sinssim run` turns it"
+                    f"blocks.{name}.rotation: a study compares algorithms with an IMU that is fixed to the vehicle; "
+                    f"use `sinssim run` for a rotating IMU"
                 )
         for number, part in enumerate(self.parts, start=1):
             for name in part.sensors:
@@ -324,7 +324,5 @@ class Study(Section):
     def _titles_differ(self) -> Self:
         for title, count in Counter(part.title for part in self.parts).items():
             if count > 1:
-                raise ValueError(
-                    f"{count} parts have the title {title!r}; give each part its own title, by which results are found"
-                )
+                raise ValueError(f"{count} parts have the title {title!r}; give each part a unique title")
         return self

@@ -41,8 +41,8 @@ def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | T
         return load_trade_study(path, overrides)
     if "parts" not in data:
         raise InputError(
-            f"{path} is no study: it has neither [[parts]], which compare algorithms on motions, nor a scenario with "
-            "[[axes]], which vary its keys."
+            f"{path} is not a study: it has neither [[parts]], which compare algorithms on motions, nor a scenario "
+            f"with [[axes]], which vary its keys."
         )
     return load_study(path, overrides)
 

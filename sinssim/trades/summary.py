@@ -71,7 +71,7 @@ def headline(result: TradeResult) -> str:
     if study.set:
         parts.append(f"The same in every cell: {', '.join(study.set)}.")
     if runs and runs[0] < (needed := runs_for_band(0.95)):
-        parts.append(f"R95 has no upper bound from fewer than {needed} runs.")
+        parts.append(f"R95 has no upper bound with fewer than {needed} runs.")
     if result.status != "finished":
         parts.append(f"The study {'was interrupted' if result.status == 'interrupted' else 'failed'}: "
                      f"{result.finished} of {count} cells are finished.")  # fmt: skip

@@ -51,8 +51,8 @@ def fly(
     """
     if scenario.one_component is not None:
         raise InputError(
-            f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a place on the "
-            "Earth: `sinssim run` runs it; nothing else uses it. Give a scenario with [flight], [parked], "
+            f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a position on "
+            f"the Earth: only `sinssim run` supports it. Give a scenario with [flight], [parked], "
             "[great_circle], [motion], [track] or [turntable]."
         )
     if scenario.log is not None:

@@ -81,7 +81,7 @@ class _Made(_ProtocolMeta):
 
 
 class Trajectory(Protocol, metaclass=_Made):
-    """The true motion of a sensor block, known at every instant between `start` and `end`.
+    """The true motion of a sensor block, known at all times between `start` and `end`.
 
     Attributes:
         start: first instant, s.

@@ -17,6 +17,7 @@ import pytest
 import sinssim
 from sinssim.cli import process as cli
 from sinssim.cli.app import command_names
+from sinssim.errors import InputError
 from tests.scenario.examples import FLIGHT, PARKED
 
 HEAVY = ("numba", "scipy", "rerun", "jsbsim", "pyarrow", "matplotlib")
@@ -197,6 +198,29 @@ def test_check_shows_the_plan(folder: Path, capsys: pytest.CaptureFixture[str]) 
     assert "leg 2   turn" in out
     assert "navigation  quaternion, euler" in out
     assert everything_in(folder) == {"plan.toml": FLIGHT.encode()}
+
+
+def test_a_run_warns_of_what_check_refuses(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The run goes on: here to a stop in the place of the flight."""
+
+    def stop(*_: object, **__: object) -> None:
+        raise InputError("the run began.")
+
+    monkeypatch.setattr("sinssim.simulation.execute.run", stop)
+    (folder / "plan.toml").write_text(FLIGHT)
+    steep = ("--set", "flight.legs.1.altitude_m=14000.0")
+    assert call("check", "plan.toml", *steep) == 2
+    said = capsys.readouterr().err.strip()
+    assert "is above the ceiling of the 737" in said
+    assert call("run", "plan.toml", *steep) == 2
+    warning, refusal = capsys.readouterr().err.strip().splitlines()
+    assert warning.startswith("WARNING: ")
+    assert warning.removeprefix("WARNING: ") in said
+    assert "the run began." in refusal
+    assert call("run", "plan.toml") == 2
+    assert "WARNING" not in capsys.readouterr().err
 
 
 def test_check_estimates_the_duration(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

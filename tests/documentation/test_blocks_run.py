@@ -39,6 +39,7 @@ NOT_HERE = {
     r"weather\.csv|log\.(?:csv|npz) --columns": "the reader's logs; see tests/noise_identification",
     r"^sinssim allan (?:drive\.toml|runs/gyrocompassing)": "the reader's files; tests/noise_identification makes such",
     r"mine\.toml|my_log\.toml": "the reader's files",
+    r"^python aircraft/envelope\.py": "minutes of trims; tests/scenario/planned repeats some of them",
     r"recorded_and_simulated": "tests/studies/test_recorded_and_simulated.py",
     r"^# ": "a remark",
 }
@@ -89,8 +90,9 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "my_filter.toml").write_text(whole, encoding="utf-8")
     trade = next(block.code for block in blocks(ROOT / "docs" / "trades.md") if block.language == "toml")
     (tmp_path / "my_trade.toml").write_text(trade, encoding="utf-8")
-    minute = next(block.code for block in blocks(ROOT / "docs" / "your-navigator.md") if block.language == "toml")
+    minute, car = (block.code for block in blocks(ROOT / "docs" / "your-navigator.md") if block.language == "toml")
     (tmp_path / "minute.toml").write_text(minute, encoding="utf-8")
+    (tmp_path / "car.toml").write_text(car, encoding="utf-8")
     return tmp_path
 
 

@@ -61,7 +61,7 @@ def test_a_sensor_with_other_random_errors_has_no_budget(monkeypatch: pytest.Mon
         return usual(self.model_copy(update={"sigma_m": 1.0}), vehicle)
 
     monkeypatch.setattr(BarometerSection, "read", read)
-    with pytest.raises(InputError, match=r"\[aiding.baro\] has no budget: baro has random errors beside"):
+    with pytest.raises(InputError, match=r"\[aiding.baro\] has no budget: baro has random errors in addition to"):
         sinssim.budget(scenario(**_AIDED, aiding={"baro": {}}))
 
 

@@ -66,7 +66,7 @@ def test_ensembles_of_turning_blocks(turning: dict[str, Any]) -> None:
 
 
 def _aided(seconds: float, noise: float = 1.0, **turning: Any) -> Scenario:
-    """Return a turning block with a filter, whose readings show the encoders' errors on arms and in the heading."""
+    """Return a rotating IMU with a filter, whose readings show the encoders' errors on arms and in the heading."""
     satellites = {"position_sigma_m": 1.5 * noise, "height_sigma_m": 3.0 * noise, "velocity_sigma_mps": 0.05 * noise}
     plan = moving(seconds, {**INDEXED, **turning}, grade="tactical")
     data = {

@@ -10,9 +10,9 @@ import pytest
 
 from sinssim import rotation
 from sinssim.errors import InputError
-from sinssim.inspection.columns import guess_layout
 from sinssim.inspection.files import inspect
-from sinssim.inspection.text_table import read_table
+from sinssim.inspection.layouts.inertial import guess_layout
+from sinssim.inspection.layouts.text_table import read_table
 from sinssim.scenario import load_scenario
 from tests.inspection import worlds
 

@@ -197,7 +197,7 @@ def test_the_filter_of_a_log_knows_the_field_as_that_of_a_simulation(tmp_path: P
 @pytest.mark.parametrize(
     ("tables", "says"),
     [
-        ({"gravity": {"model": "egm2008"}}, "would have no effect: recorded readings"),
+        ({"gravity": {"model": "egm2008"}}, "would have no effect: recorded data"),
         (
             {"gravity": {"model": "egm2008", "remainder": {}}, "navigation": {"gravity_degree": 60}},
             r"\[gravity\.remainder\] is a random part of the true field",
@@ -327,11 +327,11 @@ def test_a_sensor_can_be_emulated_from_a_whole_reference(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"imu": {}}, "say which unit recorded the log"),
+        ({"imu": {}}, "give the grade of the IMU that recorded the log"),
         ({"imu": {"grade": "tactical", "rate_hz": 50.0}}, "has 100 samples per second"),
         ({"vibration": [{"coordinate": "down", "rms_mm": 1.0, "low_hz": 10.0}]}, "would add a motion"),
         ({"ensemble": {"runs": 5}}, "a recording exists once"),
-        ({"filter": None, "log": {"outages": {"at_s": [[1.0, 2.0]]}}}, "without one, the satellites are not used"),
+        ({"filter": None, "log": {"outages": {"at_s": [[1.0, 2.0]]}}}, "without a filter, GNSS is not used"),
     ],
 )
 def test_what_does_not_apply_is_refused(tmp_path: Path, tables: dict[str, Any], message: str) -> None:

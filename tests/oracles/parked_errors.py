@@ -6,7 +6,7 @@ State: φ_N, φ_E, φ_D (true = q(φ) solution), δv_N, δv_E, δr_N, δr_E; the
 
 with f = (0, 0, −g), ε the drift of the gyros and a the error of the accelerometers in north, east, down axes
 (Britting, Inertial Navigation Systems Analysis, 1971; Titterton and Weston, Strapdown Inertial Navigation Technology,
-2nd ed., 2004, ch. 12). With a turning block ε and a are constants plus cos Ωt and sin Ωt, so that the whole system is
+2nd ed., 2004, ch. 12). With a rotating IMU ε and a are constants plus cos Ωt and sin Ωt, so that the whole system is
 linear with constant coefficients and its solution one matrix exponential.
 """
 

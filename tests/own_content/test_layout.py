@@ -61,6 +61,10 @@ def test_folders_that_bring_nothing(tmp_path: Path) -> None:
         items_of(tmp_path)
     with pytest.raises(InputError, match="there is no file or folder"):
         items_of(tmp_path / "nothing")
+    (tmp_path / "Algorithm").mkdir()
+    (tmp_path / "data").mkdir()
+    with pytest.raises(InputError, match=r"did you mean 'Algorithm' as 'algorithms'\?"):
+        items_of(tmp_path)
 
 
 def test_outline_of_a_file(tmp_path: Path) -> None:

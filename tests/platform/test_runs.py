@@ -141,8 +141,8 @@ def test_side_by_side(tmp_path: Path) -> None:
     report = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     for words in (
         "Platform and strapdown",
-        "It stands level and points north",
-        "strapped down, gyros without scale factor, misalignment and non-linearity",
+        "It is level and points north",
+        "strapdown, gyros without scale-factor error, misalignment and non-linearity",
         "Platform: commanded rate [deg/h]",
         "What each error contributes",
         "torquing scale factor x, y, z",
@@ -285,7 +285,7 @@ SPIKE = {"type": "spike", "at_s": 5.0, "gyro_arcsec": [1.0, 0.0, 0.0]}
             {},
             "laser_gyro describes laser gyros, which cannot be torqued",
         ),
-        ({}, {"faults": [SPIKE]}, {}, r"faults\.1: a spike of gyros has no meaning on a platform"),
+        ({}, {"faults": [SPIKE]}, {}, r"faults\.1: a spike of gyros has no effect on a platform"),
         ({}, {"faults": [{"type": "dropout", "from_s": 1.0}]}, {}, r"faults\.1: a dropout of gyros"),
         (
             {},
@@ -297,7 +297,7 @@ SPIKE = {"type": "spike", "at_s": 5.0, "gyro_arcsec": [1.0, 0.0, 0.0]}
             {},
             {"faults": [{"type": "jitter", "from_s": 1.0, "sigma_ms": 0.1}]},
             {},
-            r"faults\.1: a jitter of the time stamps .*any fault but jitter",
+            r"faults\.1: a jitter of the time stamps .*any fault except jitter",
         ),
         ({}, {}, {"filter": {}, "aiding": {"gnss": {}}}, r"\[filter\] estimates .*remove \[filter\], or sensor_set"),
         ({}, {}, {"compensation": {"gyro_bias_sigma_deg_h": 0.1}}, r'\[compensation\] .*"platform" is another set'),

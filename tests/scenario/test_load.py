@@ -181,7 +181,7 @@ def test_array_with_nothing_but_bad_legs_is_not_called_short(tmp_path: Path) -> 
     """A leg of another type than its keys are of: what it lacks and what it has too much, and no more."""
     first, _ = FLIGHT.split('[[flight.legs]]\ntype = "turn"')
     lines = mistake(tmp_path, first.replace("altitude_m = 4000.0", "duration_s = 60.0")).split("\n  - ")
-    assert lines[1] == "line 14: flight.legs.1.altitude_m is missing (height above the ellipsoid to reach)."
+    assert lines[1] == "line 14: flight.legs.1.altitude_m is missing (target height above the ellipsoid)."
     assert lines[2].startswith("line 16: unknown key 'flight.legs.1.duration_s'. [flight.legs.1] may have: altitude_m,")
     assert len(lines) == 3
 

@@ -110,7 +110,7 @@ def test_a_frame_that_does_not_fit_across_its_start(monkeypatch: pytest.MonkeyPa
 
 def test_refused() -> None:
     imu, state = flown()
-    with pytest.raises(InputError, match="navigates by windows of samples"):
+    with pytest.raises(InputError, match="processes windows of samples"):
         Segments(imu, algorithm="functional-iteration")
     with pytest.raises(InputError, match="would have no effect"):
         Segments(imu, frame="inertial", curvature="simplified")

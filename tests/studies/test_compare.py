@@ -270,7 +270,7 @@ def test_recording_is_valid_and_shows_the_comparison(written):
 
 
 def test_a_directory_is_not_replaced_unasked(written):
-    with pytest.raises(InputError, match="holds a"):
+    with pytest.raises(InputError, match="contains a"):
         compare(study(), written)
 
 

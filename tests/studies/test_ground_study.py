@@ -89,6 +89,7 @@ def test_the_ground_study_agrees_where_it_is_linear(tmp_path, monkeypatch, capsy
 
 
 @pytest.mark.slow
+@pytest.mark.rendered
 def test_the_whole_ground_study(tmp_path, monkeypatch, capsys):
     summary = study(tmp_path, monkeypatch)  # a million draws, 3000 sessions, 200 on a swaying base
     check_scores(summary, 7)  # fewer: a million draws show smaller departures

@@ -55,6 +55,7 @@ def test_a_short_part_of_the_drive(
 
 
 @pytest.mark.slow
+@pytest.mark.rendered
 def test_outage_errors_of_both_sides_are_of_one_size(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

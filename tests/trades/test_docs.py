@@ -25,7 +25,7 @@ def test_the_example_loads(tmp_path: Path) -> None:
 
 
 def test_every_key_is_in_the_tables() -> None:
-    parts = PAGE.split("## The file")[1].split("## What it gives")[0].split("| key of an axis")
+    parts = PAGE.split("## The file")[1].split("## Output")[0].split("| key of an axis")
     of_study, of_axis = (re.findall(r"^\| `(\w+)`(?:, `(\w+)`)? \|", part, re.MULTILINE) for part in parts)
     assert {name for pair in of_study for name in pair if name} == set(TradeStudy.model_fields)
     assert {name for pair in of_axis for name in pair if name} == set(Axis.model_fields)

@@ -120,7 +120,7 @@ def test_the_tables_of_ensembles(tmp_path: Path) -> None:
     assert low[0, 0] == 5.0
     assert np.isinf(high[0, 0])
     assert "of 40 runs" in headline(result)
-    assert "no upper bound from fewer than" in headline(result)
+    assert "no upper bound with fewer than" in headline(result)
     (line,) = requirement_lines(result)
     assert "met with 95 % confidence in 2 of 5 cells" in line
     assert "undecided in 2; about 500 more runs would decide them" in line

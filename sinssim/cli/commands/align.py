@@ -38,7 +38,7 @@ def command(
     disturbed: Annotated[
         bool,
         typer.Option(
-            "--disturbed", help="Align a swaying vehicle, by the cone that gravity describes in inertial space."
+            "--disturbed", help="Align a swaying vehicle by the cone that gravity describes in inertial space."
         ),
     ] = False,
     latitude: Annotated[
@@ -54,10 +54,10 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Find heading, roll, pitch and latitude of a parked vehicle, and the expected error of each by source.
+    """Determine heading, roll, pitch and latitude of a parked vehicle, and the expected error of each by source.
 
-    A session lasts a few hundred seconds, and the vehicle stands still. A session in which it moved is refused, unless
-    it only swayed and --disturbed is given. The angles are those of the sensor block.
+    A session lasts a few hundred seconds, during which the vehicle is stationary. A session in which the vehicle moved
+    is refused. A swaying vehicle can be aligned with --disturbed. The angles are those of the sensor block.
 
     Examples:
 

@@ -47,23 +47,23 @@ def command(
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw the Allan deviations (.svg, .png or .pdf).")
     ] = None,
     record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE", help="Record everything for `sinssim view` (.rrd).")
+        Path | None, typer.Option("--record", metavar="FILE", help="Record the results for `sinssim view` (.rrd).")
     ] = None,
     imu: Annotated[
-        bool, typer.Option("--imu", help="Print only the table [imu] that emulates this unit, for a scenario file.")
+        bool, typer.Option("--imu", help="Print only the table [imu] of a scenario that simulates this IMU.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Identify the noise of sensors at rest: Allan deviation, and the terms Q, N, B, K, R with 95 % bands.
+    """Identify the noise of sensors at rest: Allan deviation, and the terms Q, N, B, K, R with 95 % intervals.
 
     The terms are quantisation, random walk, bias instability, rate random walk and ramp of every channel. They are
     estimated by maximum likelihood, in the units of data sheets and scenarios. A term that the record does not show is
     reported as not observable.
 
-    Any other column of a log is treated as readings of a quantity, such as pressure, temperature or a clock's
-    frequency.
+    Any other column of a log is processed as the values of a quantity, such as pressure, temperature or the frequency
+    of a clock.
 
     Examples:
 
@@ -82,7 +82,7 @@ def command(
     if imu and as_json:
         from sinssim.errors import InputError
 
-        raise InputError("--imu and --json both say what is printed; give one of them.")
+        raise InputError("--imu and --json exclude each other; give one of them.")
     with one_bar(show=not quiet) as progress:
         report = noise_report(
             log,

@@ -27,7 +27,7 @@ def command(
         typer.Option(
             "--require",
             metavar="REQUIREMENT",
-            help='Judge a requirement, and give the largest value of every source with which it is met: "r95(3600 s) '
+            help='Test a requirement, and give the largest value of every source with which it is met: "r95(3600 s) '
             '<= 1852 m", "heading(end) <= 3 arcmin", "rate <= 0.8 nmi/h"; may be given several times.',
             show_default=False,
         ),
@@ -37,7 +37,7 @@ def command(
         typer.Option(
             "--free",
             metavar="SOURCES",
-            help="Sources that share one factor in the answers, separated by commas: gyro_bias,accel_bias.",
+            help="Sources with a common factor in the results, separated by commas: gyro_bias,accel_bias.",
             show_default=False,
         ),
     ] = None,
@@ -48,10 +48,10 @@ def command(
         ),
     ] = None,
     inertial: Annotated[
-        bool, typer.Option("--inertial", help="Of inertial navigation without the filter of the scenario.")
+        bool, typer.Option("--inertial", help="Budget of inertial navigation without the filter of the scenario.")
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing budget; your own files stay.")
+        bool, typer.Option("--overwrite", help="Replace an existing budget; your own files are kept.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -59,12 +59,13 @@ def command(
 ) -> None:
     """Compute the covariances of a scenario's navigation errors by source, without random numbers.
 
-    Every error of the sensors and of the initial state is propagated alone along the true motion, with a filter by the
-    filter's own gains. The result says how large the errors of all runs are, which source makes them, and what to
-    improve first. A requirement is answered backwards: how large each source may be. See docs/budgets.md.
+    Every error of the sensors and of the initial state is propagated separately along the true motion; with a filter,
+    by the gains of the filter. The result gives the size of the errors over all runs, the contribution of each source,
+    and a ranking of improvements. For a requirement, it gives the largest allowed value of each source. See
+    docs/budgets.md.
 
     Writes a directory with the report (report.html, self-contained), the numbers (budget.json, budget.parquet), the
-    recording (recording.rrd) and the scenario with all its defaults (scenario.toml).
+    recording (recording.rrd) and the scenario with all default values (scenario.toml).
 
     Examples:
 

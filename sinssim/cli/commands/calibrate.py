@@ -24,20 +24,21 @@ def command(
         typer.Option("--method", metavar="METHOD", help="separate or systematic.", show_default="the scenario's"),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing calibration; your own files stay.")
+        bool, typer.Option("--overwrite", help="Replace an existing calibration; your own files are kept.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Calibrate a sensor block on a turntable.
+    """Calibrate an IMU on a turntable.
 
-    Estimates biases, scale factors, misalignments and, where wanted, the places of the accelerometers from the sequence
-    of the table [turntable]: by separate tests in known positions, or from the errors of navigation. Says what the
-    sequence does not determine. The readings are simulated, or recorded ones of [log]. See docs/calibration.md.
+    Estimates biases, scale factors, misalignments and, on request, the positions of the accelerometers from the
+    sequence of the table [turntable]: by separate tests in known positions, or from the navigation errors. Reports the
+    parameters that the sequence does not determine. The data are simulated, or recorded data of [log]. See
+    docs/calibration.md.
 
-    Writes a directory with the report (report.html, self-contained), the numbers (calibration.json), the file that
-    [compensation] takes (compensation.toml) and the scenario with all its defaults (scenario.toml).
+    Writes a directory with the report (report.html, self-contained), the numbers (calibration.json), the file for
+    [compensation] (compensation.toml) and the scenario with all default values (scenario.toml).
 
     Examples:
 

@@ -25,10 +25,10 @@ def command(
     ] = None,
     debug: Debug = False,
 ) -> None:
-    """Check a scenario without flying it, and show its plan.
+    """Check a scenario without a simulation, and show its plan.
 
-    Checks everything that is known beforehand: the file, the aircraft, all legs and all names. If there are mistakes,
-    it lists all of them and exits with code 2.
+    Checks the file, the aircraft, all legs and all names. If there are mistakes, the command lists all of them and
+    exits with code 2.
 
     Examples:
 

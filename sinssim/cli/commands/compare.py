@@ -42,7 +42,8 @@ def command(
         typer.Option(
             "--require",
             metavar="REQUIREMENT",
-            help='Judge a requirement in every cell of a trade study, beside those of the file: "r95(3600 s) <= 1852 '
+            help='Test a requirement in every cell of a trade study, in addition to those of the file: "r95(3600 s) '
+            "<= 1852 "
             'm", "heading(end) <= 3 arcmin"; may be given several times.',
             show_default=False,
         ),
@@ -55,7 +56,7 @@ def command(
         typer.Option(
             "--threads",
             metavar="N",
-            help="Runs of a trade study's ensembles computed at a time.",
+            help="Number of parallel runs in the ensembles of a trade study.",
             show_default="the number of cores",
         ),
     ] = None,
@@ -63,23 +64,23 @@ def command(
         float, typer.Option("--limit-minutes", min=0.0, help="Refuse a study that would take longer than this.")
     ] = 30.0,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing study; your own files stay.")
+        bool, typer.Option("--overwrite", help="Replace an existing study; your own files are kept.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Compare algorithms, rates, frames and sensors on identical samples, or a scenario's keys in a grid.
+    """Compare algorithms, rates, frames and sensors on identical samples, or vary keys of a scenario in a grid.
 
     A study with [[parts]] compares algorithms, and recommends engines. It writes a report (report.html,
     self-contained), all results (results.json, results.parquet), a recording for the view *comparison*
-    (recording.rrd), and the study with all its defaults (study.toml). Ctrl-C leaves a report of the navigations
-    finished until then.
+    (recording.rrd), and the study with all default values (study.toml). After Ctrl-C, the report contains the finished
+    cases.
 
     A trade study has a scenario and [[axes]]: every combination of their values is a cell, a covariance budget or an
-    ensemble of runs. It writes a report with pictures of the trade (report.html; SVG and PNG beside it), the tables
+    ensemble of runs. It writes a report with figures (report.html; also as SVG and PNG), the tables
     (summary.md, results.json, results.parquet), a recording for the view *trade* (recording.rrd) and the finished cells
-    (cells/). Ctrl-C leaves the finished cells and their report; --resume goes on. See docs/trades.md.
+    (cells/). After Ctrl-C, the finished cells and their report remain; --resume continues. See docs/trades.md.
 
     Examples:
 

@@ -27,14 +27,14 @@ def command(
     grade: GradeOption = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an ensemble, or extend it to more runs.")] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing ensemble; your own files stay.")
+        bool, typer.Option("--overwrite", help="Replace an existing ensemble; your own files are kept.")
     ] = False,
     threads: Annotated[
         int | None,
         typer.Option(
             "--threads",
             metavar="N",
-            help="Runs computed at a time on this machine: threads, or processes for a filter.",
+            help="Number of parallel runs on this machine: threads, or processes for a filter.",
             show_default="the number of cores",
         ),
     ] = None,
@@ -51,7 +51,8 @@ def command(
         typer.Option(
             "--require",
             metavar="REQUIREMENT",
-            help='Judge a requirement, met, not met or undecided at 95 %: "r95(3600 s) <= 1852 m", "heading(end) <= 3 '
+            help='Test a requirement, which is met, not met or undecided at 95 %: "r95(3600 s) <= 1852 m", '
+            '"heading(end) <= 3 '
             'arcmin"; may be given several times.',
             show_default=False,
         ),
@@ -70,20 +71,21 @@ def command(
         ),
     ] = None,
     sheet: Annotated[
-        bool, typer.Option("--sheet", help="Print the performance of the unit in the words of a data sheet.")
+        bool, typer.Option("--sheet", help="Print the performance of the IMU in the form of a data sheet.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Run a scenario many times with other random numbers, and give the errors of the population.
+    """Run a scenario many times with different random numbers, and give the statistics of the errors.
 
-    Writes a directory with a report (report.html, self-contained), a figure for a paper (ensemble.svg, ensemble.png),
-    all numbers (summary.json), a recording for the view *ensemble* (recording.rrd) and the errors of every run at the
-    epochs (runs/, Parquet). Ctrl-C leaves the finished groups of runs and their report; --resume continues.
+    Writes a directory with a report (report.html, self-contained), a figure for publications (ensemble.svg,
+    ensemble.png), all numbers (summary.json), a recording for the view *ensemble* (recording.rrd) and the errors of
+    every run at the epochs (runs/, Parquet). After Ctrl-C, the finished groups of runs and their report remain;
+    --resume continues.
 
     Run i is `sinssim run SCENARIO --set seed=S_i`, bit for bit; the commands of the worst, the median and the best run
-    are printed. The keys to vary from run to run are in [[ensemble.vary]] of the scenario.
+    are printed. The scenario lists the keys that vary from run to run in [[ensemble.vary]].
 
     Examples:
 

@@ -30,7 +30,7 @@ def command(
             "--out",
             "-o",
             metavar="FILE",
-            help="The file, or the folder of a format of several files.",
+            help="The file, or the folder if the format has several files.",
             show_default="beside the run",
         ),
     ] = None,
@@ -39,8 +39,8 @@ def command(
         typer.Option(
             "--solution",
             metavar="NAME",
-            help="What is written: truth, an algorithm, aided, backward, smoothed, or a satellite receiver such as "
-            "gnss; and measured, ideal or compensated for the inertial readings. May be given twice.",
+            help="Exported solution: truth, an algorithm, aided, backward, smoothed, or a GNSS receiver such as gnss; "
+            "and measured, ideal or compensated for the inertial data. May be given twice.",
             show_default="truth, measured",
         ),
     ] = None,
@@ -49,25 +49,25 @@ def command(
         typer.Option(
             "--start",
             metavar="DATE",
-            help="Date of the run's time 0, UTC.",
+            help="Date of time 0 of the run, UTC.",
             show_default=f"{DEFAULT_START}, or the date of a recorded log",
         ),
     ] = None,
     rate: Annotated[
         float | None,
-        typer.Option("--rate", metavar="HZ", help="Most samples a second of the solution.", show_default="all"),
+        typer.Option("--rate", metavar="HZ", help="Largest sampling rate of the solution.", show_default="all"),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write a run in a format of another program: readings, fixes, truth and solutions.
+    """Write a run in a format of another program: sensor data, fixes, truth and solutions.
 
-    It says which stream goes where, in which units and axes, and on which clock. A run has simulated time from 0;
-    --start gives its date.
+    The output lists the file of each stream with its units, axes and clock. The simulated time of a run begins at 0;
+    --start gives the date of this time.
 
-    So another navigator can be tested on a run's readings; `sinssim score` takes its solution in.
+    Another navigation program can be tested on the exported data; `sinssim score` computes the errors of its solution.
 
     Examples:
 

@@ -16,22 +16,23 @@ def command(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="Recorded files of an inertial unit, a satellite receiver, or both: any format of `sinssim list "
-            "formats`, a text file of unknown columns, or a scenario with [log] that describes them.",
+            help="Recorded files of an IMU, a GNSS receiver, or both: any format of `sinssim list "
+            "formats`, a text file with unknown columns, or a scenario with [log] that describes them.",
             show_default=False,
         ),
     ],
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FILE", help="Write the suggested scenario there (.toml).", show_default=False
+            "--out", "-o", metavar="FILE", help="Write the suggested scenario to this file (.toml).", show_default=False
         ),
     ] = None,
     vehicle: Annotated[
         Literal["any", "land"],
         typer.Option(
             "--vehicle",
-            help="land: the vehicle moves on wheels; the suggested scenario then has their constraint, and stops.",
+            help="land: a wheeled vehicle; the suggested scenario then contains the nonholonomic constraint and the "
+            "detection of stops.",
         ),
     ] = "any",
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
@@ -39,14 +40,14 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Inspect recorded files: what they are, what is doubtful, and a scenario to start from.
+    """Inspect recorded files: contents, doubtful data, and a suggested scenario.
 
-    Looks at format, columns, rate, jitter, gaps, repeated times, saturation and resolution; compares the specific force
-    at rest with gravity; and compares the inertial readings with the velocities of satellites. The comparison needs no
-    attitude and no mounting. It gives the offset of the clocks, the age of the velocities, wrong units, signs and axes,
-    and the mounting of the unit in a vehicle that moves where it points.
+    Examines format, columns, rate, jitter, gaps, repeated times, saturation and resolution; compares the specific force
+    at rest with gravity; and compares the inertial data with the GNSS velocities. The comparison needs neither the
+    attitude nor the mounting. It gives the offset of the clocks, the age of the velocities, wrong units, signs and
+    axes, and the mounting of the IMU in a vehicle that moves along its longitudinal axis.
 
-    Exit code 2 if something is wrong that makes results worthless.
+    The exit code is 2 if an error would make the results worthless.
 
     Examples:
 

@@ -35,15 +35,15 @@ class Listing(StrEnum):
 
 
 def command(
-    kind: Annotated[Listing, typer.Argument(help="What to list.", show_default=False)],
+    kind: Annotated[Listing, typer.Argument(help="Kind of names.", show_default=False)],
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
     """List the names that scenarios and options accept, each with a description.
 
     Aircraft, scenarios and studies in the folders `aircraft`, `scenarios` and `scenarios/studies` of the current folder
-    come before those of the package; so do views in the folders that the environment variable SINSSIM_VIEWS names. The
-    content of project folders that SINSSIM_CONTENT names, and of installed packages, is listed with its place.
+    precede those of the package, as do views in the folders of the environment variable SINSSIM_VIEWS. The content of
+    the project folders in SINSSIM_CONTENT, and of installed packages, is listed with its location.
 
     Example:
 

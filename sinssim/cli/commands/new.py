@@ -12,13 +12,13 @@ from sinssim.cli.options import Debug
 
 def command(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="The folder to make; it must not exist, or be empty.")
+        Path, typer.Argument(metavar="FOLDER", help="The folder to create; it must not exist, or must be empty.")
     ],
     debug: Debug = False,
 ) -> None:
-    """Lay out a project folder: a scenario with your own sensors, algorithm and view, ready to run.
+    """Create a project folder: a scenario with your own sensors, algorithm and view, ready to run.
 
-    The folder's README.md says what each file is and what to type. No existing file is changed.
+    The README.md of the folder describes each file and the commands. No existing file is changed.
 
     Example:
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,7 +20,7 @@ def command(
     out: OutFolder = None,
     settings: Settings = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing run; your own files stay.")
+        bool, typer.Option("--overwrite", help="Replace an existing run; your own files are kept.")
     ] = False,
     grade: GradeOption = None,
     view: Annotated[
@@ -33,16 +34,16 @@ def command(
         typer.Option(
             "--outage",
             metavar="SPAN",
-            help="Withhold recorded satellites: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the "
-            "same, the first at 60 s; 15/45@30,45,60 in one pass of the filter from each of them, judged together. May "
-            "be repeated. For scenarios with [log].",
+            help="Withhold recorded GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the "
+            "same, the first at 60 s; 15/45@30,45,60 with one pass of the filter for each start time, evaluated "
+            "together. May be repeated. Only for scenarios with [log].",
         ),
     ] = None,
     keep: Annotated[
         Keep | None,
         typer.Option(
             "--keep",
-            help="What the run directory has: scenario and summary; also the report; also every stream as Parquet; "
+            help="Contents of the run directory: scenario and summary; also the report; also every stream as Parquet; "
             "also the recording.",
             show_default="recording.keep: all",
         ),
@@ -59,11 +60,11 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Simulate one scenario: fly, sense, navigate and record.
+    """Simulate one scenario: motion, sensors, navigation and recording.
 
     Writes a run directory with a report (report.html, self-contained), the recording (recording.rrd), every stream as
-    Parquet (streams/), the error statistics (summary.json) and the scenario with all its defaults (scenario.toml). A
-    flight that was computed before comes from the cache.
+    Parquet (streams/), the error statistics (summary.json) and the scenario with all default values (scenario.toml). A
+    flight that was computed before is taken from the cache.
 
     Examples:
 
@@ -82,17 +83,22 @@ def command(
     if outages:
         if plan.log is None:
             raise InputError(
-                "--outage withholds recorded satellites ([log]); in a simulation, aiding.gnss.outages_s has outages."
+                "--outage withholds recorded GNSS fixes ([log]); in a simulation, use aiding.gnss.outages_s."
             )
         plan = load_scenario(scenario, [*settings, *outage_settings(outages)])
     if view is not None:
         if not plan.recording.has_recording:
             raise InputError(
                 "--view shows the recording, and this run keeps none (--keep, --recording; in the scenario "
-                'recording.keep, recording.detail): it takes keep = "all" and detail = "light" or "full".'
+                'recording.keep, recording.detail): use keep = "all" and detail = "light" or "full".'
             )
         find_content("viz", view)
     directory = out or Path("runs") / plan.name
+    if plan.flight is not None and not quiet:
+        from sinssim.scenario.planned.limits import findings
+
+        for finding in findings(plan):
+            print(f"WARNING: {finding.text}", file=sys.stderr)
     from sinssim.simulation.execute import run
 
     try:

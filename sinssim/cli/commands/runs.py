@@ -18,8 +18,8 @@ def command(
 ) -> None:
     """List the runs, ensembles, studies and budgets in a folder, the newest first.
 
-    Each with its scenario, its size, its date, and of a run the rms horizontal error of the aided solution, or else of
-    the first algorithm.
+    The list shows the scenario, the size and the date. For a run it also shows the rms horizontal error of the aided
+    solution, or else of the first algorithm.
 
     Examples:
 

@@ -28,7 +28,7 @@ def command(
     ] = None,
     seconds: Annotated[
         list[float] | None,
-        typer.Option("--time-s", metavar="S", help="Time that each took to compute, s.", show_default=False),
+        typer.Option("--time-s", metavar="S", help="Computing time of each solution, s.", show_default=False),
     ] = None,
     format_name: Annotated[
         str | None,
@@ -39,7 +39,7 @@ def command(
         typer.Option(
             "--antenna",
             metavar="NAME",
-            help="Satellite receiver, such as gnss, whose antenna the positions are for.",
+            help="GNSS receiver, such as gnss, to whose antenna the positions refer.",
             show_default="the sensor block",
         ),
     ] = None,
@@ -56,11 +56,11 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Score solutions that other navigators computed from a run's exported readings.
+    """Score solutions that other navigation programs computed from the exported data of a run.
 
-    Each becomes one more algorithm of the run: errors in position, velocity and attitude against the truth, the table
-    and the plots beside the run's own algorithms, and a ranking. A solution without velocity or attitude is scored by
-    what it has. The results are in RUN/scores; the run itself stays as it is.
+    Each solution is treated as a further algorithm of the run: its errors in position, velocity and attitude are
+    computed, and a table, plots and a ranking compare it with the algorithms of the run. Quantities that a solution
+    lacks are not scored. The results are in RUN/scores; other files of the run do not change.
 
     Examples:
 

@@ -33,7 +33,7 @@ def command(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Explain a grade of sensors: each error term, and the position error that it alone causes in one hour.
+    """Describe a grade of sensors: each error term, and the position error that it alone causes in one hour.
 
     Closed forms give the position errors of a vehicle at rest that navigates unaided from an exact initial state.
     Errors that appear only in motion are given for one turn or one acceleration. See docs/sensors.md.

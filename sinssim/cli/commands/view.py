@@ -25,7 +25,9 @@ def command(
     ] = None,
     debug: Debug = False,
 ) -> None:
-    """Show a run in the Rerun viewer or in a browser, or write a picture of it.
+    """Show a run in the Rerun viewer or in a browser, or write a picture.
+
+    The viewer opens in a window unless --web or --screenshot is given.
 
     Examples:
 

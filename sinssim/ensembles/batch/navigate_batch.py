@@ -188,7 +188,7 @@ def _check_errors(errors: Sequence[ImuErrors], seeds: Sequence[int]) -> None:
     one = errors[0]
     for run, other in enumerate(errors):
         if other.faults:
-            raise InputError(f"run {run} has faults, which a batch does not serve.")
+            raise InputError(f"run {run} has faults, which a batch does not support.")
         same = {
             "gyro.correlation_time": one.gyro.correlation_time == other.gyro.correlation_time,
             "accel.correlation_time": one.accel.correlation_time == other.accel.correlation_time,

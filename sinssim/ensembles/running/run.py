@@ -52,22 +52,22 @@ def ensemble(
     """Run an ensemble: many runs of a scenario that differ in their random numbers, and in the keys it varies.
 
     Run i has the errors of `sinssim.run` of the scenario with the seed `sinssim.ensembles.run_seed(scenario.seed, i)`,
-    bit for bit, whatever the number of threads or workers. An interrupted or failed ensemble keeps its finished runs
+    bit for bit, for any number of threads or workers. An interrupted or failed ensemble keeps its finished runs
     and can be continued.
 
     Args:
         scenario: the scenario, with or without an [ensemble] section.
         runs: number of runs; by default that of the section, or 1000.
-        directory: directory of the ensemble; by default the runs are kept in memory alone.
+        directory: directory of the ensemble; by default the runs are kept only in memory.
         resume: whether an ensemble in the directory is continued, or extended to more runs.
         overwrite: whether an ensemble in the directory is replaced.
         threads: number of runs computed at a time on this machine: threads, or processes for runs with a filter; by
             default the number of its cores.
         workers: number of workers of a dask cluster on this machine instead.
         scheduler: address of a dask scheduler instead, for example "tcp://10.0.0.1:8786".
-        require: requirements to judge, such as "r95(3600 s) <= 1852 m"; their times become epochs.
+        require: requirements to test, such as "r95(3600 s) <= 1852 m"; their times become epochs.
         until_decided: whether the number of runs is doubled, at most four times, until each requirement is met or not
-            met. The looks share the probability of error of 5 %.
+            met. The repeated tests share the probability of error of 5 %.
         times: times since the start for further lines of the tables, s; they become epochs.
         progress: called with the progress.
         say: called with remarks, such as a damaged file whose runs are computed again.
@@ -252,7 +252,7 @@ def _continued(
     seconds = time.perf_counter() - begin
     result = EnsembleResult(plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times)
     if len(result) > count:
-        tell(f"The directory holds {len(result)} runs, more than the {count} asked for; all of them count.")
+        tell(f"The directory contains {len(result)} runs, more than the requested {count}; all of them are used.")
     return result
 
 
@@ -281,7 +281,9 @@ def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseExcepti
         result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times)
         if looks.verdicts:
             result.verdicts = looks.so_far(result)
-            result.notes.append(f"The requirements are judged by the {done} finished runs; --resume judges all.")
+            result.notes.append(
+                f"The requirements are tested with the {done} finished runs; --resume tests them with all runs."
+            )
         _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
         stop.add_note(f"Their report is {folder.path / 'report.html'}.")
     except Exception as error:  # for example on a full disk: the runs are safe

@@ -77,8 +77,8 @@ def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:
             raise InputError(f"[aiding.{table}] has no budget: the state {late!r}. Remove its key, or use an ensemble.")
         if getattr(sensor, "detect", False):
             raise InputError(
-                f"aiding.{table}.detect = true has no budget: stops are found in the readings of one run. Remove it, "
-                "or use an ensemble."
+                f"aiding.{table}.detect = true has no budget: stops are detected from the data of one run. Remove it, "
+                f"or use an ensemble."
             )
         still = hasattr(sensor, "during_s")
         noisy = [readings.measurements for readings in sensor.read(vehicle)]
@@ -106,8 +106,8 @@ def _exact(table: str, sensor: AidingSensor, trajectory: Trajectory, seed: int) 
         same = np.array_equal(one.value, another.value) and np.array_equal(one.lever_arm, another.lever_arm)
         if not same:
             raise InputError(
-                f"[aiding.{table}] has no budget: {one.label} has random errors beside those of the keys with sigma in "
-                "their name."
+                f"[aiding.{table}] has no budget: {one.label} has random errors in addition to those of the keys with "
+                f"sigma in their name."
             )
     return found
 

@@ -1,4 +1,4 @@
-"""Errors of the angles of a turning block: they enter the vehicle's attitude alone, and directly.
+"""Errors of the angles of a rotating IMU: they enter the vehicle's attitude alone, and directly.
 
 A navigator turns its attitude out by the encoders' angles (`sinssim.sensors.imu.encoder`). An error b of the angle
 about an axis a of the rotation, in north-east-down axes, is an attitude error φ = a b. The noise and the step of the
@@ -46,7 +46,7 @@ class AngleError:
 
 
 def angle_errors(scenario: Scenario, block: Trajectory) -> list[AngleError]:
-    """Return the errors of the angles of a turning block.
+    """Return the errors of the angles of a rotating IMU.
 
     Args:
         scenario: the scenario.
@@ -110,7 +110,7 @@ def _given(block: TurningBlock, errors: EncoderErrors, wobbles: bool) -> Callabl
 def of_turning(
     scenario: Scenario, block: Trajectory, outputs: Array
 ) -> tuple[list[Source], dict[str, Array], dict[str, Array]]:
-    """Return the errors of a turning block's angles as sources of an inertial solution.
+    """Return the errors of a rotating IMU's angles as sources of an inertial solution.
 
     Args:
         scenario: the scenario.

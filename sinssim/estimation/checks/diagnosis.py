@@ -1,8 +1,8 @@
 """What would explain a filter whose innovations speak against it: the filter runs again under each hypothesis.
 
-A hypothesis is one more state (a lever arm, a delay, an error of the inertial sensors), a larger noise of a sensor, or
-a random walk of the biases. Each run estimates its size; `sinssim.estimation.checks.evidence` compares what the
-innovations say for it.
+A hypothesis is one more state (a lever arm, a delay, an error of the inertial or of another sensor), a start that is
+known less, a larger noise of a sensor, or a random walk of the biases. Each run estimates its size;
+`sinssim.estimation.checks.evidence` compares what the innovations say for it.
 """
 
 from __future__ import annotations
@@ -10,32 +10,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
-from sinssim.data import Array
+from sinssim.data import Array, NavState
 from sinssim.errors import SinssimError
+from sinssim.estimation.checks.candidates import INITIAL, initial_candidates, state_candidates, walks, with_block
 from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.evidence import gain, needed_gain, refusals, size_of_innovations
 from sinssim.estimation.explanation import Diagnosis, Hypothesis, Kind
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import Block, ErrorModel
-from sinssim.estimation.result import Estimate, Innovations
+from sinssim.estimation.result import Estimate
+from sinssim.strapdown.nav_error import navigation_error
 
-Run = Callable[[ErrorModel, Mapping[str, float]], Estimate]
-"""Runs the filter with another error model, and with factors of the σ of some sensors."""
 
-_PRIOR = {
-    "gnss lever arm": 10.0,  # m: the size of a vehicle
-    "gnss time offset": 1.0,  # s: a second's ambiguity is the largest that a receiver leaves
-    "gnss-velocity delay": 1.0,
-    "gyro scale": 0.01, "accelerometer scale": 0.01,  # the worst data sheets
-    "gyro misalignment": 0.02, "accelerometer misalignment": 0.02,  # rad, a block mounted by hand
-}  # fmt: skip
-"""Prior σ of states, SI: wide, since the gain depends on it by its logarithm only."""
+class Run(Protocol):
+    """Runs the filter with another error model, and with factors of the σ of some sensors."""
+
+    def __call__(self, model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
+        """Return the estimate, smoothed if asked."""
+        ...
+
 
 _ROUNDS, _SETTLED = 5, 0.03
 """Most runs that find a factor of σ, and its relative change at which it is found."""
+_COLUMNS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
 _DECADES, _HALF = 6, math.sqrt(10.0)
 """Number of decades in which a noise is searched, and the finer step around the best one."""
 
@@ -57,15 +57,19 @@ def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diag
     if judged.consistent:
         return None
     bad = [s.sensor for s in judged.sensors if s.verdict not in ("consistent", "unknown", "outliers")]
-    tried = [*_states(run, model, own, interval), *_measurement_noise(run, model, own, bad)]
+    tried = [*_states(run, model, own, interval), *_initial(run, model, own)]
+    tried += _measurement_noise(run, model, own, bad)
     tried += _inertial_noise(run, model, own, interval)
     count = max(len(tried), 1)
-    found = [replace(one, needed=needed_gain(count, not one.sigma)) for one in tried]
+    fitted = ("measurement noise", "inertial noise", "bias walk")
+    found = [replace(one, needed=needed_gain(count, one.kind in fitted)) for one in tried]
+    found.sort(key=lambda one: -one.gain)
+    found[:1] = [_with_size(run, model, own, one) for one in found[:1]]
     return Diagnosis(
         until,
         tuple(span for one in own.innovations for span in refusals(one)),
         {one.sensor: size_of_innovations(one) for one in own.innovations},
-        tuple(sorted(found, key=lambda one: -one.gain)),
+        tuple(found),
     )
 
 
@@ -80,49 +84,51 @@ def _try(run: Run, model: ErrorModel, factors: Mapping[str, float]) -> Estimate 
 
 def _states(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:
     """Try each state that the model lacks, or assumes to be small."""
-    found = []
-    for block in _candidates(model, own.innovations, interval):
-        there = _try(run, _with_block(model, block), {})
-        if there is None:
-            continue
-        where = there.model.slices[block.name]
-        value, sigma = there.parameters[block.name][-1], there.sigma[-1, where]
-        better = gain(own.innovations, there.innovations)
-        found.append(Hypothesis(block.name, "state", _plain(value), _plain(sigma), better, math.inf))
-    return found
+    tried = [_state(run, model, own, block) for block in state_candidates(model, own.innovations, interval)]
+    return [one for one in tried if one is not None]
+
+
+def _state(run: Run, model: ErrorModel, own: Estimate, block: Block) -> Hypothesis | None:
+    """Try one block of states; None if the filter fails with it."""
+    there = _try(run, with_block(model, block), {})
+    if there is None:
+        return None
+    where = there.model.slices[block.name]
+    value, sigma = there.parameters[block.name][-1], there.sigma[-1, where]
+    better = gain(own.innovations, there.innovations)
+    return Hypothesis(block.name, "state", _plain(value), _plain(sigma), better, math.inf)
 
 
 def _plain(values: Array) -> tuple[float, ...]:
     return tuple(float(value) for value in np.ravel(values))
 
 
-def _with_block(model: ErrorModel, block: Block) -> ErrorModel:
-    """Return a model with one more block, or with another in place of that of its name."""
-    kept = [block if one.name == block.name else one for one in model.blocks]
-    return replace(model, blocks=tuple(kept if block.name in model.slices else [*kept, block]))
-
-
-def _candidates(model: ErrorModel, innovations: Sequence[Innovations], interval: float) -> list[Block]:
-    """Return the blocks that are tried: those of the sensors that there are."""
-    kinds = {one.sensor: measurement_kind(one.kind) for one in innovations if len(one.time)}
+def _initial(run: Run, model: ErrorModel, own: Estimate) -> list[Hypothesis]:
+    """Try a start of which the filter knows little; the sizes are found afterwards, for the best one."""
     found = []
-    if any(kind.at_antenna for kind in kinds.values()):
-        found.append(Block("gnss lever arm", _PRIOR["gnss lever arm"]))
-    if any(kind.on_gnss_clock for kind in kinds.values()):
-        found.append(Block("gnss time offset", _PRIOR["gnss time offset"]))
-    if len([1 for kind in kinds.values() if kind.on_gnss_clock]) > 1 and "gnss-velocity" in kinds:
-        found.append(Block("gnss-velocity delay", [_PRIOR["gnss-velocity delay"]]))
-    for triad, noise in (("gyro", model.gyro_noise), ("accelerometer", model.accel_noise)):
-        if noise > 0.0:  # a bias as large as the noise of a single sample
-            found.append(Block(f"{triad} bias", noise / math.sqrt(interval)))
-        found += [Block(f"{triad} {what}", _PRIOR[f"{triad} {what}"]) for what in ("scale", "misalignment")]
-    own = {block.name: block for block in model.blocks}
-    return [
-        replace(block, random_walk=own[block.name].random_walk) if block.name in own else block
-        for block in found
-        # a state that is there is tried only if it is assumed to be much smaller
-        if block.name not in own or np.max(own[block.name].sigma) < 0.1 * np.max(block.sigma)
-    ]
+    for name, wide in initial_candidates(model):
+        there = _try(run, wide, {})
+        if there is not None:
+            found.append(Hypothesis(name, "initial state", (), (), gain(own.innovations, there.innovations), math.inf))
+    return found
+
+
+def _with_size(run: Run, model: ErrorModel, own: Estimate, one: Hypothesis) -> Hypothesis:
+    """Return a hypothesis on the initial state with the error that the smoothed solution shows there."""
+    if one.kind != "initial state":
+        return one
+    block, components, _ = INITIAL[one.name]
+    there = run(dict(initial_candidates(model))[one.name], {}, smooth=True)
+    if there.smoothed is None:
+        return one
+    solution, best = own.solution, there.smoothed.solution
+    start = replace(solution, **{name: getattr(solution, name)[:1] for name in _COLUMNS}, azimuth=None)
+    likely = NavState(*(getattr(best, name)[:1] for name in _COLUMNS[1:-1]))
+    error = navigation_error(likely, start, axes=model.axes)
+    of_block = {"position": error.position_ned, "velocity": error.velocity_ned, "attitude": error.attitude}[block][0]
+    sigma = there.smoothed.sigma[0, model.slices[block]]
+    sign = -1.0 if one.name == "initial heading" else 1.0  # φ down is the negative error of heading
+    return replace(one, value=_plain(sign * of_block[components]), sigma=_plain(sigma[components]))
 
 
 def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequence[str]) -> list[Hypothesis]:
@@ -150,31 +156,28 @@ def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequ
 
 
 def _inertial_noise(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:
-    """Try more white noise of the inertial sensors, and random walks of their biases."""
+    """Try more white noise of the inertial sensors, and random walks of the biases of all sensors."""
 
     def louder(factor: float) -> ErrorModel:
         return replace(model, gyro_noise=factor * model.gyro_noise, accel_noise=factor * model.accel_noise)
-
-    def walking(triad: str, noise: float) -> Callable[[float], ErrorModel]:
-        name = f"{triad} bias"
-        block = next((one for one in model.blocks if one.name == name), Block(name, noise / math.sqrt(interval)))
-        if math.isfinite(block.correlation_time):
-            return lambda density: model
-        return lambda density: _with_block(model, replace(block, random_walk=density))
 
     lasts = float(own.time[-1] - own.time[0]) if len(own.time) > 1 else 1.0
     searches = []
     if model.gyro_noise > 0.0 or model.accel_noise > 0.0:
         searches.append(_Search(run, own, "inertial noise", "inertial noise", louder, _HALF))
-    for triad, noise in (("gyro", model.gyro_noise), ("accelerometer", model.accel_noise)):
-        if noise > 0.0:  # from where the walk is as large as the white noise at the end of the time
-            start = math.sqrt(3.0) * noise / lasts
-            searches.append(_Search(run, own, triad, "bias walk", walking(triad, noise), start))
+    for name, block, noise in walks(model, own.innovations, interval):
+        # from where the walk is as large as the white noise at the end of the time
+        searches.append(_Search(run, own, name, "bias walk", _walking(model, block), math.sqrt(3.0) * noise / lasts))
     for search in searches:
         search.by_decades()
     if searches:
         max(searches, key=lambda search: search.best[1]).refine()
     return [search.hypothesis for search in searches if math.isfinite(search.best[1])]
+
+
+def _walking(model: ErrorModel, block: Block) -> Callable[[float], ErrorModel]:
+    """Return the model by the density of the random walk of a bias."""
+    return lambda density: with_block(model, replace(block, random_walk=density))
 
 
 @dataclass

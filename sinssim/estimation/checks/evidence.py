@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from sinssim.estimation.explanation import Refusals
 from sinssim.estimation.result import Innovations
@@ -42,7 +42,7 @@ def refusals(innovations: Innovations) -> Iterator[Refusals]:
     tested = np.flatnonzero(np.isfinite(innovations.nis))
     if not len(tested) or not math.isfinite(innovations.bound):
         return
-    share = float(chi2.sf(innovations.bound, innovations.value.shape[1]))
+    share = float(chdtrc(innovations.value.shape[1], innovations.bound))
     if not 0.0 < share < 1.0:
         return
     least = max(math.ceil(math.log(FALSE_ALARM / len(tested)) / math.log(share)), 2)
@@ -50,8 +50,10 @@ def refusals(innovations: Innovations) -> Iterator[Refusals]:
     edges = np.flatnonzero(np.diff(refused.astype(np.int8), prepend=0, append=0))
     for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         if end - begin >= least:
-            at = innovations.time[tested[[begin, end - 1]]]
-            yield Refusals(innovations.sensor, float(at[0]), float(at[1]), end - begin)
+            rows = tested[begin:end]
+            off = tuple(float(value) for value in -np.mean(innovations.value[rows], axis=0))
+            first, last = innovations.time[rows[[0, -1]]]
+            yield Refusals(innovations.sensor, float(first), float(last), end - begin, off)
 
 
 def gain(own: Sequence[Innovations], other: Sequence[Innovations]) -> float:
@@ -92,7 +94,7 @@ def needed_gain(hypotheses: int, fitted: bool) -> float:
     Returns:
         The least 2 ln of the ratio.
     """
-    return float(chi2.isf(FALSE_ALARM / hypotheses, 1)) if fitted else 2.0 * math.log(hypotheses / FALSE_ALARM)
+    return float(chdtri(1, FALSE_ALARM / hypotheses)) if fitted else 2.0 * math.log(hypotheses / FALSE_ALARM)
 
 
 def size_of_innovations(innovations: Innovations) -> float:
@@ -108,4 +110,4 @@ def size_of_innovations(innovations: Innovations) -> float:
     nis = innovations.nis[np.isfinite(innovations.nis)]
     if len(nis) < FEWEST:
         return math.nan
-    return math.sqrt(float(np.median(nis)) / float(chi2.median(innovations.value.shape[1])))
+    return math.sqrt(float(np.median(nis)) / float(chdtri(innovations.value.shape[1], 0.5)))

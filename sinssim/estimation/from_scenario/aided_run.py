@@ -253,8 +253,8 @@ def coarse_alignment(
             return at_rest(imu, start.state, model, sigma, count, inertial_sigma(scenario, 1.0), gravity, ellipsoid)
         except SinssimError as error:
             raise InputError(
-                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must stand that long, with gyros that "
-                f"sense the Earth's rate: {error}"
+                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must be stationary for this time, with "
+                f"gyros that sense the Earth's rate: {error}"
             ) from error
     fixes = {m.kind: m for m in measurements if m.label in ("gnss-position", "gnss-velocity")}
     try:

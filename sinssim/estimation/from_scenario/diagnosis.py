@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.data import ImuData, Measurements
+from sinssim.estimation.checks.candidates import widened
 from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.cure import vibration_untold
 from sinssim.estimation.checks.diagnosis import diagnose
@@ -74,10 +75,11 @@ def _diagnosis(
     imu = ImuData(edges[: stop + 1], start.imu.dtheta[:stop], start.imu.dvel[:stop])
     within = [_rows(m, m.time <= edges[stop] + 1e-9) for m in readings]
 
-    def run(model: ErrorModel, factors: Mapping[str, float]) -> Estimate:
+    def run(model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
         told = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
         own = {**options, "axes": model.axes}
-        return estimate(imu, start.state, told, model, covariance=start.covariance, history=False, **own)
+        known = widened(start.covariance, found.model, model)
+        return estimate(imu, start.state, told, model, covariance=known, smooth=smooth, history=False, **own)
 
     interval = float(np.median(np.diff(imu.time)))
     return diagnose(run, found.model, interval, float(edges[stop]))

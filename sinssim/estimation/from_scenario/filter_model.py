@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -18,13 +18,21 @@ from sinssim.estimation.model import Block, ErrorModel, error_model
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.sensors.aiding.base.sensor import AidingSensor
+    from sinssim.sensors.aiding.base.sensor import SensorState
 
 _LEAST_POSITION_M, _LEAST_VELOCITY_MPS, _LEAST_ANGLE_ARCMIN = 0.1, 0.01, 0.1
 """Assumed 1σ of an initial state that is exact, so that the covariance is not singular."""
 
 
-def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[AidingSensor] = ()) -> ErrorModel:
+class HasStates(Protocol):
+    """A sensor with errors that are states of the filter."""
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield them."""
+        ...
+
+
+def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[HasStates] = ()) -> ErrorModel:
     """Return the error model of a scenario's filter.
 
     Args:
@@ -64,7 +72,7 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
     )
 
 
-def _sensor_blocks(sensors: Sequence[AidingSensor], factor: float) -> Iterator[Block]:
+def _sensor_blocks(sensors: Sequence[HasStates], factor: float) -> Iterator[Block]:
     """Yield the blocks of the aiding sensors' errors, where the sensors have them."""
     for sensor in sensors:
         for state in sensor.states():

@@ -15,6 +15,7 @@ from sinssim.estimation.from_scenario.aided_run import coarse_alignment, filtere
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import with_states
 from sinssim.estimation.from_scenario.memory import ROWS
+from sinssim.estimation.from_scenario.recorded_errors import recorded_sensors
 from sinssim.estimation.from_scenario.truth_comparison import Aided, Rows
 from sinssim.estimation.initial_alignment.recorded_start import RecordedStart, recorded_start
 from sinssim.estimation.initial_alignment.start import Start
@@ -24,7 +25,6 @@ from sinssim.logs.reference_motion import ReferenceMotion
 from sinssim.scenario.excitation import Excitation
 from sinssim.scenario.sections.filter import InitialSigmaSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle
-from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.strapdown.nav_error import NavError
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.source import block_mounting
@@ -149,24 +149,6 @@ class JudgedOutages:
 
     numbers: dict[str, Any]
     growth: tuple[tuple[Array, Array], ...]
-
-
-def recorded_sensors(scenario: Scenario) -> tuple[AidingSensor, ...]:
-    """Return descriptions of the errors of the recorded sensors, as the filter has them as states."""
-    gnss = None if scenario.log is None else scenario.log.gnss
-    if gnss is None:
-        return ()
-    keys = (
-        "lever_arm_sigma_m", "correlated_position_sigma_m", "correlated_height_sigma_m",
-        "correlated_velocity_sigma_mps", "correlation_time_s", "time_offset_sigma_s", "velocity_delay_sigma_s",
-    )  # fmt: skip
-    return (
-        GnssSection(
-            position="position" in gnss.use,
-            velocity="velocity" in gnss.use,
-            **{key: getattr(gnss, key) for key in keys},
-        ),
-    )
 
 
 def aid_recorded(prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True) -> Estimate:

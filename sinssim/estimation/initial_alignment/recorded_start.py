@@ -18,6 +18,7 @@ from sinssim.alignment.disturbed import inertial_curve
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
+from sinssim.estimation.initial_alignment.position_differences import velocity_of_positions
 from sinssim.logs.load import RecordedLog
 
 if TYPE_CHECKING:
@@ -87,6 +88,8 @@ def recorded_start(
     begin = float(log.imu.time[0])
     fixes = {m.kind: m for m in (readings.measurements for readings in log.sensed)}
     position, velocity = fixes.get("gnss-position"), fixes.get("gnss-velocity")
+    if velocity is None or not len(velocity):
+        velocity = velocity_of_positions(position)
     place, place_sigma = _place(section, position, velocity, begin)
     speed, speed_sigma = _speed(section, velocity, begin)
     q_vb = rotation.quaternion_from_euler(*np.radians(mounting_deg or (0.0, 0.0, 0.0)))
@@ -230,9 +233,11 @@ def _course(velocity: Measurements | None, least: float, begin: float) -> tuple[
         if len(fast):
             k = int(fast[0])
             return float(velocity.time[k]), float(np.arctan2(velocity.value[k, 1], velocity.value[k, 0]))
+    shown = f"the satellites show no motion of {least:g} m/s or more"
+    shown = "there are no satellites" if velocity is None else shown
     raise InputError(
-        f"there is no heading to start from: the satellites show no motion of {least:g} m/s or more. Give "
-        "log.start.heading_deg, a lower log.start.course_speed_mps, or a reference with attitude."
+        f"there is no heading to start from: {shown}. Give log.start.heading_deg, a lower log.start.course_speed_mps, "
+        "or a reference with attitude."
     )
 
 

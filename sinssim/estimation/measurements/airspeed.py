@@ -25,6 +25,7 @@ class Airspeed(MeasurementKind):
     rounding = "accelerometers"
     of_north = True
     own_errors: ClassVar = {"wind": (("n", "e"), "mps")}
+    diagnosed: ClassVar = {"bias": 30.0, "scale": 0.3, "wind": 30.0}
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare with the magnitude of the velocity less the known wind; see the base."""

@@ -6,6 +6,8 @@ rotation of the local level caused by an error of position.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from sinssim import earth, rotation
@@ -20,6 +22,7 @@ class LevelAttitude(MeasurementKind):
     columns = ("q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z")
     axes = ("x", "y", "z")
     unit = "rad"
+    diagnosed: ClassVar = {"bias": 0.5}
     rounding = "gyros"
     of_north = True
 

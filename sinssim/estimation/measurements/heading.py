@@ -24,6 +24,7 @@ class Heading(MeasurementKind):
     rounding = "gyros"
     of_north = True
     own_errors: ClassVar = {"deviation": (("sin", "cos"), "rad")}
+    diagnosed: ClassVar = {"bias": 1.0}
 
     def direction(self, at: Comparison) -> Array:
         """Return the line whose heading is read, in body axes, (3,)."""

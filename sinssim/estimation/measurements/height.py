@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from sinssim.data import Array
 from sinssim.estimation.dynamics import R
 from sinssim.estimation.measurements.kind import Comparison, MeasurementKind
@@ -13,6 +15,7 @@ class BaroHeight(MeasurementKind):
     columns = ("height_m",)
     axes = ("",)
     unit = "m"
+    diagnosed: ClassVar = {"bias": 1000.0, "scale": 0.3}
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare with the height; see the base."""

@@ -21,7 +21,7 @@ from sinssim.errors import check_name
 from sinssim.estimation.dynamics import PHI, R, earth_rate, earth_rate_slope, rate_error, skew
 from sinssim.estimation.earth_dynamics import refer_to_transported
 from sinssim.estimation.model import ErrorModel
-from sinssim.sensors.aiding.registry import KINDS, load_class
+from sinssim.sensors.aiding.registry import KINDS, OWN_KINDS, load_class
 
 
 @dataclass(frozen=True)
@@ -126,6 +126,7 @@ class MeasurementKind:
         at_antenna: whether the reading is that of the satellite antenna, so that the states "gnss lever arm" apply.
         on_gnss_clock: whether the satellite receiver stamps the reading, so that the state "gnss time offset" applies.
         own_errors: axes and unit, as in the streams, of errors that only sensors of this kind have.
+        diagnosed: own errors that a diagnosis tries as states, with a wide 1σ in SI; for example a bias.
         of_north: whether the reading depends on the direction of north, so that it has no meaning at a pole.
         turns_with_north: whether H is that of errors relative to north, which `observe` refers to the model's axes;
             False if it is the same in all axes, as for a velocity of zero.
@@ -141,6 +142,7 @@ class MeasurementKind:
     at_antenna: ClassVar[bool] = False
     on_gnss_clock: ClassVar[bool] = False
     own_errors: ClassVar[Mapping[str, tuple[tuple[str, ...], str]]] = {}
+    diagnosed: ClassVar[Mapping[str, float]] = {}
     of_north: ClassVar[bool] = False
     turns_with_north: ClassVar[bool] = True
     velocities: ClassVar[int] = 0
@@ -184,13 +186,17 @@ class MeasurementKind:
         bias, scale = at.states("bias"), at.states("scale")
         if bias is not None:
             value = self.less_bias(value, at.known("bias"))
-        if scale is not None:
-            value = value / (1.0 + at.known("scale"))
-        residual, h = self.compare(at, value)
+        if scale is None:
+            residual, h = self.compare(at, value)
+        else:
+            # (1 + k) z + b is linear in k at the predicted z; the reading over 1 + k is not, and its noise is less
+            gain = 1.0 + at.known("scale")
+            residual, h = self.compare(at, value / gain)
+            predicted = residual + value / gain
+            residual, h = gain * residual, gain * h
+            h[:, :, scale] -= predicted[:, :, None]
         if bias is not None:
             h[:, :, bias] -= np.eye(self.errors)
-        if scale is not None:
-            h[:, :, scale] -= value[:, :, None]
         return residual, h
 
     def noise(self, model: ErrorModel, interval: Array) -> Array:
@@ -234,7 +240,7 @@ def measurement_kind(name: str) -> MeasurementKind:
     """Return a kind of measurement by its name.
 
     Args:
-        name: one of `sinssim.sensors.aiding.registry.KINDS`.
+        name: one of `sinssim.sensors.aiding.registry.KINDS`, or of `OWN_KINDS` there.
 
     Returns:
         The kind.
@@ -242,8 +248,15 @@ def measurement_kind(name: str) -> MeasurementKind:
     Raises:
         InputError: the name is unknown, or its file cannot be used.
     """
-    check_name("kind of measurement", name, KINDS)
+    if name in OWN_KINDS:
+        return _own(OWN_KINDS[name])
+    check_name("kind of measurement", name, [*KINDS, *OWN_KINDS])
     return _loaded(name)
+
+
+@cache
+def _own(kind: type[MeasurementKind]) -> MeasurementKind:
+    return kind()
 
 
 @cache

@@ -37,6 +37,7 @@ class LandVelocity(MeasurementKind):
         "lever arm": (("forward", "right", "down"), "m"),
         "slip": (("",), "rad_per_mps2"),
     }
+    diagnosed: ClassVar = {"mounting": 0.3, "lever arm": 3.0}
 
     def compare(self, at: Comparison, value: Array) -> tuple[Array, Array]:
         """Compare at the lever arm, in the vehicle's axes; see the base."""

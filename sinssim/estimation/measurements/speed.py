@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from sinssim.data import Array
@@ -15,6 +17,7 @@ class Speed(MeasurementKind):
     columns = ("speed_mps",)
     axes = ("",)
     unit = "mps"
+    diagnosed: ClassVar = {"scale": 0.3}
     velocities = 1
     rounding = "accelerometers"
 

@@ -16,7 +16,7 @@ FORMATS: dict[str, tuple[str, str]] = {
     "kf-gins-solution": ("navigators.kf_gins_solution", "solution or truth of KF-GINS: position, velocity, attitude"),
     "psins-imu": ("navigators.psins_imu", "PSINS .imu: counts of angle and velocity, scale factors, right-front-up"),
     "psins-avp": ("navigators.psins_avp", "PSINS .avp: attitude, velocity, position, time"),
-    "sbet": ("navigators.sbet", "Applanix SBET: 17 doubles a record"),
+    "sbet": ("navigators.sbet", "Applanix SBET: 17 doubles per record"),
     "nmea": ("receivers.nmea", "NMEA 0183 (library pynmeagps)"),
     "ubx": ("receivers.ubx", "u-blox UBX: NAV-PVT, NAV-HPPOSLLH, NAV-COV, NAV-RELPOSNED (library pyubx2)"),
     "novatel": ("receivers.novatel", "NovAtel OEM7: RAWIMUSX, BESTPOS, BESTVEL, INSPVAX (library novatel-edie)"),

@@ -25,8 +25,8 @@ def reference_of(run: RecordedRun) -> Reference:
     section = run.scenario.get("log", {}).get("reference")
     if section is None or not run.knows:
         raise InputError(
-            f"{run.path} is a run on recorded sensors without a reference, so nothing tells the error of a solution: "
-            "give the scenario a table [log.reference] and run it again."
+            f"{run.path} is a run on recorded sensors without a reference, so the error of a solution is unknown: "
+            f"give the scenario a table [log.reference] and run it again."
         )
     rows = run.table("reference")
     time = rows["time_s"]

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.streams import Clock
+from sinssim.logs.text.dates import date_seconds, is_date
 from sinssim.logs.text.description import WHITESPACE, Column
 from sinssim.system.memory import machine_memory
 
@@ -36,10 +38,13 @@ class Layout(Protocol):
         delimiter: one character, or `WHITESPACE`.
         skip_lines: lines before the line of names, or before the numbers.
         numbered: whether columns are numbered, in a text file without a line of names.
+        decimal: the decimal sign.
     """
 
     @property
     def delimiter(self) -> str: ...
+    @property
+    def decimal(self) -> str: ...
     @property
     def skip_lines(self) -> int: ...
     @property
@@ -148,6 +153,28 @@ class Table:
             raise InputError(f"{self.place(int(np.argmin(finite)))}: the column {shown} is empty or not finite.")
         return values
 
+    def times(self, name: Column, unit: float) -> tuple[Array, Clock | None]:
+        """Return a column of times, which may hold dates or times of day.
+
+        Args:
+            name: its name or number.
+            unit: of its numbers, s.
+
+        Returns:
+            (N,) s, and the clock that dates give; None for numbers and for times of day.
+
+        Raises:
+            InputError: as for `column`.
+        """
+        raw = self._columns.get(name)
+        if raw is None or raw.dtype.kind != "O" or not len(raw) or not isinstance(raw[0], str) or not is_date(raw[0]):
+            return self.column(name) * unit, None
+        time, clock = date_seconds(raw.tolist())
+        if not np.isfinite(time).all():
+            k = int(np.argmin(np.isfinite(time)))
+            raise InputError(f"{self.place(k)}: the column {_short(repr(name))} holds {raw[k]!r}, not a date.")
+        return time, clock
+
     def _missing(self, name: Column) -> InputError:
         if isinstance(name, int):
             return InputError(f"{self.path}: there is no column {name}; it has {len(self.names)} columns.")
@@ -217,11 +244,14 @@ def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
     if delimiter == WHITESPACE:
         source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in path.read_bytes().splitlines()))
         delimiter = " "
+    elif (whole := _without_cut_line(path, layout)) is not None:
+        source = io.BytesIO(whole)
     try:
         table = arrow_csv.read_csv(
             source,
             read_options=arrow_csv.ReadOptions(skip_rows=layout.skip_lines, autogenerate_column_names=layout.numbered),
             parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
+            convert_options=arrow_csv.ConvertOptions(decimal_point=layout.decimal),
         )
     except pa.ArrowException as error:
         raise InputError(_not_a_table(path, layout, error)) from error
@@ -229,10 +259,30 @@ def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
     if not layout.numbered:
         names = [_plain(name) for name in table.column_names]
     return names, {
-        name: column.to_numpy()
+        name: (column.cast(pa.string()) if pa.types.is_temporal(column.type) else column).to_numpy()
         for name, column in zip(names, table.columns, strict=True)
         if name in wanted and names.count(name) == 1
     }
+
+
+_TAIL = 1 << 16  # bytes at the end of a file, which hold its last lines
+
+
+def _without_cut_line(path: Path, layout: Layout) -> bytes | None:
+    """Return a file without its last line if the recorder was cut off within it; None for a file that ends whole.
+
+    Such a line has no end and fewer fields than the one before.
+    """
+    with path.open("rb") as file:
+        size = file.seek(0, io.SEEK_END)
+        file.seek(max(size - _TAIL, 0))
+        lines = file.read().split(b"\n")
+    if len(lines) < 3 or not lines[-1] or b'"' in lines[-2]:
+        return None
+    sign = layout.delimiter.encode()
+    if lines[-1].count(sign) >= lines[-2].count(sign):
+        return None
+    return path.read_bytes()[: -len(lines[-1])]
 
 
 def _check_text(path: Path, layout: Layout) -> None:

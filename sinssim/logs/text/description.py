@@ -47,13 +47,24 @@ Column = str | Annotated[int, Field(ge=1)]
 """Name of a column, or its number, from 1, in a text file without a line of names."""
 
 
+Sign = Literal[-1, 1]
+
+
 class TriadColumns(Section):
     """The columns of three gyros or three accelerometers."""
 
     columns: tuple[Column, Column, Column] | str = Field(
-        description="three column names or numbers (from 1), or one array of three columns (npz)"
+        description="three column names or numbers (counted from 1), or one array of three columns (npz)"
     )
     unit: str = Field(description="unit of the numbers")
+    signs: tuple[Sign, Sign, Sign] = Field(
+        default=(1, 1, 1), description="-1 for a column whose numbers have the opposite sign"
+    )
+    file: str | None = Field(
+        default=None,
+        description="another text file of the same layout that has this triad, for rates; they are interpolated "
+        "linearly to the stamps of the main file",
+    )
 
 
 _OWN: dict[TriadName, TriadColumns] = {
@@ -71,8 +82,13 @@ class TextLayout(Section):
     )
     # no heading has a million lines, and the reader accepts at most 2³¹
     skip_lines: int = Field(
-        default=0, ge=0, le=1_000_000, description="lines of a text file before its line of names, or its numbers"
+        default=0,
+        ge=0,
+        le=1_000_000,
+        description="number of lines before the line of names, or before the first row of numbers",
     )
+
+    decimal: Literal[".", ","] = Field(default=".", description="the decimal sign of a text file")
 
     @model_validator(mode="after")
     def _delimiter_separates(self) -> Self:
@@ -80,6 +96,8 @@ class TextLayout(Section):
             raise ValueError(
                 f"delimiter = {self.delimiter!r} cannot separate numbers; use a comma, a semicolon or a tab"
             )
+        if self.delimiter == self.decimal == ",":
+            raise ValueError('decimal = "," needs another delimiter, for example delimiter = ";"')
         return self
 
 
@@ -98,7 +116,7 @@ class LogDescription(TextLayout):
     time: Column | None = Field(default="time_s", description="column with the time at the end of each interval")
     time_unit: str | None = Field(
         default=None,
-        description=f"one of {', '.join(TIME_UNITS)}; default: the one at the end of the column's name (t_ms), else s",
+        description=f"one of {', '.join(TIME_UNITS)}; default: the unit at the end of the column's name (t_ms), else s",
     )
     # 100 kHz is also the limit of a scenario; one sample in three hours is slower than any logger
     rate_hz: Annotated[float, Field(ge=1e-4, le=1e5)] | None = Field(
@@ -114,6 +132,8 @@ class LogDescription(TextLayout):
     def _units_are_known(self) -> Self:
         if self.time_unit is not None and self.time_unit not in TIME_UNITS:
             raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
+        if self.kind == "increments" and any(t is not None and t.file is not None for t in (self.gyro, self.accel)):
+            raise ValueError('a triad of another file (file) is interpolated, which needs kind = "rates"')
         if self.kind == "rates" and self.gyro is None and self.accel is None:
             raise ValueError('kind = "rates" needs a table [gyro] or [accel], or both, with columns and unit')
         for name in TRIADS:

@@ -10,10 +10,10 @@ from pydantic import Field, model_validator
 from sinssim.errors import unknown_name
 from sinssim.logs.text.description import TIME_UNITS, Column, TextLayout
 from sinssim.section import Section
-from sinssim.units import ANGLES, LENGTHS, SPEEDS
+from sinssim.units import ANGLES, DEG, LENGTHS, SPEEDS
 
 UNITS_OF: dict[str, Mapping[str, float]] = {
-    "angle": ANGLES,
+    "angle": {**ANGLES, "1e-7 deg": 1e-7 * DEG},
     "length": {**LENGTHS, "mm": 1e-3, "cm": 1e-2},
     "speed": {**SPEEDS, "mm/s": 1e-3, "cm/s": 1e-2},
 }
@@ -31,7 +31,7 @@ SIGNS: dict[Axes, tuple[tuple[int, float], ...]] = {
 class Quantity(Section):
     """One quantity: a column, or a constant instead of a column."""
 
-    column: Column | None = Field(default=None, description="name of its column, or its number from 1")
+    column: Column | None = Field(default=None, description="name of the column, or its number, counted from 1")
     value: float | None = Field(default=None, description="a constant instead of a column")
     unit: str = Field(description="unit of the numbers")
 
@@ -48,7 +48,7 @@ class Triple(Section):
     columns: tuple[Column, Column, Column] | None = Field(default=None, description="names of three columns")
     values: tuple[float, float, float] | None = Field(default=None, description="three constants instead of columns")
     unit: str = Field(description="unit of the numbers")
-    axes: Axes = Field(default="north-east-down", description=f"directions of the three: {', '.join(SIGNS)}")
+    axes: Axes = Field(default="north-east-down", description=f"directions of the three components: {', '.join(SIGNS)}")
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -60,17 +60,22 @@ class Triple(Section):
 class FixColumns(TextLayout):
     """The columns of a file with positions of a receiver or of a reference."""
 
-    time: Column = Field(default="time_s", description="column with the instants of validity")
+    time: Column = Field(default="time_s", description="column with the times of validity")
     time_unit: str | None = Field(
-        default=None, description=f"one of {', '.join(TIME_UNITS)}; default: the one in the column's name, else s"
+        default=None, description=f"one of {', '.join(TIME_UNITS)}; default: the unit in the column's name, else s"
     )
     latitude: Quantity | None = Field(default=None, description="geodetic latitude, north positive")
     longitude: Quantity | None = Field(default=None, description="longitude, east positive")
     height: Quantity | None = Field(default=None, description="height")
     velocity: Triple | None = Field(default=None, description="velocity relative to the Earth")
+    speed: Quantity | None = Field(default=None, description="speed over ground, with course and without velocity")
+    course: Quantity | None = Field(default=None, description="course over ground, from north to east")
+    held: bool = Field(
+        default=False, description="whether rows repeat a fix until there is a new one: only rows with a new one count"
+    )
     position_sigma: Triple | None = Field(default=None, description="1σ of the position")
     velocity_sigma: Triple | None = Field(default=None, description="1σ of the velocity")
-    quality: Column | None = Field(default=None, description="column with the receiver's code of quality")
+    quality: Column | None = Field(default=None, description="column with the quality code of the receiver")
 
     @model_validator(mode="after")
     def _units_are_known(self) -> Self:
@@ -79,12 +84,17 @@ class FixColumns(TextLayout):
         for name, dimension, quantity in self.quantities():
             if quantity.unit not in UNITS_OF[dimension]:
                 raise unknown_name(f"unit of {name}", quantity.unit, UNITS_OF[dimension])
+        if (self.speed is None) != (self.course is None):
+            raise ValueError("speed and course belong together: give both or neither")
+        if self.speed is not None and self.velocity is not None:
+            raise ValueError("velocity is given, so that speed and course are not needed: remove them")
         return self
 
     def quantities(self) -> Iterator[tuple[str, str, Quantity | Triple]]:
         """Yield name, dimension and description of each quantity that is described."""
         for name, dimension in (
             ("latitude", "angle"), ("longitude", "angle"), ("height", "length"), ("velocity", "speed"),
+            ("speed", "speed"), ("course", "angle"),
             ("position_sigma", "length"), ("velocity_sigma", "speed"), ("roll", "angle"), ("pitch", "angle"),
             ("heading", "angle"), ("attitude_sigma", "angle"),
         ):  # fmt: skip

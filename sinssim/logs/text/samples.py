@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.logs.streams import Clock
 from sinssim.logs.text.columns import SUFFIXES, TEXT, Table
 from sinssim.logs.text.description import TIME_UNITS, TRIADS, UNITS, WORDS, Column, LogDescription, TriadName
 
@@ -22,6 +24,7 @@ __all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples
 # interval between samples, beyond which a log may be one in ms at up to 10 kHz, or one in s at up to 10 Hz
 _SLOWEST = 0.1
 _FASTEST = 2e4  # samples per second of the fastest raw outputs
+_DISORDER = 100.0  # median intervals by which an even stamp may go back; a clock that is reset goes back by more
 # Limits beyond any sensor; a shock reaches 1e5 g, and the wheel of a turbocharger 3e4 rad/s.
 _MOST: dict[TriadName, tuple[float, str]] = {"gyro": (1e5, "rad/s"), "accel": (1e7, "m/s²")}
 
@@ -36,6 +39,8 @@ class Samples:
         triads: "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s².
         quantities: other columns by name, (N,), as in the log.
         time_unit_stated: whether the log or its description gives the unit of its times.
+        clock: what dates in the column of times say; None for numbers.
+        repeated: copies of the row before, which were left out.
     """
 
     kind: Literal["increments", "rates"]
@@ -43,6 +48,8 @@ class Samples:
     triads: dict[TriadName, Array]
     quantities: dict[str, Array] = field(default_factory=dict)
     time_unit_stated: bool = True
+    clock: Clock | None = None
+    repeated: int = 0
 
 
 def read_log(path: Path | str, description: Path | str | None = None) -> ImuData:
@@ -112,8 +119,8 @@ def read_samples(
     if description is None and needed and not set(layout.used(needed)) & set(table.names):
         raise InputError(
             f"{path} has none of the columns of imu_measured.parquet ({', '.join(map(str, layout.used(needed)))}). Its "
-            f"own are {', '.join(str(name)[:60] for name in table.names[:20]) or 'none'}: describe in a TOML file what "
-            "they hold (--columns)."
+            f"columns are {', '.join(str(name)[:60] for name in table.names[:20]) or 'none'}: describe them in a TOML "
+            "file (--columns)."
         )
     if description is None and not needed and layout.time not in table.names:
         raise InputError(
@@ -147,15 +154,21 @@ def slow(time: Array) -> str | None:
 def _samples(
     table: Table, layout: LogDescription, triads: Sequence[TriadName], others: Mapping[str, Column], source: str
 ) -> Samples:
-    values = {name: _triad(table, layout, name) for name in triads}
+    repeated, values = 0, {name: _triad(table, layout, name) for name in triads}
     quantities = {name: table.column(column) for name, column in others.items()}
     lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
     if layout.rate_hz is not None:
-        edges = np.arange(max(lengths.values()) + 1) / layout.rate_hz
+        edges, clock = np.arange(max(lengths.values()) + 1) / layout.rate_hz, None
     elif layout.time is None:
         raise InputError(f"{source}: the times of the samples are missing: give a time column or rate_hz.")
     else:
-        edges = _edges(table, layout, inertial=bool(triads))
+        fresh = _fresh(table, layout, [*values.values(), *quantities.values()])
+        repeated = int((~fresh).sum())
+        if repeated:
+            values = {name: value[fresh] for name, value in values.items()}
+            quantities = {name: value[fresh] for name, value in quantities.items()}
+            lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
+        edges, clock = _edges(table, layout, fresh, inertial=bool(triads))
     if set(lengths.values()) != {len(edges) - 1}:
         counted = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise InputError(f"{table.path}: the columns differ in length: {counted}, time {len(edges) - 1} samples.")
@@ -171,24 +184,43 @@ def _samples(
                 "Units, times or kind (increments or rates) of the log are wrong."
             )
     stated = layout.rate_hz is not None or layout.stated_time_unit is not None
-    return Samples(layout.kind, edges, values, quantities, stated)
+    return Samples(layout.kind, edges, values, quantities, stated or clock is not None, clock, repeated)
 
 
-def _edges(table: Table, layout: LogDescription, inertial: bool) -> Array:
-    """Return the edges of the intervals from the time column, (N+1,) s."""
+def _fresh(table: Table, layout: LogDescription, columns: Sequence[Array]) -> NDArray[np.bool_]:
+    """Return which rows are not copies of the row before, in time and in all readings, (N,)."""
+    assert layout.time is not None
+    time = table.times(layout.time, 1.0)[0]
+    same = np.append(False, np.diff(time) == 0.0)
+    if not columns or not same.any() or any(len(column) != len(time) for column in columns):
+        return np.ones(len(time), dtype=bool)
+    for column in columns:
+        step = np.diff(column.reshape(len(time), -1), axis=0)
+        same[1:] &= (step == 0.0).all(axis=1)
+    return ~same
+
+
+def _edges(
+    table: Table, layout: LogDescription, fresh: NDArray[np.bool_], inertial: bool
+) -> tuple[Array, Clock | None]:
+    """Return the edges of the intervals from the time column, (N+1,) s, and the clock that dates give."""
     path, unit, column = table.path, layout.stated_time_unit, layout.time
     assert column is not None  # checked by the caller
-    ends = table.column(column) * TIME_UNITS[unit or "s"]
+    ends, clock = table.times(column, TIME_UNITS[unit or "s"])
+    ends = ends[fresh]
     if len(ends) < 2:
         raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
     if np.max(np.abs(ends)) > 1e15:  # beyond this, half a second is less than the last digit of a double
         raise InputError(f"{path}: its times reach {np.max(np.abs(ends)):.3g} s, which is impossible for a log.")
     edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
     steps = np.diff(edges)
-    if not np.min(steps) > 0.0:
+    # stamps that will be made even may repeat, or be out of order by some samples
+    least = -_DISORDER * float(np.median(np.abs(steps))) if getattr(layout, "stamps", "") == "even" else 0.0
+    if not (np.min(steps) > 0.0 or np.min(steps) > least):
         k = int(np.argmax(steps <= 0.0))
         k += k == 0  # the first interval is a copy of the second
-        raise InputError(f"{table.place(k)}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
+        row = int(np.flatnonzero(fresh)[k])
+        raise InputError(f"{table.place(row)}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
     interval = float(np.median(steps))
     if inertial and unit is None and interval >= _SLOWEST:
         raise InputError(
@@ -201,7 +233,7 @@ def _edges(table: Table, layout: LogDescription, inertial: bool) -> Array:
             f"{1.0 / interval:.3g} samples per second, but no sensor gives more than {_FASTEST:g}. Their unit is "
             "wrong (time_unit)."
         )
-    return edges
+    return edges, clock
 
 
 def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
@@ -216,6 +248,6 @@ def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
             counted = ", ".join(f"{n!r} {len(c)}" for n, c in zip(triad.columns, columns, strict=True))
             raise InputError(f"{table.path}: the columns differ in length: {counted} samples.")
         values = np.stack(columns, axis=-1)
-    scaled = values @ layout.matrix.T
+    scaled = values * np.array(triad.signs, dtype=np.float64) @ layout.matrix.T
     scaled *= UNITS[name, layout.kind][triad.unit]
     return np.asarray(scaled)

@@ -22,7 +22,7 @@ WRITERS: dict[str, tuple[str, str]] = {
     "kf-gins": ("navigators.kf_gins", "KF-GINS: folder of IMU, GNSS, truth and configuration"),
     "psins": ("navigators.psins", "PSINS: folder of .imu, .avp of the truth and of the fixes"),
     "gnss-ins-sim": ("navigators.gnss_ins_sim", "folder of CSV files as gnss-ins-sim saves them"),
-    "sbet": ("navigators.sbet", "Applanix SBET, 17 doubles a record"),
+    "sbet": ("navigators.sbet", "Applanix SBET, 17 doubles per record"),
     "rtklib-pos": ("navigators.rtklib_pos", "RTKLIB solution, .pos"),
     "nmea": ("navigators.nmea", "NMEA 0183: GGA, RMC, and HDT with an attitude"),
     "mcap": ("robots.mcap", "MCAP with ROS 2 messages: Imu, NavSatFix, TwistStamped, Odometry"),

@@ -12,11 +12,6 @@ from sinssim.recording.report.page import page, table, words
 from sinssim.recording.tables.budget import RATE, allowance_cells, lines_of, number, ranking_cells, time_columns, when
 from sinssim.units import NAUTICAL_MILE
 
-_STYLE = """
-svg { background: #fff; }
-.met { color: #00735a; font-weight: 600; } .missed { color: #b03a00; font-weight: 600; }
-"""
-
 
 def budget_report(result: BudgetResult, answers: Sequence[Answer], times: Sequence[float] = ()) -> str:
     """Return the report.
@@ -41,7 +36,7 @@ def budget_report(result: BudgetResult, answers: Sequence[Answer], times: Sequen
         body += ["<h2>Requirements</h2>", *(part for answer in answers for part in _requirement(answer))]
     body += ["<h2>Growth of the error</h2>", to_svg(growth_figure(result, answers), "growth")]
     heads, cells = time_columns(result, times)
-    body += ["<h3>At some times (root mean square over all runs)</h3>", table(heads, cells, 0)]
+    body += ["<h3>Errors at selected times (root mean square over all runs)</h3>", table(heads, cells, 0)]
     body.append("<h2>What to improve first</h2>")
     for number_, t in enumerate(result.instants_to_rank):
         name = when(result, t)
@@ -52,7 +47,7 @@ def budget_report(result: BudgetResult, answers: Sequence[Answer], times: Sequen
         to_svg(sigma_figure(result, answers), "sigma"),
         *_notes(result),
     ]
-    return page(f"{result.scenario.name}: covariance budget", body, _STYLE)
+    return page(f"{result.scenario.name}: covariance budget", body)
 
 
 def _ends(result: BudgetResult) -> str:
@@ -72,7 +67,8 @@ def _requirement(answer: Answer) -> list[str]:
     return [
         f'<h3>{words(one.text)}: <span class="{mark}">{word}</span></h3>',
         f"<p>{words(one.meaning[0].upper() + one.meaning[1:])}. {words(' '.join(sentences))}</p>",
-        "<p class=note>Largest value of each source with which the requirement is met, all others as they are:</p>",
+        "<p class=note>Largest value of each source with which the requirement is met, if all others do not "
+        "change:</p>",
         table(heads, cells, 1),
     ]
 
@@ -89,13 +85,13 @@ def _text(value: str) -> str:
 
 
 def _notes(result: BudgetResult) -> list[str]:
-    notes = ["The results hold to first order in the errors; docs/budgets.md says what that leaves out."]
+    notes = ["The results are valid to first order in the errors; docs/budgets.md lists the effects that this omits."]
     if result.solution == "filter":
         notes.append(
-            "Dotted: the filter's own covariance. Where it differs from the budget, the filter's model differs from "
-            "the true errors. Where a source is halved or limited, the gains stay as they are; a filter that is told "
-            "of it does as well or better. The gate of the filter is not considered."
+            "Dotted: the covariance of the filter. A difference from the budget means that the filter's model differs "
+            "from the true errors. If a source is halved or limited, the gains do not change; a filter whose model "
+            "contains the change performs as well or better. The gate of the filter is not considered."
         )
     if any(source.kind == "one run" for source in result.sources):
-        notes.append("Sources “from one run” are the effect of the sensors' readings with this source alone.")
+        notes.append("Sources “from one run” are computed from the sensor outputs with only this source.")
     return [f'<p class="note">{words(note)}</p>' for note in notes]

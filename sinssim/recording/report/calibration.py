@@ -11,15 +11,14 @@ from sinssim.recording.tables.calibration import cells, heads, sentences
 from sinssim.truth.turntable.sequences import SEQUENCES
 
 _STYLE = """
-svg { background: #fff; }
 pre { font-size: .8rem; overflow-x: auto; background: var(--head); padding: .6rem; }
 """
 _METHOD = {
-    "separate": "Means in known positions and integrals over known turns; the errors of the table are nuisances of the "
-    "stated accuracy.",
-    "systematic": "Errors of navigation during the sequence: in each dwell the velocity is zero, and the computed one "
-    "shows what errors of gyros and accelerometers have caused. The table's angles are not used, except the nominal "
-    "attitude of the first position.",
+    "separate": "Means in known positions and integrals over known turns; the errors of the table are nuisance "
+    "parameters with the stated accuracy.",
+    "systematic": "Navigation errors during the sequence: in each dwell the true velocity is zero, and the computed "
+    "velocity shows the effect of gyro and accelerometer errors. The angles of the table are not used, except for the "
+    "nominal attitude of the first position.",
 }
 
 
@@ -46,7 +45,7 @@ def calibration_report(result: CalibrationResult) -> str:
         to_svg(parameters_figure(result), "parameters"),
         "<h2>Observability of the sequence</h2>",
         "<p>A direction in the space of the parameters, each in units of its 1σ before the calibration, is observable "
-        "if the sequence determines it better than that.</p>",
+        "if the sequence determines it better than this 1σ.</p>",
         to_svg(observability_figure(result), "observability"),
         "<h2>Residuals</h2>",
         to_svg(residual_figure(result), "residuals"),

@@ -58,6 +58,8 @@ def _name(one: Mapping[str, Any]) -> str:
             return f"bias walk of the {one['name']}s"
         case "inertial noise":
             return "noise of gyros and accelerometers"
+        case "initial state":
+            return f"{one['name']} is off"
         case _:
             return str(one["name"])
 
@@ -68,6 +70,8 @@ def _gain(one: Mapping[str, Any]) -> str:
 
 def _size(one: Mapping[str, Any]) -> str:
     """Return the estimates as HTML, three in a line: six angles in one would be wider than the page."""
+    if not one["value"]:
+        return "–"
     if not one["sigma"]:
         return ", ".join(number_text(value, 3) for value in one["value"])
     texts = [

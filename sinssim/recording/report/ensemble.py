@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 _STYLE = """
 .command { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .78rem; white-space: normal;
   overflow-wrap: anywhere; text-align: left; min-width: 24rem; }
-.met { color: #00735a; font-weight: 600; } .missed { color: #b03a00; font-weight: 600; }
 """
 _MOST_FAILURES = 50
 _AXES = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude φ", "arcmin", units.ARCMIN))
@@ -64,7 +63,7 @@ def ensemble_report(
     body += ["<h2>Runs to look at</h2>", _runs(result, numbers)]
     if result.failures:
         body += ["<h2>Failed runs</h2>", _failures(result)]
-    body += ["<h2>Definitions</h2>", definitions(), "<h2>How it was computed</h2>", _method(result, about)]
+    body += ["<h2>Definitions</h2>", definitions(), "<h2>How it was computed</h2>", _method(result, numbers, about)]
     return page(f"{scenario.name}: ensemble", body, _STYLE)
 
 
@@ -81,11 +80,11 @@ def opening(result: EnsembleResult, numbers: Mapping[str, Any]) -> str:
     plan = result.plan
     broken_off = {"interrupted": "was interrupted", "failed": "failed"}.get(numbers["status"])
     needed = runs_for_band(0.95)
-    few = f" R95 has no upper bound from fewer than {needed} runs." if len(result) < needed else ""
+    few = f" R95 has no upper bound with fewer than {needed} runs." if len(result) < needed else ""
     status = f" The ensemble {broken_off}; the report shows the finished runs." if broken_off else ""
     varied = f" Varied from run to run: {', '.join(plan.keys)}." if plan.keys else ""
     failed = numbers["failed"]
-    count = f" {failed} of {len(result)} runs failed and count as infinitely far off." if failed else ""
+    count = f" {failed} of {len(result)} runs failed; their errors are treated as infinite." if failed else ""
     return (
         f"Solution: {plan.solution}. Seed {plan.scenario.seed}. Each run lasts "
         f"{duration_words(float(plan.epochs[-1]) - plan.start)}; its errors are kept at {len(plan.epochs)} epochs."
@@ -156,7 +155,7 @@ def regulation(numbers: Mapping[str, Any]) -> str:
     verdict = {
         "met": "met, with 95 % confidence",
         "not met": "not met, with 95 % confidence",
-        "undecided": "undecided: the limit lies within the band; more runs narrow it",
+        "undecided": "undecided: the limit lies within the interval, which more runs make smaller",
         "does not apply": f"it does not apply, because {found.get('reason', '')}",
     }[found["verdict"]]
     shown = "; ".join(f"{name}: {with_band(one)}, limit {one['limit']:g}" for name, one in found["quantities"].items())
@@ -186,9 +185,9 @@ def _components(numbers: Mapping[str, Any]) -> str:
 def _consistency(result: EnsembleResult, numbers: Mapping[str, Any]) -> list[str]:
     body = [
         "<h2>Consistency of the filter</h2>",
-        "<p>Mean over the runs per degree of freedom, with the 95 % band of χ² for this number of runs; 1 is expected "
-        "of a filter that states its errors rightly, more of one that is too sure. Neighbouring epochs are correlated: "
-        "biases are constant in a run, so that a sound filter's mean can stay outside the band for a while.</p>",
+        "<p>Mean over the runs per degree of freedom, with the 95 % band of χ² for this number of runs; a filter with "
+        "a correct covariance has 1, and an overconfident filter has more. Neighbouring epochs are correlated: "
+        "biases are constant in a run, so the mean of a correct filter can be outside the band for some time.</p>",
     ]
     for key, squares, title in (("nees", result.nees, "NEES / n"), ("nis", result.nis, "NIS / n")):
         lines = [
@@ -219,7 +218,7 @@ def _runs(result: EnsembleResult, numbers: Mapping[str, Any]) -> str:
                 f'<td class="command">{words(result.command(one["run"]))}</td>',
             )
         )
-    heads = ("", "run", "rate Σ t r / Σ t², nmi/h", "final, m", "<th class=name>command for the run in full</th>")
+    heads = ("", "run", "rate Σ t r / Σ t², nmi/h", "final, m", "<th class=name>command for the complete run</th>")
     return table(heads, lines)
 
 
@@ -241,11 +240,24 @@ def definitions() -> str:
     return table(("", "<th class=name>definition</th>"), lines)
 
 
-def _method(result: EnsembleResult, about: Mapping[str, str]) -> str:
+def _method(result: EnsembleResult, numbers: Mapping[str, Any], about: Mapping[str, str]) -> str:
     software = ", ".join(f"{name} {version}" for name, version in about.items())
     shared = "All runs share one motion, unless turbulence, vibration or a varied key changes it."
     return (
         f"<p>Run i has the seed S_i, the first 53 bits of SHA-256 over the ensemble’s seed and i. Its errors are those "
         f"of <code>sinssim run</code> with that seed, bit for bit. {shared} {result.computed} runs were computed in "
-        f"{result.seconds:.1f} s by this call.</p><p class=note>{words(software)}</p>"
+        f"{result.seconds:.1f} s by this call.</p><p class=note>{words(software)}</p>{own_content(numbers)}"
     )
+
+
+def own_content(numbers: Mapping[str, Any]) -> str:
+    """Return the table of the files outside the package on which the numbers depend, nothing without any.
+
+    Args:
+        numbers: of the ensemble.
+    """
+    lines = [
+        tuple(map(words, (own["kind"], own["name"], f"{own['sha256'][:12]}…", own["file"])))
+        for own in numbers.get("own_content", ())
+    ]
+    return table(("own content", "name", "SHA-256", "file"), lines, 4) if lines else ""

@@ -75,7 +75,7 @@ def _in_short(run: Run, summary: Mapping[str, Any]) -> Iterator[str]:
     """Yield the main results in a few sentences."""
     duration = summary["end_s"] - summary["start_s"]
     yield (
-        f"Recorded sensors, {duration_words(duration)} at {run.scenario.imu.rate_hz:g} Hz; the filter is told the "
+        f"Recorded sensors, {duration_words(duration)} at {run.scenario.imu.rate_hz:g} Hz; the filter assumes the "
         f"grade {grade_name(run.scenario.imu.grade)} with the changes in [imu]. Navigation in the frame "
         f"“{run.scenario.navigation.frame}”."
     )
@@ -140,8 +140,8 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
     ]
     listed = table((f"the {name} solution", ""), [(words(k), f'<td class="text">{words(v)}</td>') for k, v in facts])
     yield (
-        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant projection about the middle of the '
-        "track; the axes point east and north there. Dotted: meridians and parallels.</p></div>"
+        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant projection about the middle of '
+        "the track, where the axes point east and north. Dotted: meridians and parallels.</p></div>"
         f"<div>{listed}</div></div>"
     )
     marks = _outage_marks(run)
@@ -214,7 +214,7 @@ def _estimates(run: Run, span: tuple[float, float]) -> Iterator[str]:
     rows = thinned(len(estimate.time))
     colors = [style.css(color) for color in style.colors(_AXES)]
     pale = [style.css(style.tint(color)) for color in style.colors(_AXES)]
-    yield '<h3>Estimated errors of the inertial unit, with ±1σ</h3><div class="three">'
+    yield '<h3>Estimated errors of the IMU, with ±1σ</h3><div class="three">'
     for name in own:
         title, unit, size = _ESTIMATES[name]
         values, sigma = estimate.parameters[name][rows], estimate.sigma[rows][:, estimate.model.slices[name]]

@@ -139,7 +139,7 @@ def _by_source(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator
     """Yield figure 8.4 for the errors of the run: one plot for each group of sources."""
     span, marks = _span(result, found)
     yield (
-        "<p>The chapter’s figure 8.4 for the errors of this run. The simulation follows the motion; the closed form is "
+        "<p>Figure 8.4 of chapter 8 for the errors of this run. The simulation follows the motion; the closed form is "
         "that of a body at rest.</p>"
     )
     yield '<div class="pair">'
@@ -165,11 +165,12 @@ def _differences(result: OneComponentResult, found: Mapping[str, Any]) -> Iterat
         for key in ("equation_8_10", "equation_8_11")
     ]
     unit, size = suiting(_FINE, *(values for _, values, _ in apart))
-    yield "<p>R and g are those of the table; a<sub>η</sub> and α are true. Rates and angles count nose-up.</p>"
+    yield "<p>R and g are those of the table; a<sub>η</sub> and α are true. Rates and angles are positive nose-up.</p>"
     lines = _stacked(result.truth.time, apart, size)
     yield plot.plot("Δy: equation minus simulation", unit, lines, span, marks=marks, width=1140)
     yield (
-        '<p class="note">What is left are products of errors, chiefly Δa<sub>y</sub> Δα, which the equations neglect. '
+        '<p class="note">The remaining differences are products of errors, mainly Δa<sub>y</sub> Δα, which the '
+        "equations neglect. "
         "(8.10) and (8.11) are the same equation in other variables.</p>"
     )
 

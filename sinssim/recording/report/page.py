@@ -10,13 +10,13 @@ from sinssim.recording.style import GRID, INK, SOFT
 _STYLE = (
     f"""
 :root {{ color-scheme: light dark; --paper: #fff; --ink: {INK}; --soft: {SOFT}; --line: #ccc; --hair: {GRID};
-  --head: #f4f4f4; }}
+  --head: #f4f4f4; --good: #00735a; --bad: #b03a00; }}
 """
     + """\
 @media (prefers-color-scheme: dark) { :root { --paper: #16181b; --ink: #e6e6e6; --soft: #a6a9ad; --line: #4a4d52;
-  --hair: #303338; --head: #22252a; } }
+  --hair: #303338; --head: #22252a; --good: #4cc9a0; --bad: #ff9462; } }
 @media print { :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --line: #bbb; --hair: #ddd;
-  --head: #f2f2f2; } }
+  --head: #f2f2f2; --good: #00735a; --bad: #b03a00; } }
 * { box-sizing: border-box; }
 body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif; color: var(--ink);
   background: var(--paper); max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
@@ -31,12 +31,19 @@ td.text, td.text ul { text-align: left; white-space: normal; } td.text { min-wid
 td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
+.met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }
 .swatch { display: inline-block; width: .7rem; height: .7rem; border-radius: 2px; margin-right: .4rem;
   print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 @page { margin: 14mm; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } h2 { margin-top: 1.6rem; }
   .wide { overflow: visible; } h2, h3 { break-after: avoid; } svg, tr { break-inside: avoid; } }
 """
+    + "".join(
+        f'svg [style*="{paint}: {color}"] {{ {paint}: var(--{name}) !important; }}\n'
+        # the figures of matplotlib are drawn for paper: their paper, ink, axes and grid become those of the page
+        for name, color in (("paper", "#ffffff"), ("ink", INK), ("soft", SOFT), ("hair", GRID))
+        for paint in ("fill", "stroke")
+    )
 )
 
 

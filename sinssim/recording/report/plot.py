@@ -299,12 +299,19 @@ def _with_coincidences(lines: Sequence[Line], least: float) -> list[Line]:
 
 
 def _coincide(one: Line, other: Line, least: float) -> bool:
-    if one.dots or other.dots or one.turn or len(one.time) != len(other.time) or not len(one.time):
+    """Return whether two lines lie on each other; lines with other instants are compared between them."""
+    if one.dots or other.dots or not len(one.time) or not len(other.time):
         return False
     if abs(float(one.values[-1]) / one.size - float(other.values[-1]) / other.size) > least:
         return False  # the usual case, without a look at every sample
-    apart = np.abs(one.values / one.size - other.values / other.size).max() <= least
-    return bool(apart) and np.array_equal(one.time, other.time)
+    values = one.values
+    if len(one.time) != len(other.time) or not np.array_equal(one.time, other.time):
+        margin = 0.01 * float(one.time[-1] - one.time[0])
+        ends = np.abs(one.time[[0, -1]] - other.time[[0, -1]])
+        if one.turn or other.turn or ends.max() > margin:
+            return False
+        values = np.interp(other.time, one.time, one.values)
+    return bool(np.abs(values / one.size - other.values / other.size).max() <= least)
 
 
 def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
@@ -344,7 +351,7 @@ def _marks(marks: Sequence[Mark], places: Sequence[float], top: float, bottom: f
         line = segments([x], [top], [x], [bottom], kind)
         yield line if mark.faint else line.replace("<path", '<path stroke-dasharray="2 3"')
         long = 0.92 * _LETTER * len(mark.text)
-        left = min(x - 0.5 * long, right - long)
+        left = max(min(x - 0.5 * long, right - long), _LEFT)  # the top label of the axis is beside it
         if left > free:
             yield text(left, top - 4, mark.text, kind="soft", more=f'font-size="{_SMALL:g}"')
             free = left + long + _LETTER  # numbers without a gap would read as one

@@ -29,7 +29,7 @@ from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.recording.report.run.track import STYLE as TRACK_STYLE
 from sinssim.recording.report.run.track import Track
 from sinssim.recording.report.turning import turning_section
-from sinssim.recording.scales import duration_words
+from sinssim.recording.scales import LENGTHS, duration_words, suiting
 from sinssim.recording.store.summaries.platform_summary import platform_sentences
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summaries.rotation_summary import rotation_sentences
@@ -118,7 +118,8 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
     drawn = draw_sections(run) if drawn is None else drawn
     if drawn.flight and drawn.chart is not None:
         aided = {} if run.aided is None else {"aided": run.aided.estimate.solution}
-        body.append("<h2>Track</h2>" if scenario.track is not None else "<h2>Flight</h2>")
+        what = "Track" if scenario.track is not None else "Flight" if scenario.flight is not None else "Motion"
+        body.append(f"<h2>{what}</h2>")
         body.append(drawn.flight.replace(MAP, drawn.chart(aided)))
     body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
     if drawn.redundancy:
@@ -126,7 +127,7 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
     if drawn.platform:
         body += ["<h2>Platform and strapdown</h2>", drawn.platform]
     if drawn.turning:
-        body += ["<h2>Turning block</h2>", drawn.turning]
+        body += ["<h2>Rotating IMU</h2>", drawn.turning]
     if "algorithms" in summary and drawn.errors:
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
@@ -162,7 +163,11 @@ def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
 
 def ended(summary: Mapping[str, Any]) -> str:
     """Return how a run ended that did not finish."""
-    return "was interrupted; this report shows what was computed." if summary["status"] == "interrupted" else "failed."
+    return (
+        "was interrupted; this report shows the results up to that time."
+        if summary["status"] == "interrupted"
+        else "failed."
+    )
 
 
 def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
@@ -195,18 +200,22 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     finals = [n["final_horizontal_error_m"] for n in numbers.values()]
     greatest = [n["max_horizontal_error_m"] for n in numbers.values()]
     if len(numbers) == 1:
-        yield f"Horizontal error: {length_text(finals[0])} at the end, {length_text(greatest[0])} at most."
+        end, most = (length_text(v, greatest[0]) for v in (finals[0], greatest[0]))
+        yield f"Horizontal error: {end} at the end, {most} at most."
         yield from _with_filter(summary)
         return
     alike = all(max(values) - min(values) < 5e-4 * max(values) for values in (finals, greatest))
     if alike:
         whose = "all algorithms"
-        end, most = length_text(finals[0]), length_text(greatest[0])
+        end, most = (length_text(v, greatest[0]) for v in (finals[0], greatest[0]))
     else:
         order = np.argsort(greatest)
         names = list(numbers)
         whose = f"{names[order[0]]} (smallest) to {names[order[-1]]} (largest)"
-        end, most = (f"{length_text(v[order[0]])} to {length_text(v[order[-1]])}" for v in (finals, greatest))
+        end, most = (
+            f"{length_text(v[order[0]], max(greatest))} to {length_text(v[order[-1]], max(greatest))}"
+            for v in (finals, greatest)
+        )
     apart = length_text(max(finals) - min(finals))
     yield (
         f"Horizontal error of {whose}: {end} at the end, {most} at most. The algorithms’ errors at the end differ by "
@@ -219,15 +228,17 @@ def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
     """Yield the horizontal error of the aided solution."""
     aided = summary.get("filter", {}).get("aided")
     if aided is not None:
-        end, most = (length_text(aided[f"{when}_horizontal_error_m"]) for when in ("final", "max"))
+        final, largest = (aided[f"{when}_horizontal_error_m"] for when in ("final", "max"))
+        end, most = (length_text(v, largest) for v in (final, largest))
         yield f"With the aiding sensors and the filter: {end} at the end, {most} at most."
 
 
-def length_text(metres: float) -> str:
-    """Write a length with its unit."""
+def length_text(metres: float, largest: float | None = None) -> str:
+    """Write a length in the unit that suits it, or the largest of those beside it."""
     if not np.isfinite(metres):
         return "not a number"
-    return f"{number_text(metres, 4)} m" if metres > 0.5 else f"{number_text(metres * 1e3)} mm"
+    unit, size = suiting(LENGTHS, np.array([metres if largest is None else largest]))
+    return f"{number_text(metres / size, 4)} {unit}"
 
 
 def made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:

@@ -54,7 +54,10 @@ def score_report(
     drawn, far = near_the_scored(in_order, numbers, theirs)
     body.append("<h2>Errors over time</h2>")
     if far:
-        body.append(f"<p>Not drawn, because far larger: {words(', '.join(far))}. The run’s own report shows them.</p>")
+        body.append(
+            f"<p>Not plotted, because the errors are much larger: {words(', '.join(far))}. The report of the "
+            f"run shows them.</p>"
+        )
     body += error_plots(drawn, schuler_period(truth, judge.ellipsoid), apart=False)
     body.append("<h2>What was scored</h2>")
     for score in scores:
@@ -108,5 +111,5 @@ def _ranks(ranked: Mapping[str, Mapping[str, float | None]], theirs: set[str]) -
         for name in ranked
     ]
     return table(("algorithm", "from", "horizontal", "height", "velocity", "attitude"), lines, 2) + (
-        '<p class="note">Place by the rms error; 1 is the smallest. – : the solution does not have it.</p>'
+        '<p class="note">Rank by the rms error; 1 is the smallest. – : the solution lacks the quantity.</p>'
     )

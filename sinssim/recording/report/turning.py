@@ -1,4 +1,4 @@
-"""The section of a run's report on a block that turns in the vehicle: its errors beside those of a block at rest."""
+"""The section of a run's report on an IMU that rotates in the vehicle: its errors with and without the rotation."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.formatting import number_text
 from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting
-from sinssim.units import DEG
 
 if TYPE_CHECKING:
     from sinssim.simulation.result import Run
@@ -23,7 +23,7 @@ _CYCLES_SHOWN = 1200.0
 
 
 def turning_section(run: Run) -> Iterator[str]:
-    """Yield the section's HTML; nothing for a block that does not turn.
+    """Yield the section's HTML; nothing for an IMU that does not rotate.
 
     Args:
         run: the run, with its errors.
@@ -38,7 +38,7 @@ def turning_section(run: Run) -> Iterator[str]:
     if turned[:, 1].any():
         angles.append(Line("inner axis", time, turned[:, 1], colors[1], 1.5))
     span = (float(time[0]), float(time[-1]))
-    yield f"<div>{plot.plot('Angles of the block', '°', angles, span)}</div>"
+    yield f"<div>{plot.plot('Rotation angles of the IMU', '°', angles, span)}</div>"
     if without is None:
         return
     name, own = next(iter(run.errors.items()))
@@ -46,24 +46,26 @@ def turning_section(run: Run) -> Iterator[str]:
 
     def both(title: str, unit: str, size: float, values: Sequence[Array]) -> str:
         lines = [
-            Line("block at rest", without.time, values[0], colors[1], 2.5, size=size),
-            Line("turning block", own.time, values[1], colors[0], 1.5, size=size),
+            Line("without rotation", without.time, values[0], colors[1], 2.5, size=size),
+            Line("with rotation", own.time, values[1], colors[0], 1.5, size=size),
         ]
         return f"<div>{plot.plot(title, unit, lines, whole)}</div>"
 
-    yield f"<h3>Turning and at rest: {words(name)}</h3>"
-    unit, size = suiting(LENGTHS, without.horizontal, own.horizontal)
-    left = both("Horizontal error", unit, size, (without.horizontal, own.horizontal))
-    unit, size = suiting(ANGLES, without.angle, own.angle)
-    yield f'<div class="pair">{left}{both("Attitude error", unit, size, (without.angle, own.angle))}</div>'
+    yield f"<h3>With and without rotation: {words(name)}</h3>"
+    length, metre = suiting(LENGTHS, without.horizontal, own.horizontal)
+    left = both("Horizontal error", length, metre, (without.horizontal, own.horizontal))
+    angle, rad = suiting(ANGLES, without.angle, own.angle)
+    yield f'<div class="pair">{left}{both("Attitude error", angle, rad, (without.angle, own.angle))}</div>'
     rows = []
-    for label, error in (("block at rest", without), ("turning block", own)):
-        attitude = np.abs(error.attitude[-1]) / (DEG / 60.0)
-        rows.append((label, f"{error.horizontal.max():.4g}", f"{error.horizontal[-1]:.4g}", f"{attitude.max():.3g}"))
-    heads = ("", "largest horizontal error [m]", "at the end [m]", "largest attitude error at the end [arcmin]")
-    yield table(heads, rows)
+    for label, error in (("without rotation", without), ("with rotation", own)):
+        known = ((error.horizontal, metre), (error.angle, rad))
+        found = [float(v) / one for values, one in known for v in (values.max(), values[-1])]
+        rows.append((label, *(number_text(value, 4) for value in found)))
+    titles = (("horizontal error", length), ("attitude error", angle))
+    heads = [f"{title}, {when} [{unit}]" for title, unit in titles for when in ("largest", "at the end")]
+    yield table(("", *heads), rows)
     yield (
-        '<p class="note">The same vehicle and the same errors of the same sensors, once in a block that turns and once '
-        "in a block at rest. The attitude of the turning block is turned back by the angles of its encoders, whose "
-        "errors it contains.</p>"
+        '<p class="note">Both solutions have the same vehicle motion and the same sensor errors. The attitude of the '
+        "vehicle is that of the rotating IMU minus the measured rotation, so it contains the errors of the encoders."
+        "</p>"
     )

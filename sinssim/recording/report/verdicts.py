@@ -39,8 +39,8 @@ def verdict_text(found: Verdict) -> str:
     if found.verdict != "undecided":
         return text
     if found.more_runs is None:
-        return f"{text} The runs lie at the limit: no number of runs can be foretold."
-    return f"{text} About {_rounded(found.more_runs)} more runs decide if they are like these."
+        return f"{text} The value lies at the limit: the necessary number of runs cannot be predicted."
+    return f"{text} About {_rounded(found.more_runs)} more runs are needed for a decision if they are similar."
 
 
 def looks_text(result: EnsembleResult) -> str:
@@ -58,9 +58,10 @@ def looks_text(result: EnsembleResult) -> str:
     numbers = f"{', '.join(first)} and {last}" if first else last
     limit = ""
     if any(one.verdict == "undecided" for one in result.verdicts):
-        limit = f" {last} runs are the most for this --runs; a further series of looks errs with 5 % of its own."
+        limit = f" {last} runs are the most for this --runs; a further series of tests has its own probability of "
+        "error of 5 %."
     return (
-        f"Judged after {numbers} runs. Each of at most {LOOKS} looks errs with at most {5 / LOOKS:g} %, all together "
+        f"Tested after {numbers} runs. Each of at most {LOOKS} tests errs with at most {5 / LOOKS:g} %, all together "
         f"with at most 5 %.{limit}"
     )
 
@@ -96,8 +97,8 @@ def requirement_section(result: EnsembleResult) -> list[str]:
             f"<p>{words(capital(one.requirement.meaning))}. {words(verdict_text(one))}</p>",
         ]
     how = (
-        "Percentiles are judged by the exact binomial interval, without an assumption on the distribution; components "
-        "by the χ² interval of normal errors. Each requirement is judged by itself. "
+        "Percentiles are tested by the exact binomial interval, without an assumption about the distribution; "
+        "components are tested by the χ² interval for normal errors. Each requirement is tested separately. "
     )
     return [*body, f'<p class="note">{words(how + looks_text(result))}</p>']
 

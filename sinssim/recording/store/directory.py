@@ -244,7 +244,7 @@ def _check_place(place: Path, overwrite: bool) -> None:
         )
     if not overwrite:
         raise InputError(
-            f"the run directory {place} already holds a run. Give another folder with -o, or replace it with "
+            f"the run directory {place} already contains a run. Give another folder with -o, or replace it with "
             "--overwrite."
         )
     for name in files:

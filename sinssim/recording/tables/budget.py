@@ -23,8 +23,8 @@ _LEAST = 1e-4
 """Sources with a smaller share of the horizontal mean square are counted, not listed."""
 
 FIXED_GAINS = (
-    "Where a source is halved or limited, the filter's gains stay as they are; a filter that is told of it does as "
-    "well or better."
+    "If a source is halved or limited, the gains of the filter do not change; a filter whose model contains the "
+    "change performs as well or better."
 )
 """What ranking and limits of an aided budget assume."""
 
@@ -101,7 +101,8 @@ def time_columns(result: BudgetResult, times: Sequence[float]) -> tuple[list[str
 
 def _over_time(result: BudgetResult, times: Sequence[float]) -> Table:
     heads, cells = time_columns(result, times)
-    table = _table("Errors over time: root mean square over all runs; CEP and R95 hold half and 95 % of them",
+    table = _table("Errors over time: root mean square over all runs; CEP and R95 are the radii of 50 % and 95 % of "
+    "the runs",
                    [(head.replace(", ", "\n"), "right") for head in heads])  # fmt: skip
     for row in cells:
         table.add_row(*row)
@@ -209,7 +210,7 @@ def allowance_cells(answer: Answer) -> list[list[str]]:
 
 def _allowances(answer: Answer) -> Table:
     heads = [("source", "left"), ("now", "right"), ("at most", "right"), ("", "left")]
-    table = _table("Largest value of each source with which it is met, all others as they are", heads)
+    table = _table("Largest value of each source with which it is met, if all others do not change", heads)
     for row in allowance_cells(answer):
         table.add_row(*row)
     return table

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sinssim.calibration.result import CalibrationResult
+from sinssim.formatting import number_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,17 +24,20 @@ def cells(result: CalibrationResult) -> list[list[str]]:
     rows = []
     for k, one in enumerate(result.parameters):
         unit, size = one.unit
-        seen = bool(result.observable[k])
-        row = [one.name, _number(result.values[k] / size) if seen else "–", _number(result.sigma[k] / size), unit]
-        row.append(_number(one.size / size))
+        seen, sigma = bool(result.observable[k]), float(result.sigma[k]) / size
+        row = [one.name, _like(result.values[k] / size, sigma) if seen else "–", number_text(sigma), unit]
+        row.append(number_text(one.size / size))
         if result.truth is not None:
-            row += [_number(result.truth[k] / size), f"{(result.values[k] - result.truth[k]) / result.sigma[k]:+.2f}"]
+            off = (result.values[k] - result.truth[k]) / result.sigma[k]
+            row += [_like(result.truth[k] / size, sigma), f"{off:+.2f}".replace("-", "−")]
         rows.append([*row, "" if seen else NOT_SEEN])
     return rows
 
 
-def _number(value: float) -> str:
-    return f"{value:.4f}" if abs(value) < 1.0 else f"{value:.3f}" if abs(value) < 1e3 else f"{value:.1f}"
+def _like(value: float, sigma: float) -> str:
+    """Write a value with as many decimals as its 1σ has with three significant digits."""
+    decimals = len(number_text(sigma).partition(".")[2]) if 1e-4 <= sigma < 1e6 else 4
+    return f"{value:.{decimals}f}".replace("-", "−")
 
 
 def sentences(result: CalibrationResult) -> list[str]:

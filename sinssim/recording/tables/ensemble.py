@@ -125,7 +125,7 @@ def show_sheet(result: EnsembleResult, numbers: Mapping[str, Any], console: Cons
     for line in requirement_lines(result):
         console.print(line, markup=False)
     console.print(
-        "Usual words: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:", markup=False
+        "Common terms: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:", markup=False
     )
     for name, text in DEFINITIONS.items():
         console.print(f"  {name}: {text}.", markup=False)

@@ -91,7 +91,7 @@ def show(expectation: Expectation, console: Console) -> None:
     console.print("Vehicle: " + "; ".join(f"{name}, {ASSUMPTIONS[name]}" for name in assumed) + ".")
     console.print("All together: root of the sum of squares.")
     if e.total > _LINEAR:
-        console.print(f"The linear theory does not hold beyond {_LINEAR / 1e3:g} km: the position is lost.")
+        console.print(f"The linear theory is not valid beyond {_LINEAR / 1e3:g} km: the position is lost.")
     elif e.total and e.drawn:
         console.print(
             f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi per hour, which is "

@@ -65,6 +65,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         table.add_row(name, *_cells(errors, failed=name in failures))
     of_log = summary.get("log")
     lines = [
+        *summary.get("not_attained", ()),
         *_about_track(scenario),
         *([] if of_log is None else [*of_log["notes"], compared_words(of_log)]),
         *([] if of_log is not None else [f"Height of the inertial solutions: {height_words(scenario)}."]),

@@ -81,6 +81,7 @@ def findings(scenario: Scenario) -> Iterator[Finding]:
     if flight is None or aircraft is None or aircraft.envelope is None:
         return
     judge = _Judge(flight, aircraft.envelope, aircraft.performance)
+    ground = 0.0 if flight.start.on == "air" else flight.start.altitude_m
     state = plan_at_start(flight)
     if flight.start.on == "air":
         yield from judge.airspeed("flight.start.airspeed_kt", "level flight", state.airspeed, state.altitude)
@@ -89,8 +90,19 @@ def findings(scenario: Scenario) -> Iterator[Finding]:
         seconds = leg.reckon(state)
         if not math.isfinite(seconds):
             return  # the wind makes the leg impossible, which has its own message
+        ground = state.altitude if leg.lands else ground
         if leg.begins == "air" and leg.ends == "air":
-            yield from judge.leg(f"flight.legs.{number} ({leg.type})", leg, before, state)
+            name = f"flight.legs.{number} ({leg.type})"
+            yield from judge.leg(name, leg, before, state)
+            if state.altitude <= ground:
+                yield Finding(
+                    True,
+                    f"{name} ends at {state.altitude:g} m, and the ground is at {ground:g} m: at the runway's height "
+                    "after a take-off, otherwise at 0 m. Give a greater height.",
+                )
+                return
+            if seconds > _SLACK * leg.timeout_s and not hasattr(leg, "altitude_m"):
+                yield Finding(True, f"{name}: timeout_s = {leg.timeout_s:g}: it takes about {seconds:.0f} s.")
 
 
 @dataclass(frozen=True)
@@ -195,6 +207,28 @@ class _Judge:
             f"{own:.0f} m: give less{better}.",
         )
 
+    def circling(
+        self, name: str, leg: WaypointLeg, target: tuple[float, float], before: DeadReckoning
+    ) -> Iterator[Finding]:
+        """Judge a place that may lie within the turn towards it, in calm air."""
+        plan, bank = replace(before, trace=None), leg.bank_deg or self.performance.bank_deg
+        radius = plan.true_airspeed() / plan.turn_rate(leg.bank_deg)
+        plan.ahead(plan.true_airspeed() * math.radians(bank) / plan.roll_rate)  # rolling into the turn
+        side = math.copysign(
+            0.5 * math.pi, math.sin(bearing(before.latitude, before.longitude, *target) - plan.heading)
+        )
+        plan.heading += side
+        plan.ahead(radius)  # to the centre of the circle
+        inside = 0.9 * radius - distance(plan.latitude, plan.longitude, *target)
+        if any(plan.wind) or inside <= leg.capture_radius_m:
+            return
+        yield Finding(
+            True,
+            f"{name} lies within the turn towards it, whose radius is {radius / 1e3:.1f} km at "
+            f"{plan.airspeed / KNOT:.0f} kt and {bank:g}° of bank: the aircraft circles around it. Give more bank_deg, "
+            f"less airspeed, a larger capture_radius_m than {leg.capture_radius_m:g}, or a place farther away.",
+        )
+
     def _too_steep(self, what: str, speed: float, most: float) -> str:
         return (
             f"{what}: with idle engines the {self.flight.aircraft} descends at {most:.1f} m/s at {speed:.0f} kt; it "
@@ -209,6 +243,7 @@ class _Judge:
             target = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
             start, left = plan.altitude, distance(plan.latitude, plan.longitude, *target) - leg.capture_radius_m
             ahead = bearing(plan.latitude, plan.longitude, *target)
+            yield from self.circling(f"{name}: {leg.label(number) or 'the waypoint'}", leg, target, plan)
             leg.reckon_place(number, plan, slopes)
             to, speed = plan.altitude, plan.airspeed / KNOT
             if to == start or left <= 0.0:

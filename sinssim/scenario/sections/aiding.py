@@ -51,7 +51,7 @@ def _with_own(base: type[_Tables], own: tuple[tuple[str, type[AidingSensor]], ..
 
 
 class _Tables(Section):
-    """The aiding sensors of the filter; each table switches one sensor on."""
+    """The aiding sensors of the filter. Each table switches on one sensor."""
 
     @model_validator(mode="wrap")
     @classmethod

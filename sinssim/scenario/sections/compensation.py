@@ -23,7 +23,7 @@ def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
     """Yield the keys of one term with their types and defaults: calibrated value, and 1σ of its error."""
     number: Any = Annotated[float, Field(**dict[str, Any](term.limits))] if term.limits else float
     several: Any = tuple.__class_getitem__((number,) * term.size)
-    value = "measured calibration value, removed as it is; its uncertainty is the next key"
+    value = "measured calibration value, which is subtracted; the next key is its uncertainty"
     yield term.key, (several | None, Field(default=None, description=value))
     error = f"1σ of the calibration error of the {_SENSORS[term.triad]}: {term.untold or term.explanation}"
     sigma: Any = Annotated[float, Field(**dict[str, Any](term.sigma_limits))]
@@ -39,22 +39,21 @@ else:
 
 
 class CompensationSection(_Terms):
-    """Analytic compensation of the sensors' errors before navigation; with 0 everywhere it is perfect.
-
-    It removes the errors that are constant in a run or depend on the temperature, and the effects of the
-    accelerometers' arms and delay. An error with a measured calibration value is compensated by this value, whatever
-    the true error; any other by the true error of the run less a random one of the given 1σ. The filter assumes the 1σ
-    in both cases.
-    """
+    """Analytic compensation of the sensor errors before navigation. If all keys are 0, the compensation is perfect. It
+    removes the errors that are constant in a run or depend on the temperature, and the effects of the arms and the
+    delay of the accelerometers. An error with a measured calibration value is compensated by this value, which may
+    differ from the true error. Any other error is compensated by the true error of the run minus a random error of the
+    given 1σ. The filter assumes the 1σ in both cases."""
 
     file: str | None = Field(
         default=None,
-        description="calibration made by `sinssim calibrate`, relative to this file: the keys of its table "
-        "[compensation]; keys given here replace them",
+        description="path of a calibration by `sinssim calibrate`, relative to this file; its table [compensation] is "
+        "used; keys given here replace those of the file",
     )
     accel_arms_mm: tuple[Places, Places, Places] | None = Field(
         default=None,
-        description="calibrated places of the three accelerometers, each forward, right, down; default: the true ones",
+        description="calibrated positions of the three accelerometers, each forward, right, down; default: the true "
+        "positions",
     )
 
     @model_validator(mode="before")

@@ -14,19 +14,19 @@ VariedKey = Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class Normal(Section):
-    """A key whose values are normally distributed over the runs."""
+    """A key with normally distributed values."""
 
     type: Literal["normal"]
-    key: VariedKey = Field(description="key that differs from run to run, as for --set")
+    key: VariedKey = Field(description="key that varies from run to run, in the form of --set")
     mean: float = Field(description="mean over the runs, in the key's unit")
     sigma: Positive = Field(description="1σ, in the key's unit")
 
 
 class Uniform(Section):
-    """A key whose values are uniformly distributed over the runs."""
+    """A key with uniformly distributed values."""
 
     type: Literal["uniform"]
-    key: VariedKey = Field(description="key that differs from run to run, as for --set")
+    key: VariedKey = Field(description="key that varies from run to run, in the form of --set")
     low: float = Field(description="smallest value")
     high: float = Field(description="largest value")
 
@@ -38,10 +38,10 @@ class Uniform(Section):
 
 
 class Choice(Section):
-    """A key that has one of some values in each run, each with the same probability."""
+    """A key that takes one of several values in each run with equal probability."""
 
     type: Literal["choice"]
-    key: VariedKey = Field(description="key that differs from run to run, as for --set")
+    key: VariedKey = Field(description="key that varies from run to run, in the form of --set")
     values: tuple[int | float, ...] = Field(min_length=1, description="the values")
 
 
@@ -49,9 +49,9 @@ Variation = Annotated[Normal | Uniform | Choice, Field(discriminator="type")]
 
 
 class EnsembleSection(Section):
-    """Many runs of this scenario, for `sinssim ensemble`; `sinssim run` does not use it."""
+    """Settings of `sinssim ensemble`, which runs this scenario many times; `sinssim run` does not use them."""
 
-    runs: Runs = Field(default=1000, description="number of runs; the command line's --runs replaces it")
+    runs: Runs = Field(default=1000, description="number of runs; the option --runs replaces it")
     epoch_s: Duration | None = Field(
         default=None,
         description="time between the epochs at which errors are kept; default: about 500 epochs over the run",

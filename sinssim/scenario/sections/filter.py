@@ -55,16 +55,18 @@ class InitialSigmaSection(Section):
 
 
 class FilterSection(Section):
-    """A Kalman filter on the aiding sensors; it assumes the true noise unless a factor changes it."""
+    """A Kalman filter that uses the aiding sensors. It assumes the true noise unless a factor changes it."""
 
     states: tuple[StateBlock, ...] | None = Field(
         default=None,
-        description=f"errors of the inertial sensors that are states, any of {', '.join(FILTER_STATES)}; default: "
-        "those that matter for the grade and the planned motion; states of aiding sensors are added automatically",
+        description=f"errors of the inertial sensors that are states of the filter, any of "
+        f"{', '.join(FILTER_STATES)}; default: those that are significant for the grade and the planned motion; "
+        f"states of aiding sensors are added automatically",
     )
     loop: Literal["closed", "open"] = Field(
         default="closed",
-        description="closed: estimated errors are fed back into engine and compensator; open: fed forward",
+        description="closed: estimated errors are fed back into the navigation equations and the compensation; open: "
+        "they are fed forward",
     )
     rate_hz: float = Field(
         default=10.0,
@@ -75,22 +77,22 @@ class FilterSection(Section):
         default=1e-4,
         ge=0.0,
         lt=1.0,
-        description="fraction of correct readings that the gate may reject; 0 rejects none",
+        description="fraction of correct measurements that the gate may reject; 0 rejects none",
     )
     smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
     backward: bool = Field(
         default=False,
-        description="whether the filter runs over the data in reverse time as well, from the end to the start",
+        description="whether the filter also runs over the data in reverse time, from the end to the start",
     )
     alignment: Literal["at-rest", "in-motion", "by-course"] = Field(
         default="at-rest",
-        description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, by satellite velocities "
-        "on a vehicle that turns, or by the course of a land vehicle, from rest or in motion",
+        description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, by GNSS velocities on a "
+        "vehicle that turns, or by the course of a land vehicle, from rest or in motion",
     )
     alignment_s: Positive | None = Field(
         default=None,
-        description="duration of the coarse alignment, default: no alignment; the filter begins at its end, in motion "
-        "at the first fix after it",
+        description="duration of the coarse alignment; default: no alignment; the filter begins at the end of the "
+        "alignment, or in motion at the first fix after it",
     )
     inertial_noise_factor: Factor = Field(
         default=1.0, description="noise of gyros and accelerometers that the filter assumes, relative to the true noise"
@@ -100,15 +102,15 @@ class FilterSection(Section):
     )
     vibration_noise: VibrationNoise = Field(
         default=0.0,
-        description="part of the vibration in the inertial readings that the filter takes for white noise of each "
-        "sample, in addition to the sensors' own; 0 for sensors whose noise is known, about 0.5 for a log of a MEMS "
-        "unit on an engine",
+        description="fraction of the vibration in the inertial data that the filter treats as white noise of each "
+        "sample, in addition to the sensor noise; 0 if the noise of the sensors is known, about 0.5 for a log of a "
+        "MEMS IMU near an engine",
     )
     diagnose: bool = Field(
         default=False,
-        description="whether the cause is looked for if the innovations speak against the filter: it runs up to fifty "
-        "times more over the first minutes, each time with another lever arm, delay, error of the inertial sensors or "
-        "noise",
+        description="whether the program searches for the cause if the innovations are inconsistent with the filter: "
+        "the filter runs up to seventy more times over the first minutes, each time with another lever arm, delay, "
+        "error of a sensor or of the start, or noise",
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 

@@ -18,7 +18,7 @@ from sinssim.truth.flight.aircraft import aircraft_exists
 from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase
 from sinssim.truth.flight.legs import LEGS
 
-_ON_RUNWAY = " and ".join(
+_ON_RUNWAY = ", ".join(
     f'"{name}"'
     for leg in sorted(LEGS, key=lambda leg: leg.ends == "air")  # legs that stay on the runway first
     if leg.begins == "runway"
@@ -85,11 +85,11 @@ Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]
 
 
 class Turbulence(Section):
-    """Dryden turbulence by MIL-F-8785C, seeded by the scenario's seed.
+    """Dryden turbulence according to MIL-F-8785C, with the scenario's seed.
 
     Attributes:
         severity: row of the specification's table, which determines the strength above 2000 ft: 2 is weak (0.3 m/s at 3
-            km), 3 light (1.5 m/s), 4 moderate (2.5 m/s), 6 severe.
+            km), 3 light (1.8 m/s), 4 moderate (2.9 m/s), 6 severe (7 m/s).
         wind_at_6m_mps: wind speed 20 ft above the ground, which determines the strength below 1000 ft, m/s; light 7.7,
             moderate 15.4, severe 23.
     """
@@ -138,7 +138,8 @@ class FlightSection(Section):
             name = f"leg {number} ({leg.type})"
             if on_ground and leg.begins != "runway":
                 raise ValueError(
-                    f"{name} would begin on the runway; the legs before the first leg in the air must be {_ON_RUNWAY}"
+                    f"{name} would begin on the runway; the legs before the first leg in the air are of the types "
+                    f"{_ON_RUNWAY}"
                 )
             if not on_ground and leg.begins == "runway":
                 raise ValueError(

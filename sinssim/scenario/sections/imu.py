@@ -44,8 +44,9 @@ Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]
 Place = Annotated[float, Field(ge=-1e4, le=1e4)]
 Places = tuple[Place, Place, Place]
 
-_SIGMA = "1σ of the random error of the same name, added to the given one; default: the grade's, 0 beside a given one"
-_OVER = "above the temperature of the calibration"
+_SIGMA = "1σ of the random error of the same name, added to the given one; default: that of the grade, or 0 if an "
+"error is given"
+_OVER = "relative to the temperature of the calibration"
 _GIVEN_AND_SIGMA = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
 
 
@@ -74,11 +75,13 @@ class _Block(Section):
     sensor_set: SensorSet = Gyros(type="gyros")
     lever_arm_m: LeverArm | None = Field(
         default=None,
-        description="place of the block from the centre of gravity, forward, right, down; default: the aircraft's",
+        description="position of the sensor block relative to the centre of gravity, forward, right, down; default: "
+        "that of the aircraft",
     )
     mounting_deg: Vector3 | None = Field(
         default=None,
-        description="roll, pitch and yaw of the block's axes in the vehicle's; default: the aircraft's",
+        description="roll, pitch and yaw of the axes of the sensor block relative to the vehicle axes; default: those "
+        "of the aircraft",
     )
 
 
@@ -95,23 +98,28 @@ else:
 
 
 class ImuSection(_Terms):
-    """The sensor block: grade, rate, place and errors."""
+    """The sensor block (IMU): grade, rate, position and errors."""
 
-    temperature_start_c: Celsius = Field(default=0.0, description=f"temperature of the block at the start, {_OVER}")
-    temperature_steady_c: Celsius = Field(default=0.0, description=f"temperature of the block after warm-up, {_OVER}")
+    temperature_start_c: Celsius = Field(
+        default=0.0, description=f"temperature of the sensor block at the start, {_OVER}"
+    )
+    temperature_steady_c: Celsius = Field(
+        default=0.0, description=f"temperature of the sensor block after warm-up, {_OVER}"
+    )
     warm_up_time_s: Positive = Field(default=600.0, description="time constant of the warm-up")
     accel_arms_mm: tuple[Places, Places, Places] = Field(
         default=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        description="places of the three accelerometers in the block, each forward, right, down (size effect)",
+        description="positions of the three accelerometers in the sensor block, each forward, right, down (size "
+        "effect)",
     )
     accel_delay_ms: float = Field(
         default=0.0,
-        description="lag of the accelerometers' readings behind the gyros': a reading for the time t is the "
-        "specific force at t minus the delay; at most one interval, negative for a lead",
+        description="delay of the accelerometer data relative to the gyro data: the value for the time t is the "
+        "specific force at t minus the delay; at most one interval; negative for a lead",
     )
 
     laser_gyro: LaserGyroSection | None = Field(
-        default=None, description="physics of the gyros, which determines their random walk and quantum"
+        default=None, description="physics of the gyros, which determines their random walk and pulse weight"
     )
     faults: tuple[Fault, ...] = Field(default=(), description="faults in the run")
     rotation: Rotation | None = Field(default=None, description="rotation of the block in the vehicle")
@@ -187,8 +195,9 @@ class ImuSection(_Terms):
             if len(faulty) > count - 3:
                 raise ValueError(
                     f"faults: {len(faulty)} of the {count} sensors of the kind {kind!r} are faulty (numbers "
-                    f"{', '.join(map(str, faulty))}), so that fewer than three sound ones are left and there is no "
-                    f'estimate without them; at most {count - 3} can be faulty with sensor_set.monitoring = "exclude"'
+                    f"{', '.join(map(str, faulty))}), so that fewer than three sensors without a fault remain, which "
+                    f"do not determine the motion; at most {count - 3} can be faulty with "
+                    'sensor_set.monitoring = "exclude"'
                 )
         return self
 
@@ -234,8 +243,8 @@ class ImuSection(_Terms):
                 raise ValueError(
                     f"faults.{number}: a {fault.type} "
                     + ("of the time stamps" if fault.type == "jitter" else "of gyros")
-                    + " has no meaning on a platform, which the gyros hold at zero readings; gyros can have a "
-                    "bias-step, accelerometers any fault but jitter"
+                    + " has no effect on a platform, on which the output of the gyros is zero; gyros can have a "
+                    "bias-step, accelerometers any fault except jitter"
                 )
         return self
 

@@ -54,32 +54,41 @@ class LogFile(Section):
     format: str | None = Field(
         default=None,
         description=f'"{TEXT_FORMAT}" for columns that this table describes, or the name of a format, see logs.md; '
-        "default: by the file itself",
+        "default: recognised from the file",
     )
-    stream: str | None = Field(default=None, description="name of the stream in a file with several; default: the only")
-    clock: Literal["gps", "utc"] = Field(default="gps", description="time scale of first_row")
+    stream: str | None = Field(
+        default=None, description="name of the stream in a file with several streams; default: the only stream"
+    )
+    clock: Literal["gps", "utc", "unix"] = Field(
+        default="gps",
+        description="time scale of first_row, and of dates in the column of times without one; unix: the column "
+        "counts from 1970, and first_row is in UTC",
+    )
     first_row: Instant | None = Field(
         default=None,
-        description='instant of the first row, "2025-07-08 19:34:21.723", for a file whose times have no date',
+        description='time of the first row, "2025-07-08 19:34:21.723", for a file whose times have no date',
     )
     time_offset_s: Offset = Field(
-        default=0.0, description="added to the file's times: negative if the stamps are late by this much"
+        default=0.0,
+        description="value that is added to the file's times: negative if the time stamps are late by this amount",
     )
 
 
 class LogImu(LogFile, LogDescription):
-    """The recorded inertial unit; the keys of its columns are those of docs/alignment.md."""
+    """The recorded IMU; the keys of its columns are described in docs/alignment.md."""
 
     readings: Literal["instantaneous", "mean"] = Field(
         default="instantaneous",
-        description='of kind = "rates": values at the stamps, or means over the interval that ends at the stamp',
+        description='for kind = "rates": values at the time stamps, or means over the interval that ends at the time '
+        "stamp",
     )
     stamps: Literal["as-given", "even"] = Field(
         default="as-given",
-        description="even: the unit samples evenly and only the stamps jitter; a straight line through them is used",
+        description="even: the IMU samples evenly and only the time stamps jitter; a straight line through them is "
+        "used",
     )
     check_scale: bool = Field(
-        default=True, description="whether a specific force that cannot be that of a vehicle on the Earth is refused"
+        default=True, description="whether a specific force that is impossible for a vehicle on the Earth is refused"
     )
     max_gap_s: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         default=0.1, description="longest gap that is bridged by linear interpolation; a longer one stops the run"
@@ -90,22 +99,29 @@ class _Position(LogFile, FixColumns):
     """A file with positions."""
 
     lever_arm_m: LeverArm = Field(
-        default=(0.0, 0.0, 0.0), description="from the sensor block to the antenna or point, in the block's axes"
+        default=(0.0, 0.0, 0.0),
+        description="from the sensor block to the antenna or reference point, in the axes of the sensor block",
     )
     geoid_height_m: Annotated[float, Field(ge=-120.0, le=120.0)] = Field(
-        default=0.0, description="added to the heights: the geoid's height above the ellipsoid, if they refer to it"
+        default=0.0,
+        description="value that is added to the heights: the height of the geoid above the ellipsoid if "
+        "they refer to the geoid",
     )
-    position_sigma_m: Noise3 | None = Field(default=None, description="1σ north, east, down, instead of the file's own")
+    position_sigma_m: Noise3 | None = Field(
+        default=None, description="1σ north, east, down, instead of the values in the file"
+    )
     velocity_sigma_mps: Noise3 | None = Field(
-        default=None, description="1σ north, east, down, instead of the file's own"
+        default=None, description="1σ north, east, down, instead of the values in the file"
     )
     velocity_delay_s: Lag = Field(
-        default=0.0, description="age of a velocity at its stamp: half the interval for a mean over the last interval"
+        default=0.0,
+        description="age of a velocity at its time stamp: half the interval for a mean over the last interval",
     )
     quality_factors: dict[str, Factor] | None = Field(
         default=None,
-        description='factor of σ by the code of quality, for example { "1" = 1.0, "2" = 20.0 }; other codes are '
-        "refused; default: every fix counts as its σ says, except those whose code says that there is none",
+        description='factor of σ for each quality code, for example { "1" = 1.0, "2" = 20.0 }; fixes with other codes '
+        "are not used; default: every fix has the σ of the file, except fixes whose code means that there is no "
+        "solution",
     )
 
     @model_validator(mode="after")
@@ -117,51 +133,76 @@ class _Position(LogFile, FixColumns):
 
 
 class LogGnss(_Position):
-    """The recorded satellite receiver."""
+    """The recorded GNSS receiver."""
 
     use: tuple[Literal["position", "velocity"], ...] = Field(
-        default=("position", "velocity"), min_length=1, description="what the filter takes, as far as the file has it"
+        default=("position", "velocity"),
+        min_length=1,
+        description="quantities that the filter uses, if the file contains them",
     )
-    sigma_factor: Factor = Field(default=1.0, description="factor of the file's σ of positions")
-    velocity_sigma_factor: Factor = Field(default=1.0, description="factor of the file's σ of velocities")
+    sigma_factor: Factor = Field(default=1.0, description="factor for the σ of positions in the file")
+    velocity_sigma_factor: Factor = Field(default=1.0, description="factor for the σ of velocities in the file")
     least_sigma_m: Spread = Field(default=0.0, description="least 1σ of each component of a position")
     least_velocity_sigma_mps: Spread = Field(default=0.0, description="least 1σ of each component of a velocity")
-    latency_s: Moment = Field(default=0.0, description="time from a fix's validity to its arrival at the filter")
+    latency_s: Moment = Field(default=0.0, description="time from the validity of a fix to its arrival at the filter")
     lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the lever arm, which is then a state")
-    time_offset_sigma_s: TimeSpread = Field(default=0.0, description="1σ of the clocks' offset, which is then a state")
+    time_offset_sigma_s: TimeSpread = Field(default=0.0, description="1σ of the clock offset, which is then a state")
     velocity_delay_sigma_s: TimeSpread = Field(
         default=0.0, description="1σ of the delay of the velocities, which is then a state"
     )
-    correlated_position_sigma_m: Spread = Field(default=0.0, description="1σ of a slow error north and east, a state")
-    correlated_height_sigma_m: Spread = Field(default=0.0, description="1σ of a slow error of the height, a state")
-    correlated_velocity_sigma_mps: Spread = Field(default=0.0, description="1σ of a slow error of the velocity")
-    correlation_time_s: CorrelationTime = Field(default=100.0, description="correlation time of the slow errors")
-
-
-class LogReference(_Position, SolutionColumns):
-    """A solution of somebody else, against which errors are shown. It may lack velocity, attitude or both."""
-
-    gap_s: Positive | None = Field(
-        default=None, description="longest interval that is interpolated; default: three times the usual one"
+    correlated_position_sigma_m: Spread = Field(
+        default=0.0, description="1σ of a slowly varying error north and east, which is a state"
+    )
+    correlated_height_sigma_m: Spread = Field(
+        default=0.0, description="1σ of a slowly varying height error, which is a state"
+    )
+    correlated_velocity_sigma_mps: Spread = Field(default=0.0, description="1σ of a slowly varying velocity error")
+    correlation_time_s: CorrelationTime = Field(
+        default=100.0, description="correlation time of the slowly varying errors"
     )
 
 
+class LogReference(_Position, SolutionColumns):
+    """A reference solution from which errors are computed. It may lack velocity, attitude or both."""
+
+    gap_s: Positive | None = Field(
+        default=None, description="longest interval that is interpolated; default: three times the usual interval"
+    )
+
+
+class Constant(Section):
+    """A constant in a unit."""
+
+    value: Positive = Field(description="the number")
+    unit: str = Field(description="unit of the number")
+
+
 class LogOther(LogFile):
-    """Readings of another aiding sensor in a text file."""
+    """Measurements of another aiding sensor in a text file."""
 
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$", max_length=40, description="short name, unique")
     kind: Literal["baro-height", "heading", "speed", "airspeed"] = Field(description="kind of measurement")
-    time: str | int = Field(default="time_s", description="column with the instants of validity")
+    time: str | int = Field(default="time_s", description="column with the times of validity")
     time_unit: str | None = Field(default=None, description="s, ms, us or ns")
-    reading: Quantity = Field(description="column and unit of the readings")
-    sigma: Quantity = Field(description="column or constant, and unit, of their 1σ")
-    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="from the block to the sensor, block axes")
-    delimiter: str = Field(default=",", description="as for the inertial unit")
-    skip_lines: int = Field(default=0, ge=0, le=1_000_000, description="as for the inertial unit")
+    reading: Quantity = Field(description="column and unit of the measurements")
+    sigma: Quantity = Field(description="column or constant, and unit, of the 1σ of the measurements")
+    bias_sigma: Constant | None = Field(
+        default=None,
+        description="constant, and unit, of the 1σ of an error that all measurements share; it becomes a state",
+    )
+    bias_correlation_time_s: CorrelationTime | None = Field(
+        default=None, description="correlation time of that error; default: it is constant"
+    )
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of the scale factor error, which becomes a state")
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0), description="from the sensor block to the sensor, in the axes of the sensor block"
+    )
+    delimiter: str = Field(default=",", description="as for [log.imu]")
+    skip_lines: int = Field(default=0, ge=0, le=1_000_000, description="as for [log.imu]")
 
 
 class LogStart(Section):
-    """The state that navigation starts from. What is not given comes from the data."""
+    """The initial state of navigation. Quantities that are not given are determined from the data."""
 
     latitude_deg: Latitude | None = Field(default=None, description="default: the first position")
     longitude_deg: Longitude | None = Field(default=None, description="default: the first position")
@@ -177,9 +218,10 @@ class LogStart(Section):
     )
     heading_deg: Heading | None = Field(
         default=None,
-        description="heading of the vehicle; default: the course of the first motion, carried back by the gyros",
+        description="heading of the vehicle; default: the course of the first motion, carried back to the start by "
+        "the gyro data",
     )
-    course_speed_mps: Positive = Field(default=3.0, description="speed from which the course is taken for the heading")
+    course_speed_mps: Positive = Field(default=3.0, description="speed above which the course is used as heading")
 
     @property
     def is_given(self) -> bool:
@@ -198,15 +240,15 @@ class LogStart(Section):
 
 
 class LogOutages(Section):
-    """Outages of the satellites, injected to see what the rest of the system does without them."""
+    """Injected GNSS outages, which show the performance of the system without GNSS."""
 
-    at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the run's time")
+    at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the time of the run")
     length_s: Positive | None = Field(default=None, description="length of regular outages")
     every_s: Positive | None = Field(default=None, description="period of regular outages")
     first_s: Moment | tuple[Moment, ...] | None = Field(
         default=None,
-        description="beginning of the first regular outage; default: one period after the start; with several, the "
-        "filter runs once more for each, and the outages of these passes are judged together",
+        description="start of the first regular outage; default: one period after the start; with several values, the "
+        "filter makes one further pass for each, and the outages of these passes are evaluated together",
     )
 
     @model_validator(mode="after")
@@ -267,10 +309,12 @@ class LogOutages(Section):
 
 
 class LogSection(Section):
-    """Recorded sensors: the inertial unit, what aids it, and what the result is compared with."""
+    """Recorded sensors: the IMU, the aiding sensors, and the reference."""
 
-    from_s: Moment | None = Field(default=None, description="begin there; times count from the unit's first row")
-    to_s: Moment | None = Field(default=None, description="end there")
+    from_s: Moment | None = Field(
+        default=None, description="start of the run, counted from the first row of the IMU file"
+    )
+    to_s: Moment | None = Field(default=None, description="end of the run, counted from the first row of the IMU file")
     imu: LogImu
     gnss: LogGnss | None = None
     others: tuple[LogOther, ...] = Field(default=(), description="further aiding sensors")
@@ -286,7 +330,7 @@ class LogSection(Section):
         if len(set(names)) < len(names):
             raise ValueError("others: each needs a name of its own")
         if self.outages is not None and self.gnss is None:
-            raise ValueError("outages are those of the satellites, and there is no [log.gnss]")
+            raise ValueError("outages are GNSS outages, and there is no [log.gnss]")
         return self
 
     def files(self) -> Iterator[tuple[str, LogFile]]:
@@ -311,3 +355,7 @@ def files_from(log: Any, folder: Path) -> None:
     for table in (*tables, *(others if isinstance(others, list) else ())):
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             table["file"] = str(folder.resolve() / table["file"])
+    imu = log.get("imu") if isinstance(log, dict) else None
+    for triad in (imu.get("gyro"), imu.get("accel")) if isinstance(imu, dict) else ():
+        if isinstance(triad, dict) and isinstance(triad.get("file"), str):
+            triad["file"] = str(folder.resolve() / triad["file"])

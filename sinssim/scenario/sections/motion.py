@@ -28,9 +28,10 @@ _MOST_ARCSEC, _MOST_MM, _MOST_G = 648_000.0, 1e6, 1e5
 
 
 class VibrationSection(Section):
-    """Vibration of the sensor block, added to the motion, in the block's axes: a sinusoid, or noise in a band."""
+    """Vibration of the sensor block, which is added to the motion, in the axes of the sensor block: a sinusoid, or
+    band-limited noise."""
 
-    coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="what vibrates")
+    coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="vibrating coordinate")
     rms_arcsec: NotNegative | None = Field(
         default=None, le=_MOST_ARCSEC, description="rms of a vibration in roll, pitch or yaw"
     )
@@ -40,10 +41,12 @@ class VibrationSection(Section):
     rms_g: NotNegative | None = Field(
         default=None,
         le=_MOST_G,
-        description="instead of rms_mm: rms of the acceleration, which then has a flat spectrum",
+        description="rms of the acceleration, which then has a flat spectrum, instead of rms_mm",
     )
     low_hz: Frequency = Field(description="lower edge of the band, or the frequency of a sinusoid")
-    high_hz: Frequency | None = Field(default=None, description="upper edge of the band; none for a sinusoid")
+    high_hz: Frequency | None = Field(
+        default=None, description="upper edge of the band; without it, the vibration is a sinusoid"
+    )
     phase_deg: float = Field(
         default=0.0,
         ge=-36_000.0,
@@ -76,11 +79,11 @@ class _Placed(Section):
 
 
 class ConingMotion(_Placed):
-    """Classical coning: the forward axis describes a cone, and the block has no net rotation."""
+    """Classical coning: the forward axis describes a cone, and the sensor block has no net rotation."""
 
     type: Literal["coning"]
     half_angle_deg: Positive = Field(le=180.0, description="half-angle of the cone")
-    frequency_hz: Frequency = Field(description="frequency of the motion round the cone")
+    frequency_hz: Frequency = Field(description="frequency of the motion around the cone")
     duration_s: Duration = Field(description="duration")
 
 
@@ -95,11 +98,11 @@ class ScullingMotion(_Placed):
 
 
 class SpinConeMotion(_Placed):
-    """The block spins about its forward axis while that axis describes a cone."""
+    """The sensor block spins about its forward axis while that axis describes a cone."""
 
     type: Literal["spin-cone"]
     angle_deg: Positive = Field(le=180.0, description="angle between the forward axis and the axis of the cone")
-    precession_deg_s: TurnRate = Field(description="rate round the cone")
+    precession_deg_s: TurnRate = Field(description="rate around the cone")
     spin_deg_s: TurnRate = Field(description="rate about the forward axis")
     duration_s: Duration = Field(description="duration")
 
@@ -116,20 +119,22 @@ class SpinRockMotion(_Placed):
 
 
 class DwellStep(Section):
-    """The table stands still."""
+    """The table is at rest."""
 
     type: Literal["dwell"]
     duration_s: Duration = Field(description="duration")
 
 
 class TurnStep(Section):
-    """The table turns about an axis of the block."""
+    """The table turns about an axis of the sensor block."""
 
     type: Literal["turn"]
-    axis: Axis = Field(description="axis of the turn in the block's axes: forward, right, down")
+    axis: Axis = Field(description="axis of the turn in the axes of the sensor block: forward, right, down")
     angle_deg: float = Field(ge=-3.6e7, le=3.6e7, description="angle of the turn, right-handed about the axis")
     rate_deg_s: float = Field(ge=1e-6, le=360_000.0, description="full rate of the turn")
-    ramp_s: float = Field(default=1.0, ge=1e-3, le=1e6, description="duration of the rise of the rate, and of its fall")
+    ramp_s: float = Field(
+        default=1.0, ge=1e-3, le=1e6, description="duration of the rise of the rate, and also of its fall"
+    )
     profile: Literal["smooth", "trapezoidal"] = Field(default="smooth", description="shape of the rise and the fall")
 
     @model_validator(mode="after")
@@ -146,7 +151,7 @@ Step = Annotated[DwellStep | TurnStep, Field(discriminator="type")]
 
 
 class RotationTableMotion(_Placed):
-    """A sequence on a rotation table; its duration is the sum of its steps."""
+    """A sequence of steps on a rotation table."""
 
     type: Literal["rotation-table"]
     steps: tuple[Step, ...] = Field(min_length=1, description="steps of the table in order")

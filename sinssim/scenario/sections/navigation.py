@@ -53,7 +53,7 @@ BaroTimeConstant = Annotated[float, Field(ge=0.1, le=1e6)]
 
 
 class InitialErrorSection(Section):
-    """Errors of the initial state of navigation: fixed errors, and 1σ of random errors; they are added."""
+    """Errors of the initial state of navigation: fixed errors, and 1σ of random errors that are added to them."""
 
     north_m: Offset = Field(default=0.0, description="position error to the north")
     east_m: Offset = Field(default=0.0, description="position error to the east")
@@ -76,20 +76,20 @@ class InitialErrorSection(Section):
 
 
 class AlignmentSection(Section):
-    """The inertial navigators align themselves at the beginning of the run, on a vehicle at a place that they know."""
+    """Self-alignment of the inertial solutions at the start of the run, on a vehicle at a known position."""
 
     method: Literal["quiet", "disturbed"] = Field(
         default="quiet",
-        description="quiet: gravity and the Earth's rate on a vehicle at rest, eq. (1); disturbed: the fit of "
-        "gravity's cone in inertial space on a vehicle that sways about its place",
+        description="quiet: from gravity and the Earth's rate on a vehicle at rest, eq. (1); disturbed: from the fit "
+        "of the cone of gravity in inertial space on a vehicle that sways about its position",
     )
     duration_s: float = Field(
-        default=300.0, ge=10.0, le=86_400.0, description="duration of the alignment; navigation begins at its end"
+        default=300.0, ge=10.0, le=86_400.0, description="duration of the alignment, after which navigation begins"
     )
 
 
 class NavigationSection(Section):
-    """Strapdown navigation: computes position, velocity and attitude from the measured increments."""
+    """Strapdown navigation, which computes position, velocity and attitude from the measured increments."""
 
     algorithms: tuple[Algorithm, ...] = Field(
         default=("quaternion",),
@@ -101,14 +101,14 @@ class NavigationSection(Section):
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
     gravity_degree: _Degree | None = Field(
         default=None,
-        description="degree to which the navigator compensates the disturbance of [gravity] at its own position, at "
-        "most that of the truth; default: it knows normal gravity only",
+        description="degree to which the navigation algorithm compensates the disturbance of [gravity] at the "
+        "computed position, at most that of the truth; default: normal gravity only",
     )
     ellipsoid: OwnEllipsoid = Field(
         default=OF_TRUTH,
-        description="ellipsoid, gravity and Earth rate of the navigator, see `sinssim list ellipsoids`; "
-        f'"{OF_TRUTH}": those of [truth]. It starts with the true latitude, longitude and height as numbers, and its '
-        "error is the difference of these numbers",
+        description="ellipsoid, gravity and Earth rate of the navigation algorithm, see `sinssim list ellipsoids`; "
+        f'"{OF_TRUTH}": those of [truth]. With another ellipsoid, the algorithm starts with the true values of '
+        "latitude, longitude and height, and its error is the difference of these values",
     )
     curvature: Curvature = Field(
         default="exact", description=f"radii of curvature: {', '.join(CURVATURES)}; see `sinssim list curvatures`"
@@ -120,22 +120,22 @@ class NavigationSection(Section):
     )
     baro_time_constant_s: BaroTimeConstant = Field(
         default=BARO_TIME_CONSTANT,
-        description='time constant of vertical = "baro-loop"; the loop holds the '
-        "error of a reading until the next one arrives, and opens if that is overdue",
+        description='time constant of vertical = "baro-loop"; the loop holds the error of a measurement until the next '
+        "one arrives, and opens if the next one is overdue",
     )
     rates_hz: Schedule | None = Field(
         default=None,
-        description="rates of the fast, medium and slow part, or of attitude, and of velocity and position; each "
-        "divides the one before, the fast one the IMU's",
+        description="rates of the fast, medium and slow computations, or of attitude, and of velocity and position; "
+        "each rate divides the previous one, and the first divides the rate of the IMU",
     )
     slow_quantities: SlowQuantities = Field(
         default="hold",
-        description=f"with rates_hz, slow quantities between slow instants: {' or '.join(SLOW_QUANTITIES)}",
+        description=f"with rates_hz: slow quantities between their updates: {' or '.join(SLOW_QUANTITIES)}",
     )
     route_deg: tuple[Latitude, Longitude, Latitude, Longitude] | None = Field(
         default=None,
-        description='latitude and longitude of A and of B, whose great circle is the equator of frame = "transverse"; '
-        "default: the great circle along the initial velocity",
+        description="latitude and longitude of the points A and B; the great circle through them is the equator of "
+        'frame = "transverse"; default: the great circle along the initial velocity',
     )
     alignment: AlignmentSection | None = None
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
@@ -207,7 +207,7 @@ class NavigationSection(Section):
         lat_a, lon_a, lat_b, lon_b = map(math.radians, route)
         cosine = math.sin(lat_a) * math.sin(lat_b) + math.cos(lat_a) * math.cos(lat_b) * math.cos(lon_b - lon_a)
         if 1.0 - abs(cosine) < 1e-12:
-            raise ValueError("A and B of the route coincide or are antipodal, so that they determine no great circle")
+            raise ValueError("A and B of the route coincide or are antipodal, so they do not determine a great circle")
         return route
 
 

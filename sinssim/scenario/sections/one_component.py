@@ -74,10 +74,10 @@ _Scale = Annotated[float, Field(ge=-1e5, le=1e5)]
 
 
 class PlaneMotionSection(Section):
-    """The motion in the vertical plane: each quantity is a number, or rows of time in s and value."""
+    """The motion in the vertical plane. Each quantity is a constant, or rows of time in s and value."""
 
     velocity_mps: _SpeedRows = Field(
-        default=((0.0, 0.0),), description="V along the great circle: a number, or rows of time and value"
+        default=((0.0, 0.0),), description="V along the great circle: a constant, or rows of time and value"
     )
     height_m: _HeightRows = Field(default=((0.0, 0.0),), description="H, in the same form")
     pitch_deg: _AngleRows = Field(
@@ -85,13 +85,13 @@ class PlaneMotionSection(Section):
     )
     interpolation: Literal["monotone", "spline"] = Field(
         default="monotone",
-        description="monotone: cubic without overshoot, velocity, height rate and pitch rate are continuous; spline: "
-        "natural cubic spline, their derivatives are continuous, too, and it may overshoot",
+        description="monotone: cubic interpolation without overshoot, with continuous velocity, height rate and pitch "
+        "rate; spline: natural cubic spline, whose second derivatives are also continuous, but which may overshoot",
     )
 
 
 class PlaneAccelerometer(Section):
-    """Errors of one accelerometer."""
+    """Errors of an accelerometer."""
 
     bias_ug: _Error = Field(default=0.0, description="constant error")
     scale_ppm: _Scale = Field(default=0.0, description="error of the scale factor")
@@ -99,10 +99,11 @@ class PlaneAccelerometer(Section):
 
 
 class ArmAccelerometer(PlaneAccelerometer):
-    """The accelerometer on an arm, of "two-integrals": parallel to y, their difference is ω̇ times the arm."""
+    """The accelerometer on an arm of the variant "two-integrals". It is parallel to y, and the difference of the two
+    outputs is ω̇ times the arm."""
 
     arm_m: Annotated[float, Field(ge=-1000.0, le=1000.0)] = Field(
-        description="its distance ahead of accelerometer y; negative: behind"
+        description="distance ahead of accelerometer y; negative: behind it"
     )
 
     @model_validator(mode="after")
@@ -115,7 +116,7 @@ class ArmAccelerometer(PlaneAccelerometer):
 
 
 class PlaneGyro(Section):
-    """Errors of the gyro, of "one-integral": nose-up positive, opposite to the chapter's Δω₀."""
+    """Errors of the gyro of the variant "one-integral": nose-up positive, opposite to Δω₀ of the chapter."""
 
     bias_deg_h: _Error = Field(default=0.0, description="constant error")
     scale_ppm: _Scale = Field(default=0.0, description="error of the scale factor")
@@ -123,11 +124,12 @@ class PlaneGyro(Section):
 
 
 class PlaneAttitudeSensor(Section):
-    """Errors of the attitude sensor, of "measured", which reads the pitch in inertial space: nose-up positive."""
+    """Errors of the attitude sensor of the variant "measured", which measures the pitch in inertial space: nose-up
+    positive."""
 
     bias_arcsec: _Error = Field(default=0.0, description="constant error")
     drift_deg_h: _Error = Field(default=0.0, description="drift of this error")
-    noise_arcsec: NotNegative = Field(default=0.0, le=1e6, description="1σ of each reading")
+    noise_arcsec: NotNegative = Field(default=0.0, le=1e6, description="1σ of each measurement")
 
 
 class PlaneInitialError(Section):
@@ -142,14 +144,15 @@ class PlaneInitialError(Section):
 
 
 class OneComponentSection(Section):
-    """The chapter's one-component system (section 8.1), a run of its own: two accelerometers and a source of pitch."""
+    """The one-component system of chapter 8 (section 8.1): two accelerometers and a sensor that determines the
+    pitch."""
 
     variant: Literal["measured", "one-integral", "two-integrals"] = Field(
         description="measured: by [one_component.attitude_sensor]; one-integral: by [one_component.gyro]; "
         "two-integrals: by [one_component.arm_accelerometer]"
     )
     duration_s: Duration = Field(description="duration")
-    rate_hz: Rate = Field(default=20.0, description="readings per second")
+    rate_hz: Rate = Field(default=20.0, description="measurements per second")
     radius_m: Annotated[float, Field(ge=1e3, le=1e9)] = Field(
         default=MEAN_RADIUS, description="radius R of the spherical Earth"
     )
@@ -158,8 +161,8 @@ class OneComponentSection(Section):
     )
     altitude_effects: bool = Field(
         default=False,
-        description="whether the true motion has the radius R + H, the acceleration V·dH/dt/(R + H) and gravity that "
-        "decreases with H, which the chapter's equations neglect",
+        description="whether the true motion has the radius R + H, the acceleration V·dH/dt/(R + H) and a gravity "
+        "that decreases with H; the equations of the chapter neglect these effects",
     )
     coordinate_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(default=0.0, description="y at the start")
     mounting_angle_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(

@@ -31,17 +31,16 @@ Coordinates = Annotated[str, AfterValidator(known_name("kind of coordinates", CO
 
 
 class OutputSection(Section):
-    """Streams beside those of every run: the true motion and each solution in other coordinates."""
+    """Streams in addition to those of every run: the true motion and each solution in other coordinates."""
 
     coordinates: tuple[Coordinates, ...] | None = Field(
         default=None,
-        description="further coordinates to record: "
-        f"{', '.join(COORDINATES)}; by default those in which the frame computes",
+        description=f"further coordinates to record: {', '.join(COORDINATES)}; default: those of the navigation frame",
     )
     angles: Literal["0..360", "-180..180", "-90..270", "continuous"] | None = Field(
         default=None,
-        description="record roll, pitch and heading, with the heading in this range in degrees, or continuous: angles "
-        "that count full turns",
+        description="also record roll, pitch and heading, with the heading in this range in degrees, or as continuous "
+        "angles, which count full turns",
     )
 
 
@@ -50,25 +49,25 @@ Detail = Literal["full", "light", "none"]
 
 KEEP: dict[str, str] = {
     "summary": "scenario.toml and summary.json",
-    "report": "these, and report.html",
-    "streams": "these, and every stream in full precision (streams/*.parquet)",
-    "all": "these, and the recording for the viewer (recording.rrd)",
+    "report": "also report.html",
+    "streams": "also every stream in full precision (streams/*.parquet)",
+    "all": "also the recording for the viewer (recording.rrd)",
 }
 """What is kept of a run, by name; each has what the one before it has."""
 
 
 class RecordingSection(Section):
-    """What is kept of a run, and how much detail its recording has."""
+    """The files that a run keeps, and the level of detail of its recording."""
 
     keep: Keep = Field(
         default="all",
-        description="what the run directory has: " + "; ".join(f'"{name}": {what}' for name, what in KEEP.items()),
+        description="contents of the run directory: " + "; ".join(f'"{name}": {what}' for name, what in KEEP.items()),
     )
     detail: Detail = Field(
         default="light",
         description='streams in recording.rrd: "light": the rows that a screen can show, with all extremes, gaps and '
-        'the rows around events; "full": every row; "none": no recording. For keep = "all"; streams/*.parquet has '
-        "every row in any case",
+        'the rows around events; "full": every row; "none": no recording. The key applies to keep = "all"; '
+        "streams/*.parquet always contains every row",
     )
 
     @property

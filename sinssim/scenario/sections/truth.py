@@ -18,7 +18,7 @@ from sinssim.section import (
 
 
 class ParkedSection(Section):
-    """A vehicle that stands still: any place on the Earth, the poles included, any attitude."""
+    """A stationary vehicle at any place on the Earth, including the poles, with any attitude."""
 
     latitude_deg: Latitude = Field(description="geodetic latitude, north positive")
     longitude_deg: Longitude = Field(default=0.0, description="longitude, east positive")
@@ -46,6 +46,6 @@ class TruthSection(Section):
     gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
     ellipsoid: EllipsoidName = Field(
         default="wgs84",
-        description=f"one of {', '.join(ELLIPSOIDS)}; the constants of the chapter disagree: ω²a/g_e is 0.6 % less "
-        "than its q",
+        description=f"one of {', '.join(ELLIPSOIDS)}; the constants of the chapter are inconsistent: ω²a/g_e is 0.6 % "
+        f"less than its q",
     )

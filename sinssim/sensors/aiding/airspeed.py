@@ -25,7 +25,8 @@ pressure is less than 140 Pa, and the wind may come from any side."""
 
 
 class AirspeedSection(AidingSensor):
-    """An airspeed sensor, which measures the magnitude of the velocity through the air; the wind is unknown."""
+    """An airspeed sensor, which measures the magnitude of the velocity relative to the air; the filter does not know
+    the wind."""
 
     sigma_mps: Noise = Field(default=1.0, description="white noise")
     bias_mps: Offset | None = Field(default=None, description="given constant error")
@@ -35,10 +36,11 @@ class AirspeedSection(AidingSensor):
     lag_s: Moment = Field(default=0.0, description="time constant of the sensor's first-order lag")
     wind_sigma_mps: Spread = Field(
         default=10.0,
-        description="1σ of the north and east wind, as modelled by the filter; vertical wind is not modelled",
+        description="1σ of the north wind, and of the east wind, in the model of the filter; vertical wind is not "
+        "modelled",
     )
     wind_correlation_time_s: CorrelationTime = Field(
-        default=1200.0, description="correlation time of the wind, as modelled by the filter"
+        default=1200.0, description="correlation time of the wind in the model of the filter"
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

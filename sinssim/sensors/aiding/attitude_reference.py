@@ -15,7 +15,7 @@ from sinssim.units import ARCMIN
 
 
 class AttitudeSection(AidingSensor):
-    """An attitude reference, which measures the attitude of the block in the local level."""
+    """An attitude reference, which measures the attitude of the sensor block relative to the local level frame."""
 
     sigma_arcmin: Noise3 = Field(default=(6.0, 6.0, 18.0), description="white noise about forward, right and down")
     bias_sigma_arcmin: Spread = Field(default=0.0, description="1σ of the Gauss-Markov error about each axis")

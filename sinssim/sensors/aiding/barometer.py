@@ -29,8 +29,8 @@ class BarometerSection(AidingSensor):
     """A barometric altimeter, which measures the height above the ellipsoid."""
 
     sigma_m: Noise = Field(default=1.0, description="white noise")
-    bias_m: Offset = Field(default=0.0, description="constant error that is unknown to the filter")
-    bias_sigma_m: Spread = Field(default=10.0, description="1σ of the Gauss-Markov error of the pressure field")
+    bias_m: Offset = Field(default=0.0, description="constant error, which is unknown to the filter")
+    bias_sigma_m: Spread = Field(default=10.0, description="1σ of the Gauss-Markov error due to the pressure field")
     bias_correlation_time_s: CorrelationTime = Field(default=7200.0, description="correlation time of this error")
     scale_ppm: Offset | None = Field(default=None, description="given relative error of the height")
     scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")

@@ -17,13 +17,14 @@ from sinssim.units import DEG
 
 
 class DualAntennaSection(AidingSensor):
-    """A satellite receiver with two antennas, which measures the heading of the line between them."""
+    """A GNSS receiver with two antennas, which measures the heading of the baseline between them."""
 
     baseline_m: LeverArm = Field(
         default=(1.0, 0.0, 0.0), description="from the first antenna to the second: forward, right, down"
     )
     sigma_deg: Noise = Field(
-        default=0.2, description="white noise; about 0.2 deg for a baseline of 1 m, and less in inverse proportion"
+        default=0.2,
+        description="1σ of the white noise; about 0.2 deg for a baseline of 1 m, in inverse proportion to its length",
     )
     bias_deg: Offset | None = Field(default=None, description="given error of the baseline's direction on the vehicle")
     bias_sigma_deg: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")

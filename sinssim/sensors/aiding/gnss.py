@@ -65,7 +65,8 @@ class Jump(_Fault):
 
 
 class Ramp(_Fault):
-    """A spoofing ramp: the error of the fixes grows at a constant velocity, which the velocity fixes include."""
+    """A spoofing ramp: the position error of the fixes grows at a constant rate, and the velocity fixes contain this
+    rate."""
 
     north_mps: Velocity = Field(default=0.0, description="rate of the error to the north")
     east_mps: Velocity = Field(default=0.0, description="rate of the error to the east")
@@ -73,38 +74,42 @@ class Ramp(_Fault):
 
 
 class GnssSection(AidingSensor):
-    """A satellite receiver: position and velocity of its antenna."""
+    """A GNSS receiver, which measures the position and the velocity of its antenna."""
 
     position: bool = Field(default=True, description="whether the receiver provides positions")
     velocity: bool = Field(default=True, description="whether the receiver provides velocities")
-    position_sigma_m: Noise = Field(default=1.5, description="white noise of north and east, each")
-    height_sigma_m: Noise = Field(default=3.0, description="white noise of the height")
-    velocity_sigma_mps: Noise = Field(default=0.05, description="white noise of each component of the velocity")
+    position_sigma_m: Noise = Field(default=1.5, description="1σ of the white noise north, and east")
+    height_sigma_m: Noise = Field(default=3.0, description="1σ of the white noise of the height")
+    velocity_sigma_mps: Noise = Field(default=0.05, description="1σ of the white noise of each velocity component")
     correlated_position_sigma_m: Spread = Field(
-        default=0.0, description="Gauss-Markov error of north and east, each (orbits, atmosphere)"
+        default=0.0, description="1σ of the Gauss-Markov error north, and east (orbits, atmosphere)"
     )
-    correlated_height_sigma_m: Spread = Field(default=0.0, description="Gauss-Markov error of the height")
+    correlated_height_sigma_m: Spread = Field(default=0.0, description="1σ of the Gauss-Markov error of the height")
     correlated_velocity_sigma_mps: Spread = Field(
-        default=0.0, description="Gauss-Markov error of each component of the velocity"
+        default=0.0, description="1σ of the Gauss-Markov error of each velocity component"
     )
     correlation_time_s: CorrelationTime = Field(
         default=300.0, description="correlation time of the Gauss-Markov errors"
     )
-    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="antenna from the block: forward, right, down")
-    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error in the assumed value of each of these")
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0),
+        description="position of the antenna relative to the sensor block: forward, right, down",
+    )
+    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error of each assumed component")
     time_offset_s: TimeOffset | None = Field(
-        default=None, description="given time by which the stamps of all fixes are later than their validity"
+        default=None, description="given delay of the time stamps of all fixes relative to their validity"
     )
     time_offset_sigma_s: TimeSpread = Field(
         default=0.0, description="1σ of a random time offset, added to the given one"
     )
     velocity_averaging_s: Averaging = Field(
         default=0.0,
-        description="interval up to the stamp over which the receiver averages the velocity; the filter knows it",
+        description="interval up to the time stamp over which the receiver averages the velocity; the filter knows "
+        "this interval",
     )
     velocity_delay_sigma_s: TimeSpread = Field(
         default=0.0,
-        description="1σ of a further, unknown delay of the velocity, beside the time offset",
+        description="1σ of a further, unknown delay of the velocity, in addition to the time offset",
     )
     jumps: tuple[Jump, ...] = Field(default=(), description="errors that are constant during an interval")
     ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow steadily: spoofing")

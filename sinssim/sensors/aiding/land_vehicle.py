@@ -27,26 +27,32 @@ _PER_G = DEG / 9.80665
 
 
 class LandVehicleSection(AidingSensor):
-    """The constraint of a land vehicle, which moves along its own forward axis (non-holonomic constraint)."""
+    """The nonholonomic constraint of a land vehicle, which moves along its own forward axis."""
 
     rate_hz: Rate = Field(
-        default=2.0, description="readings per second; the errors of tyres and suspension last some tenths of a second"
+        default=2.0,
+        description="updates per second; the errors of tyres and suspension last some tenths of a second",
     )
     sigma_lateral_mps: Noise = Field(default=0.1, description="1σ of the rear wheels' velocity to the right")
-    sigma_vertical_mps: Noise = Field(default=0.1, description="1σ of their velocity down, in the vehicle's axes")
+    sigma_vertical_mps: Noise = Field(
+        default=0.1, description="1σ of the downward velocity of the rear wheels, in the axes of the vehicle"
+    )
     mounting_sigma_deg: Spread = Field(
-        default=0.0, description="1σ of the error in the assumed pitch and yaw of the block in the vehicle, each"
+        default=0.0,
+        description="1σ of the error of the assumed pitch, and of the assumed yaw, of the sensor block "
+        "relative to the vehicle",
     )
     lever_arm_m: LeverArm = Field(
-        default=(0.0, 0.0, 0.0), description="middle of the rear axle from the block: forward, right, down"
+        default=(0.0, 0.0, 0.0),
+        description="position of the middle of the rear axle relative to the sensor block: forward, right, down",
     )
-    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error in the assumed value of each of these")
+    lever_arm_sigma_m: Spread = Field(default=0.0, description="1σ of the error of each assumed component")
     slip_deg_per_g: Offset | None = Field(
-        default=None, description="given slip angle of the rear axle per lateral acceleration, 2 to 4 of a car"
+        default=None, description="given slip angle of the rear axle per lateral acceleration; 2 to 4 for a car"
     )
-    slip_sigma_deg_per_g: Spread = Field(default=0.0, description="1σ of a random one, added to the given one")
+    slip_sigma_deg_per_g: Spread = Field(default=0.0, description="1σ of a random slip angle, added to the given one")
     lateral_limit_mps2: Positive = Field(
-        default=4.0, description="lateral acceleration beyond which there is no reading, because tyres slide"
+        default=4.0, description="lateral acceleration above which there is no update, because the tyres slide"
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

@@ -52,7 +52,7 @@ Date = Annotated[float | str, BeforeValidator(_date)]
 
 
 class MagnetometerSection(AidingSensor):
-    """A magnetic compass, which measures the heading of the block after correction for declination."""
+    """A magnetic compass, which measures the heading of the sensor block after correction for declination."""
 
     sigma_deg: Noise = Field(default=0.5, description="white noise")
     bias_deg: Offset | None = Field(default=None, description="given error of declination and mounting")
@@ -62,14 +62,15 @@ class MagnetometerSection(AidingSensor):
     )
     declination: Literal["exact", "wmm", "start"] = Field(
         default="exact",
-        description="what the magnetic heading is corrected by: exact, the true declination; wmm, that of the World "
-        "Magnetic Model at the vehicle's place; start, that of the model at the start, off by the change along the way",
+        description="declination for the correction of the magnetic heading: exact, the true declination; wmm, that "
+        "of the World Magnetic Model at the position of the vehicle; start, that of the model at the start, which "
+        "ignores the change along the path",
     )
     date: Date = Field(
-        default=_EPOCH, description="date of the model, a decimal year or YYYY-MM-DD, from 2015.0 to 2030.0"
+        default=_EPOCH, description="date for the model, as a decimal year or YYYY-MM-DD, from 2015.0 to 2030.0"
     )
     declination_sigma_deg: Spread = Field(
-        default=0.0, description="1σ of the constant error of the model; by default 0.4 with wmm and start"
+        default=0.0, description="1σ of the constant error of the model; default: 0.4 with wmm and start"
     )
 
     @model_validator(mode="before")

@@ -20,22 +20,28 @@ from sinssim.units import ARCMIN
 class MasterSection(AidingSensor):
     """A master inertial system on the same vehicle for transfer alignment; it starts at the same time."""
 
-    grade: str = Field(default="laser-navigation", description="grade of its sensors, see `sinssim list grades`")
-    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="master from the block: forward, right, down")
-    velocity: bool = Field(default=True, description="whether its velocity is used")
-    attitude: bool = Field(default=False, description="whether its attitude is used")
+    grade: str = Field(
+        default="laser-navigation", description="grade of the sensors of the master, see `sinssim list grades`"
+    )
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0), description="position of the master relative to the sensor block: forward, right, down"
+    )
+    velocity: bool = Field(default=True, description="whether the velocity of the master is used")
+    attitude: bool = Field(default=False, description="whether the attitude of the master is used")
     velocity_sigma_mps: Noise = Field(
-        default=0.05, description="white noise between the two systems: bending, vibration"
+        default=0.05, description="1σ of the white noise between the two systems (bending, vibration)"
     )
     velocity_drift_mps: Spread = Field(
-        default=0.1, description="limit of the 1σ of its own velocity errors, as modelled by the filter"
+        default=0.1, description="limit of the 1σ of the velocity errors of the master in the model of the filter"
     )
     drift_time_s: CorrelationTime = Field(
-        default=3600.0, description="correlation time of its velocity errors, as modelled by the filter"
+        default=3600.0, description="correlation time of the velocity errors of the master in the model of the filter"
     )
-    attitude_sigma_arcmin: Noise = Field(default=1.0, description="white noise between the two systems, each axis")
+    attitude_sigma_arcmin: Noise = Field(
+        default=1.0, description="1σ of the white noise between the two systems about each axis"
+    )
     mounting_sigma_arcmin: Spread = Field(
-        default=0.0, description="1σ of the misalignment between the two systems, each axis"
+        default=0.0, description="1σ of the misalignment between the two systems about each axis"
     )
 
     @model_validator(mode="after")

@@ -22,12 +22,14 @@ from sinssim.units import PPM
 
 
 class OdometerSection(AidingSensor):
-    """An odometer, which measures the speed of a ground vehicle along the block's forward axis."""
+    """An odometer, which measures the speed of a land vehicle along the forward axis of the sensor block."""
 
     sigma_mps: Noise = Field(default=0.05, description="white noise")
     scale_ppm: Offset | None = Field(default=None, description="given relative error of the speed")
     scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
-    lever_arm_m: LeverArm = Field(default=(0.0, 0.0, 0.0), description="wheel from the block: forward, right, down")
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0), description="position of the wheel relative to the sensor block: forward, right, down"
+    )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return speeds (1 + k) v_x + ν, v_x being the forward velocity of the wheel.

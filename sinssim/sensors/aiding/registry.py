@@ -49,6 +49,10 @@ KINDS: dict[str, str] = {
 """File and class of each kind of measurement, by `Measurements.kind`."""
 
 
+OWN_KINDS: dict[str, type] = {}
+"""Kinds of measurement that files outside the package bring, by the name of the file; see `sinssim.own_content`."""
+
+
 def load_class(package: str, entry: str, base: type[_T]) -> type[_T]:
     """Load the class of an entry.
 

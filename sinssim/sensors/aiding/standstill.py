@@ -31,22 +31,24 @@ _AT_REST = 1.0 / 3.0
 class _Standstill(AidingSensor):
     during_s: tuple[Span, ...] | None = Field(
         default=None,
-        description="[from, to] of each assumed stop, correct or not; default: where the true value is at most a "
-        "third of the 1σ below",
+        description="[from, to] of each assumed stop, which may be wrong; default: the intervals in which the true "
+        "value is at most a third of the 1σ below",
     )
     detect: bool = Field(
-        default=False, description="whether the stops are found in the inertial readings instead; needs learn_s"
+        default=False, description="whether the stops are detected from the inertial data instead; requires learn_s"
     )
     learn_s: tuple[Span, ...] = Field(
         default=(),
-        description="[from, to] of each time, 5 s or more together, from which the shaking at rest is learned",
+        description="[from, to] of each interval at rest, 5 s or more in total, from which the vibration at rest is "
+        "learned",
     )
 
     @model_validator(mode="after")
     def _learns(self) -> Self:
         if self.detect and not self.learn_s:
             raise ValueError(
-                "detect = true needs learn_s, times at which the vehicle is known to stand, for example [[0.0, 20.0]]"
+                "detect = true needs learn_s, intervals in which the vehicle is known to be stationary, for example "
+                "[[0.0, 20.0]]"
             )
         if self.detect and self.during_s is not None:
             raise ValueError("detect = true finds the stops, and during_s gives them: remove one of the two")
@@ -93,9 +95,9 @@ class _Standstill(AidingSensor):
 
 
 class ZeroVelocitySection(_Standstill):
-    """Zero-velocity updates of a vehicle at rest, apart from shaking by wind and engines."""
+    """Zero-velocity updates of a vehicle at rest, with vibration by wind and engines."""
 
-    sigma_mps: Noise = Field(default=0.01, description="1σ of each velocity component by that shaking")
+    sigma_mps: Noise = Field(default=0.01, description="1σ of each velocity component due to this vibration")
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return zero velocities where the true velocity is at most σ/3, with errors by the shaking of the vehicle.
@@ -129,10 +131,11 @@ class ZeroVelocitySection(_Standstill):
 
 
 class ZeroRateSection(_Standstill):
-    """Zero-rate updates of a vehicle that does not turn, apart from shaking by wind and engines."""
+    """Zero-rate updates of a vehicle that does not turn, with vibration by wind and engines."""
 
     sigma_deg_h: Noise = Field(
-        default=0.1, description="1σ of the mean rate about each axis over a reading's interval by that shaking"
+        default=0.1,
+        description="1σ of the mean rate about each axis over the interval of a measurement, due to this vibration",
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

@@ -18,7 +18,7 @@ from sinssim.units import ARCSEC
 
 
 class StarTrackerSection(AidingSensor):
-    """A star tracker, which measures the attitude of the block in inertial space."""
+    """A star tracker, which measures the attitude of the sensor block in inertial space."""
 
     sigma_arcsec: Noise3 = Field(default=(5.0, 5.0, 5.0), description="white noise about forward, right and down")
     bias_sigma_arcsec: Spread = Field(default=0.0, description="1σ of the mounting error about each axis")

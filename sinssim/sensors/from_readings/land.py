@@ -33,7 +33,7 @@ def land_velocity(
 
     Args:
         imu: increments.
-        rate_hz: readings per second.
+        rate_hz: measurements per second.
         sigma: 1σ of the velocity to the right, and down, by tyres, suspension and road, m/s.
         angles: assumed pitch and yaw of the vehicle's axes in the block's, rad.
         lever_arm: from the block to the middle of the rear axle, which does not steer, (3,) m.

@@ -105,12 +105,15 @@ def learn_rest(
     elif velocity is not None:
         still = _shown_by(velocity, found, standing=True)
     else:
-        raise InputError("to learn what rest is, give fixes of velocity, or spans in which the vehicle stands.")
+        raise InputError(
+            "to learn the noise at rest, give velocity fixes, or spans in which the vehicle is stationary."
+        )
     seconds = window_s / _STEPS * int(np.count_nonzero(still))
     if seconds < LEAST_S:
         raise InputError(
-            f"the vehicle stands for {seconds:.3g} s of the data; its shaking at rest is learned from {LEAST_S:g} s or "
-            "more. Give spans in which it is known to stand, or times of its stops."
+            f"the vehicle stands for {seconds:.3g} s of the data; its vibration at rest is learned from {LEAST_S:g} s "
+            f"or "
+            "more. Give spans in which the vehicle is known to be stationary, or the times of its stops."
         )
     variance, mean = np.median(found.variance[still], axis=0), np.median(found.mean[still], axis=0)
     # robust: a quarter of the windows may belong to the beginning or the end of a stop
@@ -184,7 +187,7 @@ def standstill(
     Args:
         stops: of the run.
         velocity_sigma: 1σ of each component of the velocity by the shaking of the vehicle, m/s.
-        rate_hz: readings per second.
+        rate_hz: measurements per second.
         velocity, rate: whether to return zero velocities, and zero rates.
 
     Returns:

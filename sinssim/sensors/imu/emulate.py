@@ -65,7 +65,7 @@ _MOST_JITTER = 0.1  # of the interval
 
 
 def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuData:
-    """Return the measured increments of a sensor block with errors.
+    """Return the measured increments of an IMU with sensor errors.
 
     Args:
         ideal: error-free increments.

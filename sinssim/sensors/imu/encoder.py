@@ -1,4 +1,4 @@
-"""The encoders of a turning block: the angles that are read, and attitudes turned in and out by them.
+"""The encoders of a rotating IMU: the angles that are read, and attitudes turned in and out by them.
 
 A reading of the angle α is
 
@@ -22,7 +22,7 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.noise.random_numbers import normals
-from sinssim.truth.motions.turning import Turning
+from sinssim.truth.motions.turning import PART, Turning
 from sinssim.truth.motions.turning_block import TurningBlock
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, DEG
@@ -111,7 +111,7 @@ def read_angles(turns: Turning, errors: EncoderErrors, edges: Array, t: Array) -
 
 @dataclass(frozen=True)
 class Encoders:
-    """The encoders of a turning block in one run.
+    """The encoders of a rotating IMU in one run.
 
     Attributes:
         turns: the true rotation.
@@ -162,7 +162,11 @@ class Encoders:
         Returns:
             The same with the vehicle's attitude.
         """
-        q_nv = rotation.multiply(solution.q_nb, rotation.conjugate(self.attitude(solution.time)))
+        angles, q_nv = self.angles(solution.time), np.empty_like(solution.q_nb)
+        for first in range(0, len(q_nv), PART):
+            part = slice(first, first + PART)
+            q_bv = rotation.conjugate(self.turns.without_wobble(angles[part]))
+            q_nv[part] = rotation.multiply(solution.q_nb[part], q_bv)
         return replace(solution, q_nb=q_nv)
 
 
@@ -181,7 +185,7 @@ def encoders_of(block: Trajectory, errors: EncoderErrors | None, edges: Array) -
 
 
 def turned_in(state: NavState, block: Trajectory, t: float) -> NavState:
-    """Return the state of a turning block from that of its vehicle, by the true angles.
+    """Return the state of a rotating IMU from that of its vehicle, by the true angles.
 
     Args:
         state: of the vehicle at one instant, possibly with errors.

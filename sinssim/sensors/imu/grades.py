@@ -13,13 +13,13 @@ from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
 
 GRADE_TABLE: dict[str, Grade] = {
     "ideal": Grade(
-        "no errors at all",
+        "ideal sensors without any errors",
         "none needed",
         gyro=TriadGrade(),
         accel=TriadGrade(),
     ),
     "laser-navigation": Grade(
-        "best aircraft laser-gyro unit, HG9900-like: 0.0035 deg/h, 25 µg",
+        "best aircraft laser-gyro IMU, HG9900-like: 0.0035 deg/h, 25 µg",
         "Honeywell HG9900 brochure N61-1638-000-000, as tabulated by NavToolkit's hg9900_model: gyro bias 0.0035 "
         "deg/h, random walk 0.002 deg/√h, scale factor 5 ppm; accelerometer bias 25 µg, scale factor 100 ppm. The "
         "brochure lists no velocity random walk and no misalignment: 10 µg/√Hz and 2 arcsec are typical of the class.",
@@ -27,7 +27,7 @@ GRADE_TABLE: dict[str, Grade] = {
         accel=TriadGrade(25 * UG, 100 * PPM, 2 * ARCSEC, 10 * UG),
     ),
     "laser-standard": Grade(
-        "ordinary airliner laser-gyro unit of the 1 nmi/h class: 0.01 deg/h, 50 µg",
+        "usual airliner laser-gyro IMU of the 1 nmi/h class: 0.01 deg/h, 50 µg",
         "the class, not one product: El-Sheimy and Youssef, Inertial sensors technologies for navigation "
         "applications, Satellite Navigation 1:2 (2020), table 1, navigation grade: 1 nmi/h, gyro drift under 0.01 "
         "deg/h, accelerometer bias under 100 µg. Random walks, scale factors and misalignment are typical of the "
@@ -36,7 +36,7 @@ GRADE_TABLE: dict[str, Grade] = {
         accel=TriadGrade(50 * UG, 50 * PPM, 5 * ARCSEC, 10 * UG),
     ),
     "tactical": Grade(
-        "small laser-gyro unit of guided weapons, HG1700-like: 1 deg/h, 1 mg",
+        "small laser-gyro IMU of guided weapons, HG1700-like: 1 deg/h, 1 mg",
         "Honeywell HG1700 brochure N61-1619-000-001, as tabulated by NavToolkit's hg1700_model: gyro bias 1 deg/h, "
         "random walk 0.125 deg/√h; accelerometer bias 1 mg, random walk 0.065 ft/s/√h = 0.02 m/s/√h. Scale factors "
         "(150 and 300 ppm) and misalignment are not in that tabulation and are typical of the class.",
@@ -44,7 +44,7 @@ GRADE_TABLE: dict[str, Grade] = {
         accel=TriadGrade(1000 * UG, 300 * PPM, 100 * ARCSEC, 0.02 * MPS_SQRT_H),
     ),
     "mems-tactical": Grade(
-        "tactical MEMS unit, STIM300-like: 0.5 deg/h, 0.75 mg",
+        "tactical MEMS IMU, STIM300-like: 0.5 deg/h, 0.75 mg",
         "Sensonor STIM300 data sheet revision 9, 10 g accelerometers, as tabulated by NavToolkit's stim300_model: "
         "gyro bias instability 0.5 deg/h (taken as the bias of a run), random walk 0.15 deg/√h, scale factor 500 "
         "ppm, misalignment 1 mrad; accelerometer bias on to off 0.75 mg, random walk 0.06 m/s/√h, scale factor 300 "
@@ -53,7 +53,7 @@ GRADE_TABLE: dict[str, Grade] = {
         accel=TriadGrade(750 * UG, 300 * PPM, 1e-3, 0.06 * MPS_SQRT_H),
     ),
     "mems-industrial": Grade(
-        "industrial MEMS unit, ADIS16465-like: 25 deg/h with an instability of 2 deg/h, 2 mg",
+        "industrial MEMS IMU, ADIS16465-like: 25 deg/h with an instability of 2 deg/h, 2 mg",
         "Analog Devices ADIS16465 data sheet, features: in-run bias stability 2 deg/h (-1 model), axis to axis "
         "misalignment 0.05 deg = 0.9 mrad; its random walk is 0.15 deg/√h where this grade has 0.1. Turn-on "
         "biases, velocity random walk and scale factors are typical of the class.",
@@ -61,7 +61,7 @@ GRADE_TABLE: dict[str, Grade] = {
         accel=TriadGrade(2000 * UG, 1000 * PPM, 1e-3, 0.1 * MPS_SQRT_H),
     ),
     "consumer": Grade(
-        "telephone and drone MEMS chip, ICM20602-like: 200 deg/h with an instability of 10 deg/h, 10 mg",
+        "MEMS chip of telephones and drones, ICM20602-like: 200 deg/h with an instability of 10 deg/h, 10 mg",
         "TDK InvenSense ICM-20602 data sheet DS-000176 revision 1.0: gyro sensitivity error 1 %, gyro noise 4 "
         "mdeg/s/√Hz = 0.24 deg/√h, accelerometer noise 100 µg/√Hz = 0.06 m/s/√h (this grade: 0.2 and 0.2). Biases "
         "(after a user's calibration), instability and misalignment are typical of the class.",

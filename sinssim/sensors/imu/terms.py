@@ -84,8 +84,8 @@ _ROWS = (
         si_unit="rad",
         label="tilt towards",
         meaning="tilt of a sensitive axis towards each of the others",
-        explanation="the six angles xy, xz, yx, yz, zx, zy; ij is the tilt of sensitive axis i towards the "
-        "block's axis j",
+        explanation="the six angles xy, xz, yx, yz, zx, zy; ij is the tilt of sensitive axis i towards axis j of the "
+        "sensor block",
         stage="TILTED",
         untold="misalignments",
         calibrated=True,
@@ -98,7 +98,7 @@ _ROWS = (
         si_unit="1",
         label="asymmetry",
         meaning="scale factor of positive inputs minus that of negative ones",
-        explanation="relative scale factor of positive inputs minus that of negative ones",
+        explanation="relative scale factor for positive inputs minus that for negative inputs",
         stage="BENT",
         untold="asymmetry",
         calibrated=True,
@@ -114,15 +114,13 @@ _ROWS = (
         source="non-linearity",
         gyro={
             "label": "scale factor, with the rate",
-            "explanation": "non-linearity of the scale factor, its change with the rate and with the rate "
-            "squared; no grade has "
-            "any",
+            "explanation": "non-linearity of the scale factor: its change with the rate and with the square of the "
+            "rate; zero in all grades",
         },
         accel={
             "label": "K₂",
-            "explanation": "non-linearity K₂ and K₃ of IEEE Std 1293, the reading's error with the specific "
-            "force squared and "
-            "cubed; no grade has any",
+            "explanation": "non-linearity K₂ and K₃ of IEEE Std 1293: the output error per square and per cube of the "
+            "specific force; zero in all grades",
         },
     ),
     *_both(
@@ -135,15 +133,13 @@ _ROWS = (
         source="non-linearity",
         gyro={
             "label": "scale factor, with its square",
-            "explanation": "non-linearity of the scale factor, its change with the rate and with the rate "
-            "squared; no grade has "
-            "any",
+            "explanation": "non-linearity of the scale factor: its change with the rate and with the square of the "
+            "rate; zero in all grades",
         },
         accel={
             "label": "K₃",
-            "explanation": "non-linearity K₂ and K₃ of IEEE Std 1293, the reading's error with the specific "
-            "force squared and "
-            "cubed; no grade has any",
+            "explanation": "non-linearity K₂ and K₃ of IEEE Std 1293: the output error per square and per cube of the "
+            "specific force; zero in all grades",
         },
     ),
     ErrorTerm(
@@ -151,9 +147,9 @@ _ROWS = (
         si_unit="1/({rate})",
         label="coupling with",
         meaning="error that grows with the product of the inputs along and across the sensitive axis",
-        explanation="the six couplings xy, xz, yx, yz, zx, zy; ij is the error of accelerometer i per force "
-        "along itself "
-        "and force along the block's axis j (vibro-pendulous error, IEEE Std 1293's K_ip, K_io)",
+        explanation="the six couplings xy, xz, yx, yz, zx, zy; ij is the error of accelerometer i per product of the "
+        "specific forces along its own axis and along axis j of the sensor block (vibro-pendulous error, K_ip and "
+        "K_io of IEEE Std 1293)",
         stage="BENT",
         untold="cross-axis coupling",
         calibrated=True,
@@ -164,9 +160,8 @@ _ROWS = (
         si_unit="rad/s/(m/s²)",
         label="g-sensitivity to",
         meaning="apparent rate due to an acceleration",
-        explanation="the nine biases per specific force xx, xy, xz, yx, …, zz; ij is that of gyro i per force "
-        "along the "
-        "block's axis j",
+        explanation="the nine biases per specific force xx, xy, xz, yx, …, zz; ij is the bias of gyro i per specific "
+        "force along axis j of the sensor block",
         stage="G_SENSITIVE",
         untold="sensitivity to g",
         calibrated=True,
@@ -178,7 +173,7 @@ _ROWS = (
         si_unit="{rate}/K",
         label="bias, with temperature",
         meaning="change of the bias per degree of warming",
-        explanation="biases per degree above the temperature of the calibration",
+        explanation="biases per degree Celsius above the temperature of the calibration",
         stage="WARMING",
         calibrated=True,
         source="temperature",
@@ -188,7 +183,7 @@ _ROWS = (
         si_unit="1/K",
         label="scale factor, with temperature",
         meaning="change of the scale-factor error per degree of warming",
-        explanation="scale-factor errors per degree",
+        explanation="scale-factor errors per degree Celsius",
         stage="WARMING",
         untold="scale factors' dependence on temperature",
         calibrated=True,
@@ -256,9 +251,8 @@ _ROWS = (
         si_unit="{rate}",
         label="flicker B",
         meaning="bias instability B, floor of the Allan deviation over 0.664",
-        explanation="B of IEEE Std 952's bias instability, whose Allan deviation is 0.664 B at every averaging "
-        "time; no "
-        "grade has any",
+        explanation="coefficient B of the bias instability in IEEE Std 952, whose Allan deviation is 0.664 B at every "
+        "averaging time; zero in all grades",
         stage="FLICKERING",
         source="flicker",
     ),
@@ -268,7 +262,7 @@ _ROWS = (
         si_unit="{rate}/√s",
         label="rate random walk",
         meaning="random walk of the bias itself, growing with √t",
-        explanation="rate random walk K; no grade has any",
+        explanation="rate random walk K; zero in all grades",
         stage="RATE_WALKING",
         source="rate random walk",
         gyro={
@@ -283,7 +277,7 @@ _ROWS = (
         si_unit="{rate}",
         label="range ±",
         meaning="largest input that the sensor can measure",
-        explanation="values beyond it in either direction are limited and flagged; default: no limit",
+        explanation="range in both directions; values beyond it are limited and flagged; default: no limit",
         stage="LIMITED",
         untold="range",
         limits={"gt": 0.0},

@@ -140,7 +140,7 @@ def estimator(directions: Array, weights: Array | None = None) -> Array:
     normal = directions.T @ weighted
     sizes = np.linalg.eigvalsh(normal)
     if not sizes[0] > _RANK**2 * sizes[-1]:
-        raise InputError("the sensors that are left do not span three dimensions, so that there is no estimate.")
+        raise InputError("the remaining sensors do not span three dimensions, so there is no estimate.")
     return np.asarray(np.linalg.solve(normal, weighted.T))
 
 

@@ -45,7 +45,7 @@ class PlatformErrors:
     Attributes:
         torquer_scale: κ, relative errors of the rates at which the platform turns when torqued, (3,).
         pickoff: errors of the gimbal angles roll, pitch and azimuth, (3,) rad.
-        pickoff_noise: 1σ of each reading of a gimbal angle, rad.
+        pickoff_noise: 1σ of each measurement of a gimbal angle, rad.
     """
 
     torquer_scale: Array = field(default_factory=lambda: np.zeros(3))

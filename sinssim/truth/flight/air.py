@@ -19,6 +19,9 @@ _G0, _R, _GAMMA = 9.80665, 287.05287, 1.4  # m/s², J/(kg K), ratio of the speci
 _RADIUS = 6_356_766.0  # radius of the geopotential height [m]
 _LAYERS = ((0.0, 288.15, -6.5e-3), (11_000.0, 216.65, 0.0), (20_000.0, 216.65, 1e-3))  # base m, K, lapse rate K/m
 _SOUND = math.sqrt(_GAMMA * _R * STANDARD_TEMPERATURE)  # speed of sound at sea level [m/s]
+_SONIC_IMPACT = math.pow(1.2, 3.5) - 1.0  # impact pressure over static pressure at the speed of sound
+_RAYLEIGH = math.sqrt(math.pow(7.0 / 6.0, 2.5) / math.pow(1.2, 3.5))
+_MACH_ROUNDS = 30
 
 WindVector = tuple[float, float, float]
 """Velocity of the air, north, east, down, m/s: the direction towards which it moves."""
@@ -125,7 +128,11 @@ class Air:
         return _RADIUS * geopotential / (_RADIUS - geopotential)
 
     def true_airspeed(self, calibrated: float, height: float) -> float:
-        """Return the true airspeed of a calibrated airspeed, by isentropic compressible flow below the speed of sound.
+        """Return the true airspeed of a calibrated airspeed, by compressible flow.
+
+        Below the speed of sound the flow to the pitot tube is isentropic; above it a normal shock stands before the
+        tube, and Rayleigh's pitot formula holds (W. Gracey, Measurement of Aircraft Speed and Altitude, NASA RP-1046,
+        1980).
 
         Args:
             calibrated: calibrated airspeed, m/s.
@@ -134,9 +141,11 @@ class Air:
         Returns:
             True airspeed, m/s.
         """
-        impact = math.pow(1.0 + 0.2 * (calibrated / _SOUND) ** 2, 3.5) - 1.0  # over the pressure of the standard
+        impact = _impact(calibrated / _SOUND)  # over the pressure of the standard
         ratio = impact * STANDARD_PRESSURE / self.pressure(height)
         sound = math.sqrt(_GAMMA * _R * self.temperature(height))
+        if ratio > _SONIC_IMPACT:
+            return sound * _supersonic_mach(ratio)
         return sound * math.sqrt(5.0 * (math.pow(ratio + 1.0, 2.0 / 7.0) - 1.0))
 
     def ground_speed(self, calibrated: float, height: float, track: float) -> float:
@@ -169,6 +178,21 @@ def wind_from(direction_deg: float, speed: float, down: float = 0.0) -> WindVect
     """
     direction = math.radians(direction_deg)
     return -speed * math.cos(direction), -speed * math.sin(direction), down
+
+
+def _impact(mach: float) -> float:
+    """Return the impact pressure of a pitot tube over the static pressure, for γ = 1.4."""
+    if mach <= 1.0:
+        return math.pow(1.0 + 0.2 * mach**2, 3.5) - 1.0
+    return math.pow(1.2 * mach**2, 3.5) * math.pow(6.0 / (7.0 * mach**2 - 1.0), 2.5) - 1.0
+
+
+def _supersonic_mach(impact: float) -> float:
+    """Invert Rayleigh's pitot formula: M = 0.88128 ((impact + 1)(1 − 1/(7M²))^2.5)^½, which contracts fourfold."""
+    mach = 1.0
+    for _ in range(_MACH_ROUNDS):
+        mach = _RAYLEIGH * math.sqrt((impact + 1.0) * math.pow(1.0 - 1.0 / (7.0 * mach**2), 2.5))
+    return mach
 
 
 def _geopotential(height: float) -> float:

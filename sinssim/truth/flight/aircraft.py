@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Self
 
 from pydantic import Field, model_validator
@@ -213,5 +215,15 @@ def load_aircraft(name: str) -> Aircraft:
         InputError: there is no such aircraft, or its aircraft.toml is invalid; the message names file, line and key.
     """
     file = find_content("aircraft", name)
+    try:
+        about = file.stat()
+    except OSError:
+        return _read.__wrapped__(file, 0, 0)  # its error names the file
+    return _read(file, about.st_mtime_ns, about.st_size)
+
+
+@lru_cache(maxsize=16)
+def _read(file: Path, modified: int, size: int) -> Aircraft:
+    """Read a file; it is read again when it has changed."""
     text, data = read_toml(file)
     return validate(Aircraft, data, text, str(file))

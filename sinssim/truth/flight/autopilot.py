@@ -78,6 +78,7 @@ class Autopilot:
         vertical: HEIGHT, PITCH or LOAD_FACTOR.
         height, pitch, load_factor: targets of the vertical loop, m, rad, g.
         climb_limit, descent_limit: largest vertical speeds towards a height, m/s.
+        vertical_acceleration: limit of the change of the vertical speed towards a height, m/s².
         airspeed: target of the throttle, calibrated, m/s.
         fixed_elevator, fixed_aileron, fixed_rudder, fixed_throttle: settings that replace those of the loops.
         steering: whether the nose wheel steers to `heading`.
@@ -106,6 +107,7 @@ class Autopilot:
         self._reference = gains.reference_kt * KNOT
         self._roll_rate_max = gains.roll_rate_max_deg_s * DEG
         self._roll_step = gains.roll_acceleration_max_deg_s2 * DEG * interval
+        self.vertical_acceleration = gains.vertical_acceleration_mps2
         self._climb_step = gains.vertical_acceleration_mps2 * interval
         self._speed_step = performance.acceleration_mps2 * interval
         self._throttle_step = gains.throttle_rate * interval

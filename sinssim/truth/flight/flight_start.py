@@ -8,7 +8,7 @@ from typing import Any
 from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart
 from sinssim.truth.flight.air import Air, WindVector
 from sinssim.truth.flight.aircraft import Aircraft
-from sinssim.units import FOOT
+from sinssim.units import DEG, FOOT
 
 STEP = 1.0 / 120.0
 """JSBSim's step [s]."""
@@ -35,8 +35,7 @@ def bring_to_start(executive: Any, flight: FlightSection, aircraft: Aircraft, se
     executive["simulation/randomseed"] = seed % 2**31
     executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(start.on == "runway")
     if isinstance(start, AirStart):
-        airspeed = start.airspeed_kt or aircraft.performance.cruise_kt
-        _trim_in_the_air(executive, start, airspeed, air.wind(start.altitude_m))
+        _trim_in_the_air(executive, start, aircraft, air.wind(start.altitude_m))
     else:
         _settle_on_the_runway(executive, start, air.wind(start.altitude_m))
 
@@ -53,8 +52,30 @@ def _set_wind(executive: Any, wind: WindVector) -> None:
     executive["ic/vw-dir-deg"] = math.degrees(math.atan2(wind[1], wind[0])) % 360.0
 
 
-def _trim_in_the_air(executive: Any, start: AirStart, airspeed_kt: float, wind: WindVector) -> None:
+def widen_trim(executive: Any, stall_deg: float) -> bool:
+    """Let JSBSim's trim look for angles of attack up to the stall, in a model that gives no limits of its own.
+
+    It looks between −5° and 20° otherwise, and finds nothing where both ends have too little lift: the 737 at 20° has
+    as much as at 8°, and could not be trimmed below 188 kt although it stalls at 155 kt.
+
+    Args:
+        executive: JSBSim with a loaded model.
+        stall_deg: angle of attack at the stall, degrees.
+
+    Returns:
+        Whether the limits were set.
+    """
+    if executive["aero/alpha-max-rad"] > executive["aero/alpha-min-rad"]:
+        return False
+    executive["aero/alpha-min-rad"], executive["aero/alpha-max-rad"] = -5.0 * DEG, stall_deg * DEG
+    return True
+
+
+def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: WindVector) -> None:
     """Trim in calm air, then transfer the trimmed aircraft to the wind."""
+    import jsbsim
+
+    airspeed_kt = start.airspeed_kt or aircraft.performance.cruise_kt
     best_attitude_integrators(executive)
     executive["ic/h-sl-ft"] = start.altitude_m / FOOT
     executive["ic/vc-kts"] = airspeed_kt
@@ -65,7 +86,14 @@ def _trim_in_the_air(executive: Any, start: AirStart, airspeed_kt: float, wind: 
     executive["ic/vc-kts"] = airspeed_kt
     executive.run_ic()
     executive["propulsion/set-running"] = -1
-    executive["simulation/do_simple_trim"] = 1
+    try:
+        executive["simulation/do_simple_trim"] = 1
+    except jsbsim.BaseError:
+        if not widen_trim(executive, aircraft.performance.stall_alpha_deg):
+            raise
+        executive.run_ic()
+        executive["propulsion/set-running"] = -1
+        executive["simulation/do_simple_trim"] = 1
     if not any(wind):
         return
     commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]

@@ -33,10 +33,13 @@ from sinssim.truth.flight.flight_start import (
     default_attitude_integrators,
 )
 from sinssim.truth.flight.leg import LegError, check_landing
+from sinssim.truth.flight.monitor import Monitor
+from sinssim.truth.flight.shortfall import shortfall
 from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
 _NEAR_GROUND = 500.0  # height below which the gear may touch before the next slow update [m]
+_STANDING = 5.0  # height above the ground below which an aircraft in the air may touch it [m]
 _LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
 
 
@@ -337,6 +340,8 @@ def _start_words(flight: FlightSection) -> str:
 def _start_remedy(flight: FlightSection) -> str:
     """Return what to change in a flight whose start cannot be trimmed; in the air, the trim is in calm air."""
     if isinstance(flight.start, AirStart):
+        if flight.start.altitude_m < _STANDING:
+            return "The ground below a start in the air is at a height of 0 m: give a greater altitude_m."
         return "Give an airspeed and a height at which it can fly."
     if wind := _wind_words(flight):
         return f"{wind} Give less wind, or start in the air."
@@ -349,9 +354,14 @@ def _wind_words(flight: FlightSection) -> str:
     if not (north or east or down):
         return ""
     return (
-        f"The wind, {north:.3g} m/s towards north and {east:.3g} m/s towards east, is the likely cause: "
+        f"The wind, {_plain(north)} m/s towards north and {_plain(east)} m/s towards east, is the likely cause: "
         f"it may be too strong for the {flight.aircraft} on its wheels."
     )
+
+
+def _plain(speed: float) -> str:
+    """Write a speed to a hundredth, without a negative zero."""
+    return f"{round(speed, 2) + 0.0:g}"
 
 
 # Long: the loop that steps JSBSim, with its state in local names.
@@ -385,8 +395,8 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
     run, step = link.steps(), pilot.step
     sense, command = link.sense, link.command
     events: list[FlightEvent] = []
-    stall = aircraft.performance.stall_alpha_deg * DEG
-    knot = stalled = 0
+    watch = Monitor(executive, flight, aircraft).watch
+    knot = 0
     for number, leg in enumerate(flight.legs, start=1):
         name = f"leg {number} ({leg.type})"
         events.append(FlightEvent(motion.time, f"{name} begins"))
@@ -420,19 +430,15 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
                 link.command_slowly()
                 if motion.time > deadline:
                     raise LegError(
-                        f"not flown within its timeout_s of {leg.timeout_s:g} s",
-                        "an aim within the aircraft's reach, or a longer timeout_s",
+                        f"not completed within its timeout_s of {leg.timeout_s:g} s",
+                        "a target within the reach of the aircraft, or a longer timeout_s",
                     )
                 if in_air and pilot.may_touch and motion.on_wheels:
                     in_air = False
                     default_attitude_integrators(executive)
                     executive["atmosphere/turb-type"] = 0  # turbulence is in the air only, as before the take-off
                 if in_air:
-                    if not pilot.may_touch and (motion.on_wheels or motion.height_above_ground < 0.0):
-                        raise LegError("the aircraft hit the ground", "a greater height")
-                    stalled = stalled + 1 if motion.alpha > stall else 0
-                    if stalled >= 10:
-                        raise LegError("the aircraft stalled", "a higher airspeed or less load factor")
+                    watch(leg, pilot, motion)
                 if progress is not None and knot % 300 == 0:
                     progress(_fraction(flight, number, motion.time))
         except (LegError, jsbsim.BaseError, ArithmeticError, ValueError) as error:
@@ -453,7 +459,9 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
             best_attitude_integrators(executive)
         events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
         pilot.remarks.clear()
-        events.append(FlightEvent(motion.time, f"{name} ends"))
+        turbulent = flight.turbulence is not None
+        short = shortfall(name, leg, pilot, motion, turbulent=turbulent) if in_air else None
+        events += [FlightEvent(motion.time, f"{name} ends"), *(() if short is None else (short,))]
     if motion.time < _LEAST_DURATION:
         raise InputError(
             f"the flight is over after {motion.time:.2f} s, at the end of {name}: a true motion needs at least "

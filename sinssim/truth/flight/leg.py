@@ -58,6 +58,7 @@ class LegBase(Section):
         begins, ends: whether the aircraft is on the runway or in the air at the beginning and the end.
         stands_still: whether the leg may hold the aircraft still (`Autopilot.standing`); its model is then not stepped.
         lands: whether the aircraft needs what a landing takes, see `Performance.approach_kt`.
+        holds: what the aircraft has at the end of the leg: "height", "airspeed" and "heading" of the autopilot.
     """
 
     example: ClassVar[dict[str, Any]] = {}
@@ -65,6 +66,7 @@ class LegBase(Section):
     ends: ClassVar[Literal["runway", "air"]] = "air"
     stands_still: ClassVar[bool] = False
     lands: ClassVar[bool] = False
+    holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed", "heading"})
 
     timeout_s: Timeout = Field(default=1800.0, description="the leg fails if it takes longer")
     type: str

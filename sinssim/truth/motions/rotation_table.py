@@ -27,7 +27,7 @@ PROFILES = {
 
 @dataclass(frozen=True)
 class Dwell:
-    """The table stands still.
+    """The table is at rest.
 
     Attributes:
         duration: s.
@@ -44,7 +44,7 @@ class Turn:
         axis: axis in the block's axes, of any non-zero length.
         angle: angle, right-handed about the axis, rad.
         rate: the full rate, rad/s, positive.
-        ramp: duration of the rise of the rate, and of its fall, s, positive.
+        ramp: duration of the rise of the rate, and also of its fall, s, positive.
         profile: one of `PROFILES`.
     """
 

@@ -25,6 +25,9 @@ from sinssim.data import Array
 from sinssim.scenario.sections.within_imu.rotation import Continuous, Rotation
 from sinssim.units import ARCSEC, DEG
 
+PART = 2048
+"""Instants that are computed at a time, so that what is between stays in the processor's cache."""
+
 
 @dataclass(frozen=True)
 class Profile:
@@ -134,7 +137,11 @@ class Turning:
 
     def angles(self, t: Array) -> Array:
         """Return the angles α and β, (N, 2) rad, at instants (N,) s."""
-        return np.stack([self.outer_profile.at(t)[0], self.inner_profile.at(t)[0]], axis=1)
+        found = np.empty((len(t), 2))
+        for first in range(0, len(t), PART):
+            part = slice(first, first + PART)
+            found[part, 0], found[part, 1] = self.outer_profile.at(t[part])[0], self.inner_profile.at(t[part])[0]
+        return found
 
     def without_wobble(self, angles: Array) -> Array:
         """Return the attitude that angles of the two axes mean, as a navigator takes it from its encoders.

@@ -50,7 +50,7 @@ class TurningBlock:
         self.fastest = turns.fastest + float(getattr(base, "fastest", 0.0))
 
     def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the turning block; see `Trajectory.state`."""
+        """Return position, velocity and attitude of the rotating IMU; see `Trajectory.state`."""
         return part_by_part(self._state, check_instants(t, self.start, self.end))
 
     def _state(self, instants: Array) -> NavState:
@@ -59,7 +59,7 @@ class TurningBlock:
         return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, rotation.multiply(s.q_nb, q_vb))
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the turning block; see `Trajectory.rates`."""
+        """Return inertial angular rate and specific force of the rotating IMU; see `Trajectory.rates`."""
         instants = check_instants(t, self.start, self.end)
         time = np.atleast_1d(instants)
         omega, force = self.base.rates(time)
@@ -68,7 +68,7 @@ class TurningBlock:
         return omega.reshape(*instants.shape, 3), rotation.rotate(q_bv, force).reshape(*instants.shape, 3)
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Return the increments of the turning block's sensors (1); see `Trajectory.increments`."""
+        """Return the increments of the rotating IMU's sensors (1); see `Trajectory.increments`."""
         own = self.base.increments(rate_hz)
         edges = own.time
         middle = 0.5 * (edges[1:] + edges[:-1])
@@ -97,17 +97,17 @@ class TurningBlock:
 
 
 def block_of(vehicle: Trajectory, section: ImuSection) -> Trajectory:
-    """Return the motion that the sensors of a block feel.
+    """Return the true motion of the IMU, which is that of a rotating IMU with [imu.rotation].
 
     Args:
         vehicle: the true motion at the block's place, in the axes of its mounting.
         section: the [imu] section of a scenario.
 
     Returns:
-        The motion of the turning block; the vehicle's own without [imu.rotation].
+        The motion of the rotating IMU; that of the vehicle without [imu.rotation].
 
     Raises:
-        InputError: the section is no [imu] section.
+        InputError: the section is not an [imu] section.
     """
     from sinssim.scenario.sections.imu import ImuSection
 

@@ -106,8 +106,8 @@ def checked_samples(samples: TrackSamples, vehicle: Vehicle, most_speed: float |
     samples = _without_repetitions(samples)
     if len(samples) < 2:
         raise InputError(
-            f"{samples.source} has a single {samples.noun}, which is no motion: a track needs at least two at "
-            "different times. A vehicle that stands still is a scenario with [parked]."
+            f"{samples.source} has a single {samples.noun}, which is not a motion: a track needs at least two at "
+            f"different times. For a stationary vehicle, use a scenario with [parked]."
         )
     _check_speed(samples, vehicle.most_speed if most_speed is None else most_speed, given=most_speed is not None)
     _check_turns(samples)

@@ -16,7 +16,7 @@ _Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
 class Waypoint(Section):
-    """A place of a planned route; the route rounds it on a curve of continuous curvature."""
+    """A waypoint of a planned route; the route turns there with continuous curvature."""
 
     name: str = Field(default="", max_length=60, description="name in events and messages")
     latitude_deg: Latitude = Field(description="latitude")
@@ -25,15 +25,19 @@ class Waypoint(Section):
         default=0.0, description="height above the ellipsoid; it changes smoothly from one waypoint to the next"
     )
     speed_mps: Annotated[float, Field(gt=0.0, le=12_000.0)] | None = Field(
-        default=None, description="ground speed from here on; default: that of the waypoint before"
+        default=None, description="ground speed from this waypoint on; default: that of the previous waypoint"
     )
     turn_radius_m: _Distance | None = Field(
-        default=None, description="least radius of the turn here; default: from bank_deg, or the vehicle's usual one"
+        default=None,
+        description="smallest radius of the turn at this waypoint; default: from bank_deg, or the usual "
+        "radius of the vehicle",
     )
     bank_deg: Annotated[float, Field(gt=0.0, le=80.0)] | None = Field(
-        default=None, description="bank from which the radius follows: v²/(g tan(bank))"
+        default=None, description="bank angle that determines the radius v²/(g tan(bank))"
     )
-    stop_s: _Seconds = Field(default=0.0, description="time at rest here, after braking and before accelerating")
+    stop_s: _Seconds = Field(
+        default=0.0, description="time at rest at this waypoint, after braking and before accelerating"
+    )
 
     @model_validator(mode="after")
     def _one_radius(self) -> Self:
@@ -43,34 +47,36 @@ class Waypoint(Section):
 
 
 class TrackSection(Section):
-    """Recorded or planned motion: a file of timed positions, with or without attitude, or waypoints.
-
-    It becomes a smooth curve, along which the ideal sensors are exact; see tracks.md.
+    """Recorded or planned motion: a file of positions with times, with or without attitude, or waypoints. The program
+    computes a smooth curve, along which the ideal sensors are exact; see tracks.md.
     """
 
     file: str | None = Field(default=None, description="recorded track, relative to this file")
     format: str | None = Field(
-        default=None, description=f"format of the file: {', '.join(FORMATS)}; default: recognised from its contents"
+        default=None, description=f"file format: {', '.join(FORMATS)}; default: recognised from its contents"
     )
     stream: str | None = Field(
-        default=None, description="stream of a file with several; default: its first solution, else its first fixes"
+        default=None,
+        description="stream of a file with several streams; default: the first solution, or else the "
+        "first set of fixes",
     )
     vehicle: Literal["aircraft", "land", "sea"] = Field(
-        default="land", description="what moves; its attitude is assumed where it was not recorded"
+        default="land", description="kind of vehicle, which determines the assumed attitude if no attitude was recorded"
     )
-    attitude: bool = Field(default=True, description="whether to use the recorded attitude, if there is one")
-    start_s: _Seconds | None = Field(default=None, description="cut: first instant, from the first sample")
-    end_s: _Seconds | None = Field(default=None, description="cut: last instant, from the first sample")
+    attitude: bool = Field(default=True, description="whether a recorded attitude is used")
+    start_s: _Seconds | None = Field(default=None, description="start of the used part, counted from the first sample")
+    end_s: _Seconds | None = Field(default=None, description="end of the used part, counted from the first sample")
     height_offset_m: Annotated[float, Field(ge=-1e5, le=1e5)] = Field(
-        default=0.0, description="added to recorded heights; for heights above mean sea level, the height of the geoid"
+        default=0.0,
+        description="value that is added to recorded heights: the height of the geoid if they are above mean sea level",
     )
     recorded_point_m: LeverArm = Field(
         default=(0.0, 0.0, 0.0), description="from the vehicle's reference point to the recorded point, body axes"
     )
     smoothing_s: _Smoothing | None = Field(
         default=None,
-        description="smoothing of the position: periods below 2π times this are removed; 0 passes through the samples; "
-        "default: by cross-validation",
+        description="smoothing of the position: periods below 2π times this value are removed; with 0 the curve "
+        "passes through the samples; default: by cross-validation",
     )
     height_smoothing_s: _Smoothing | None = Field(
         default=None, description="smoothing of the height; default: as smoothing_s"
@@ -86,22 +92,24 @@ class TrackSection(Section):
     )
     gap_s: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         default=None,
-        description="interval between samples that is bridged at uniform speed; default: 10 s and 5 median intervals",
+        description="interval between samples beyond which the gap is bridged at uniform speed; default: 10 s, and at "
+        "least 5 median intervals",
     )
     max_speed_mps: Annotated[float, Field(gt=0.0, le=12_000.0)] | None = Field(
         default=None,
-        description="speed between two samples beyond which they are refused; default: 1500 for an aircraft, 150 on "
+        description="speed between two samples above which the file is refused; default: 1500 for an aircraft, 150 on "
         "land, 60 at sea",
     )
     speed_mps: Annotated[float, Field(gt=0.0, le=12_000.0)] | None = Field(
-        default=None, description="speed along a file's path without times"
+        default=None, description="speed along the path of a file without times"
     )
     pitch: Literal["slope", "flat"] | None = Field(
         default=None, description='assumed pitch; default: "slope", along the path; at sea "flat"'
     )
     standstill_mps: Speed | None = Field(
         default=None,
-        description="speed at which a held heading is given up; it is held from below half of it; "
+        description="speed above which the heading follows the motion again; the heading is held when the speed falls "
+        "below half this value; "
         "default: 3 for an aircraft, 1 on land, 0.5 at sea",
     )
     heading_deg: Heading | None = Field(default=None, description="heading of a vehicle that never moves")

@@ -18,12 +18,16 @@ _USUAL = "19-positions"
 
 
 class TableTurn(Section):
-    """A turn about an axis of the block, and the dwell in the position after it."""
+    """A turn about an axis of the sensor block, and the dwell in the position after it."""
 
-    axis: Axis = Field(description="axis of the turn in the block's axes: forward, right, down")
+    axis: Axis = Field(description="axis of the turn in the axes of the sensor block: forward, right, down")
     angle_deg: float = Field(ge=-36_000.0, le=36_000.0, description="angle of the turn, right-handed about the axis")
-    rate_deg_s: _Rate | None = Field(default=None, description="full rate of this turn; default: that of the table")
-    dwell_s: _Dwell | None = Field(default=None, description="dwell after this turn; default: that of the table")
+    rate_deg_s: _Rate | None = Field(
+        default=None, description="full rate of this turn; default: that of the table [turntable]"
+    )
+    dwell_s: _Dwell | None = Field(
+        default=None, description="dwell after this turn; default: that of the table [turntable]"
+    )
 
     @field_validator("angle_deg")
     @classmethod
@@ -38,34 +42,38 @@ class TurntableSection(Section):
 
     latitude_deg: Latitude = Field(default=45.0, description="latitude of the laboratory")
     longitude_deg: Longitude = Field(default=0.0, description="longitude of the laboratory")
-    altitude_m: Height = Field(default=0.0, description="height of the table above the ellipsoid")
-    heading_deg: Heading = Field(default=0.0, description="heading of the block in the first position")
+    altitude_m: Height = Field(default=0.0, description="height of the turntable above the ellipsoid")
+    heading_deg: Heading = Field(default=0.0, description="heading of the sensor block in the first position")
     roll_deg: float | None = Field(
-        default=None, ge=-180.0, le=180.0, description="its roll; default: that of the sequence, else 0"
+        default=None,
+        ge=-180.0,
+        le=180.0,
+        description="roll in the first position; default: that of the sequence, or else 0",
     )
     pitch_deg: float | None = Field(
-        default=None, ge=-90.0, le=90.0, description="its pitch; default: that of the sequence, else 0"
+        default=None,
+        ge=-90.0,
+        le=90.0,
+        description="pitch in the first position; default: that of the sequence, or else 0",
     )
     sequence: str | None = Field(
-        default=None, description=f"a ready sequence: {', '.join(SEQUENCES)}; default: {_USUAL}, without turns"
+        default=None, description=f"predefined sequence: {', '.join(SEQUENCES)}; default: {_USUAL}, without turns"
     )
-    turns: tuple[TableTurn, ...] = Field(default=(), description="instead of a ready sequence: the turns in order")
+    turns: tuple[TableTurn, ...] = Field(default=(), description="turns in order, instead of a predefined sequence")
     dwell_s: _Dwell = Field(default=120.0, description="dwell in each position")
     first_dwell_s: _Dwell | None = Field(default=None, description="dwell in the first position; default: dwell_s")
     rate_deg_s: _Rate = Field(default=10.0, description="full rate of the turns")
     ramp_s: float = Field(
-        default=_RAMP, ge=1e-3, le=1e4, description="duration of the rise of the rate, and of its fall"
+        default=_RAMP, ge=1e-3, le=1e4, description="duration of the rise of the rate, and also of its fall"
     )
-    settle_s: float = Field(
-        default=_SETTLE, ge=0.01, le=1e4, description="time after a turn in which the table settles in its position"
-    )
+    settle_s: float = Field(default=_SETTLE, ge=0.01, le=1e4, description="settling time of the turntable after a turn")
     position_sigma_arcsec: _Error = Field(
         default=0.0,
-        description="1σ of the table's position about each axis, anew in each position, and of the direction of the "
-        "axis of each turn",
+        description="1σ of the positioning error of the turntable about each axis, independent in each position, and "
+        "of the direction error of the axis of each turn",
     )
     tilt_sigma_arcsec: _Error = Field(
-        default=0.0, description="1σ of the tilt of the table's base, about north, east and down"
+        default=0.0, description="1σ of the tilt of the turntable's base about north, east and down"
     )
 
     @field_validator("sequence")

@@ -69,7 +69,7 @@ class Profile:
         Args:
             section: with the legs.
             acceleration: mean acceleration of changes of speed, m/s².
-            lateral: lateral acceleration of turns without a rate, m/s².
+            lateral: lateral acceleration in turns for which no rate is given, m/s².
 
         Raises:
             InputError: a leg cannot be; the message names it.
@@ -117,7 +117,7 @@ class Profile:
         time, before, way, _ = self._at
         speed = before if leg.speed_mps is None else leg.speed_mps
         if speed == 0.0:
-            raise InputError(f"{name}: the vehicle stands; give speed_mps, or use a stop.")
+            raise InputError(f"{name}: the vehicle is at rest; give speed_mps, or use a stop.")
         self._change_speed(speed, acceleration)
         if leg.duration_s is not None:
             left = leg.duration_s - (self._at[0] - time)
@@ -136,7 +136,7 @@ class Profile:
     def _turn(self, leg: Turn, name: str, lateral: float) -> None:
         speed = self._at[1]
         if speed == 0.0:
-            raise InputError(f"{name}: the vehicle stands; a turn needs a straight leg with a speed before it.")
+            raise InputError(f"{name}: the vehicle is at rest; a turn needs a straight leg with a speed before it.")
         angle = np.radians(leg.angle_deg)
         rate = lateral / speed if leg.rate_deg_s is None else np.radians(leg.rate_deg_s)
         steady = abs(angle) / rate

@@ -22,7 +22,7 @@ SEA_STATES = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0, 7.5, 11.5, 14.0)
 
 
 class Stop(Section):
-    """Brake to a standstill, and stand."""
+    """Brake to a standstill and remain at rest."""
 
     example: ClassVar[dict[str, Any]] = {"duration_s": 60.0}
 
@@ -31,14 +31,14 @@ class Stop(Section):
 
 
 class Straight(Section):
-    """Straight ahead on a constant heading; a change of speed is at its beginning."""
+    """Straight ahead on a constant heading; the speed changes at the beginning of the leg."""
 
     example: ClassVar[dict[str, Any]] = {"distance_m": 2000.0, "speed_mps": 8.0}
 
     type: Literal["straight"]
-    distance_m: _Distance | None = Field(default=None, description="way, including the change of speed")
+    distance_m: _Distance | None = Field(default=None, description="distance, including the change of speed")
     duration_s: _Lasting | None = Field(default=None, description="duration, including the change of speed")
-    speed_mps: _Speed | None = Field(default=None, description="speed to reach; default: that of the leg before")
+    speed_mps: _Speed | None = Field(default=None, description="target speed; default: that of the previous leg")
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:
@@ -55,13 +55,13 @@ class Turn(Section):
     type: Literal["turn"]
     angle_deg: float = Field(ge=-3600.0, le=3600.0, description="change of the heading, right positive")
     rate_deg_s: Annotated[float, Field(gt=0.0, le=60.0)] | None = Field(
-        default=None, description="largest rate of the turn; default: that of lateral_mps2 of the table above"
+        default=None, description="largest rate of the turn; default: the rate that follows from lateral_mps2"
     )
 
     @model_validator(mode="after")
     def _turns(self) -> Self:
         if self.angle_deg == 0.0:
-            raise ValueError("angle_deg = 0 is no turn: give the change of the heading, right positive")
+            raise ValueError("angle_deg = 0 is not a turn: give the change of the heading, right positive")
         return self
 
 
@@ -80,67 +80,65 @@ class VehicleSection(Section):
 
 
 class DriveSection(VehicleSection):
-    """A land vehicle: legs on a level road, its roughness, and the suspension of the body.
-
-    The road has the spectral density of ISO 8608, G(n) = G(0.1)·(n/0.1)⁻² over wave numbers n of 0.011 to 2.83
-    cycles/m. Both tracks of the vehicle are alike: roughness moves the body in heave and pitch; it rolls in turns.
+    """A land vehicle: legs on a level road, the roughness of the road, and the suspension of the body. The road has the
+    spectral density of ISO 8608, G(n) = G(0.1)·(n/0.1)⁻² for wave numbers n of 0.011 to 2.83 cycles/m. The left and the
+    right wheels follow the same profile, so the roughness causes heave and pitch. The body rolls in turns.
     """
 
     road: Literal["smooth", "A", "B", "C", "D", "E"] = Field(
-        default="B", description="class of the road by ISO 8608, or smooth"
+        default="B", description="road class of ISO 8608, or smooth"
     )
     acceleration_mps2: Annotated[float, Field(gt=0.0, le=10.0)] = Field(
         default=1.0, description="mean acceleration and braking"
     )
     lateral_mps2: Annotated[float, Field(gt=0.0, le=10.0)] = Field(
-        default=1.5, description="lateral acceleration of turns without a rate"
+        default=1.5, description="lateral acceleration in turns for which no rate is given"
     )
-    wheelbase_m: Annotated[float, Field(ge=0.5, le=30.0)] = Field(default=2.7, description="distance of the axles")
+    wheelbase_m: Annotated[float, Field(ge=0.5, le=30.0)] = Field(default=2.7, description="distance between the axles")
     suspension_hz: Annotated[float, Field(ge=0.3, le=10.0)] = Field(
         default=1.3, description="natural frequency of the body on its suspension, heave and pitch"
     )
-    suspension_damping: _Damping = Field(default=0.3, description="its damping ratio")
+    suspension_damping: _Damping = Field(default=0.3, description="damping ratio of the suspension")
     roll_deg_per_mps2: Annotated[float, Field(ge=0.0, le=5.0)] = Field(
-        default=0.5, description="roll in turns, outwards, by lateral acceleration"
+        default=0.5, description="outward roll in turns per lateral acceleration"
     )
     pitch_deg_per_mps2: Annotated[float, Field(ge=0.0, le=5.0)] = Field(
-        default=0.3, description="pitch by acceleration, nose up"
+        default=0.3, description="pitch per acceleration, nose up positive"
     )
 
 
 class VoyageSection(VehicleSection):
-    """A ship: legs on the sea, long-crested waves of one direction, and the response of the hull.
-
-    The waves have the spectrum of Bretschneider (ITTC, two parameters), which is that of Pierson and Moskowitz for the
-    default period. Heave, surge and sway follow the waves, roll and pitch their slope across and along the hull, each
-    as a damped oscillator. The ship meets the waves on its way, so that speed and heading change their frequency.
+    """A ship: legs on the sea, long-crested waves of one direction, and the response of the hull. The waves have the
+    two-parameter Bretschneider spectrum (ITTC), which is the Pierson-Moskowitz spectrum for the default period. Heave,
+    surge and sway follow the waves, and roll and pitch follow the wave slope across and along the hull, each as a
+    damped oscillator. The frequency of encounter depends on the speed and the heading.
     """
 
     sea_state: Annotated[int, Field(ge=0, le=9)] = Field(
-        default=3, description="sea state of the WMO, which gives the middle of its range of heights"
+        default=3, description="WMO sea state; the wave height is the middle of its range"
     )
     significant_height_m: Annotated[float, Field(ge=0.0, le=20.0)] | None = Field(
-        default=None, description="significant height of the waves; default: that of sea_state"
+        default=None, description="significant wave height; default: that of sea_state"
     )
     peak_period_s: Annotated[float, Field(ge=1.0, le=30.0)] | None = Field(
-        default=None, description="period of the spectrum's peak; default: that of Pierson and Moskowitz"
+        default=None, description="peak period of the spectrum; default: that of the Pierson-Moskowitz spectrum"
     )
-    waves_towards_deg: Heading = Field(default=90.0, description="direction that the waves travel to")
+    waves_towards_deg: Heading = Field(default=90.0, description="direction towards which the waves travel")
     acceleration_mps2: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
         default=0.05, description="mean acceleration and deceleration"
     )
     lateral_mps2: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
-        default=0.1, description="lateral acceleration of turns without a rate"
+        default=0.1, description="lateral acceleration in turns for which no rate is given"
     )
     heel_deg_per_mps2: Annotated[float, Field(ge=0.0, le=30.0)] = Field(
-        default=5.0, description="heel in turns, outwards, by lateral acceleration"
+        default=5.0, description="outward heel in turns per lateral acceleration"
     )
     roll_period_s: _Period = Field(default=10.0, description="natural period of roll")
     roll_damping: _Damping = Field(default=0.1, description="damping ratio of roll")
     pitch_period_s: _Period = Field(default=6.0, description="natural period of pitch")
     pitch_damping: _Damping = Field(default=0.4, description="damping ratio of pitch")
     heave_period_s: _Period = Field(default=6.0, description="natural period of heave, surge and sway")
-    heave_damping: _Damping = Field(default=0.4, description="their damping ratio")
+    heave_damping: _Damping = Field(default=0.4, description="damping ratio of heave, surge and sway")
 
     @property
     def height_m(self) -> float:

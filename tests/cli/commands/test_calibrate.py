@@ -117,7 +117,7 @@ def test_a_log_gives_what_the_simulation_gives(folder: Path, capsys: pytest.Capt
     assert "true" not in capsys.readouterr().out
     for setting, words in (
         ('turntable.sequence="six-positions"', "standing spans, but the sequence of [turntable] has 6 dwells"),
-        ("turntable.rate_deg_s=0.01", "the log has no standing spans"),
+        ("turntable.rate_deg_s=0.01", "the log has no spans at rest"),
         ("calibration.dwells_s=[[0.0, 9.0]]", "has 1 dwells, but the sequence of [turntable] has 12"),
     ):
         extra = ["--set", "turntable.ramp_s=0.01"] if "rate" in setting else []

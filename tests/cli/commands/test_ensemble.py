@@ -91,8 +91,8 @@ def test_until_decided(file: Path, tmp_path, capsys) -> None:
     assert "Undecided after 24 runs; going on to 48." in told
     out = " ".join(out.split())
     assert "r95 <= 1 nmi: undecided. In 48 runs it is " in out
-    assert "About 56 more runs decide if they are like these." in out
-    assert "Judged after 3, 6, 12, 24 and 48 runs." in out
+    assert "About 56 more runs are needed for a decision if they are similar." in out
+    assert "Tested after 3, 6, 12, 24 and 48 runs." in out
 
 
 def test_a_filter_is_judged_by_its_ensemble(tmp_path, capsys) -> None:

@@ -56,5 +56,5 @@ def test_check_reads_the_files() -> None:
 def test_an_outage_of_a_simulation_is_refused() -> None:
     from sinssim.errors import InputError
 
-    with pytest.raises(InputError, match="--outage withholds recorded satellites"):
+    with pytest.raises(InputError, match="--outage withholds recorded GNSS fixes"):
         sinssim("run", "parked", "--outage", "15:20")

@@ -105,7 +105,7 @@ def test_an_interrupted_ensemble_judges_its_finished_runs(tmp_path, monkeypatch)
         # 64 runs are too few to show R95, and far more than enough to refute a millimetre
         assert [one.verdict for one in result.verdicts] == ["undecided", "not met"]
         assert result.verdicts[0].more_runs == (40 if until_decided else 8)
-        assert "judged by the 64 finished runs" in result.notes[0]
+        assert "tested with the 64 finished runs" in result.notes[0]
         assert result.looks == ()
 
 

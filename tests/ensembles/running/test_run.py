@@ -107,7 +107,7 @@ def test_more_runs_later(tmp_path) -> None:
     assert before.items() <= files(tmp_path / "e").items()
     fewer = sinssim.ensemble(scenario(), 20, tmp_path / "e", resume=True)
     assert len(fewer) == 150
-    assert "more than the 20 asked for" in fewer.notes[0]
+    assert "more than the requested 20" in fewer.notes[0]
 
 
 def test_progress_is_runs_done_rate_and_time_left(monkeypatch) -> None:

@@ -14,8 +14,17 @@ import sinssim
 from sinssim import earth, rotation
 from sinssim.alignment.budget import expected_errors
 from sinssim.data import Array, Measurements, NavState
+from sinssim.estimation.checks.candidates import state_candidates
 from sinssim.estimation.checks.consistency import consistency
-from sinssim.estimation.checks.diagnosis import _inertial_noise, _measurement_noise, _states, diagnose
+from sinssim.estimation.checks.diagnosis import (
+    _inertial_noise,
+    _initial,
+    _measurement_noise,
+    _state,
+    _states,
+    _with_size,
+    diagnose,
+)
 from sinssim.estimation.checks.evidence import gain, needed_gain, refusals, size_of_innovations
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.explanation import Diagnosis, Hypothesis
@@ -23,7 +32,7 @@ from sinssim.estimation.model import Block, ErrorModel, error_model
 from sinssim.estimation.result import Estimate, Innovations, Reasons
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.truth.curve import Curve
-from tests.logs.drive import drive
+from tests.logs.drive import HEIGHT, drive
 
 ARM = np.array((0.3, 0.0, -1.0))
 FAR = np.array((2.3, 0.0, -1.0))
@@ -37,7 +46,8 @@ ALL_STATES = tuple(f"{triad} {what}" for triad in ("gyro", "accelerometer") for 
 
 @dataclass
 class Faulty:
-    """A filter on a drive with one planted fault: told lever arm, late stamps, wrong σ, errors of the unit, states.
+    """A filter on a drive with one planted fault: told lever arm, late stamps, wrong σ, errors of the unit, states,
+    a start that is turned by some heading [rad], a barometer with an error [m].
 
     Its start is drawn from its covariance, and its states are all errors of the unit, so that it is sound without one.
     """
@@ -49,6 +59,8 @@ class Faulty:
     unit: Mapping[str, Any] | None = None
     seconds: float = 150.0
     states: Sequence[str] = ALL_STATES
+    turned: float = 0.0
+    baro: float | None = None
 
     def __post_init__(self) -> None:
         truth = motion(self.seconds)
@@ -56,6 +68,8 @@ class Faulty:
         unit = ImuSection(grade=GRADE, rate_hz=RATE, **(self.unit or {}))
         self.imu = sinssim.emulate(truth.increments(RATE), unit, seed=self.seed)
         self.start = disturbed(truth.state(truth.start), self.seed)
+        turn = rotation.quaternion_from_rotation_vector(np.array((0.0, 0.0, self.turned)))
+        self.start = replace(self.start, q_nb=rotation.multiply(turn, self.start.q_nb))
         t = np.arange(truth.start + 1.0, truth.end - 1.0)
         s, rate = truth.state(t - self.late), truth.rates(t - self.late)[0]
         c = rotation.dcm_from_quaternion(s.q_nb)
@@ -76,12 +90,15 @@ class Faulty:
             Measurements(name, t, t, value, np.full((len(t), 3), SIGMA[name] / self.quieter), self.told)
             for name, value in values.items()
         ]
+        if self.baro is not None:
+            height = (s.height + self.baro + rng.standard_normal(len(t)))[:, None]
+            self.readings.append(Measurements("baro-height", t, t, height, np.ones((len(t), 1)), name="baro"))
         sigma = expected_errors(ImuSection(grade=GRADE, rate_hz=RATE)).sigma
         self.model = error_model(sigma, **START, imu=self.states, duration=self.seconds)
 
-    def run(self, model: ErrorModel, factors: Mapping[str, float]) -> Estimate:
+    def run(self, model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
         told = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in self.readings]
-        return estimate(self.imu, self.start, told, model, gate=1e-4, history=False, axes=model.axes)
+        return estimate(self.imu, self.start, told, model, gate=1e-4, smooth=smooth, history=False, axes=model.axes)
 
     def diagnosis(self) -> Diagnosis | None:
         return diagnose(self.run, self.model, 1.0 / RATE, self.seconds)
@@ -176,6 +193,43 @@ def test_a_sound_filter_is_left_alone() -> None:
     faulty = Faulty(10, ARM, seconds=60.0)
     assert faulty.model.untold == ()
     assert faulty.diagnosis() is None
+
+
+def test_a_wrong_initial_heading_is_found_with_its_size() -> None:
+    """A start that points 0.4 rad too far to the right, where 0.01 rad is assumed: 5 % of it is five times its 1σ."""
+    one = Faulty(8, ARM, turned=0.4, seconds=45.0)
+    own = one.run(one.model, {})
+    best = max(_initial(one.run, one.model, own), key=lambda found: found.gain)
+    assert best.name == "initial heading"
+    assert best.gain > 100.0
+    best = _with_size(one.run, one.model, own, best)
+    assert best.value[0] == pytest.approx(0.4, abs=0.03 + 4.0 * best.sigma[0])
+    assert best.sigma[0] < 0.05
+
+
+def test_an_error_of_a_barometer_is_found_with_its_size() -> None:
+    """At a constant height of 1600 m an error of 40 m is as well one of the scale factor: both are told."""
+    one = Faulty(9, ARM, baro=40.0, seconds=40.0)
+    own = one.run(one.model, {})
+    blocks = [b for b in state_candidates(one.model, own.innovations, 1.0 / RATE) if b.name.startswith("baro")]
+    assert [block.name for block in blocks] == ["baro bias", "baro scale"]
+    states = [_state(one.run, one.model, own, block) for block in blocks]
+    tried = sorted((state for state in states if state is not None), key=lambda state: -state.gain)
+    found = {hypothesis.name: hypothesis for hypothesis in tried}
+    assert found["baro bias"].value[0] == pytest.approx(40.0, abs=5.0 * found["baro bias"].sigma[0])
+    assert found["baro scale"].value[0] == pytest.approx(40.0 / HEIGHT, abs=5.0 * found["baro scale"].sigma[0])
+    seen = Diagnosis(60.0, (), {}, tuple(replace(one, needed=14.0) for one in tried))
+    assert seen.cause is not None
+    assert {seen.cause.name, *(other.name for other in seen.alike)} == {"baro bias", "baro scale"}
+
+
+def test_refusals_tell_by_how_much_the_readings_are_off() -> None:
+    """Readings that are 100 too large have innovations (prediction less reading) of −100."""
+    values = np.zeros((60, 3))
+    values[20:30, 0] = -100.0
+    (span,) = refusals(of(values, np.eye(3), bound=21.1))
+    assert (span.start, span.end, span.count) == (20.0, 29.0, 10)
+    assert span.mean == pytest.approx((100.0, 0.0, 0.0))
 
 
 @pytest.mark.slow

@@ -288,10 +288,10 @@ def test_alignment_in_motion_from_a_heading_that_is_all_wrong():
     assert told["begin"]["heading_sigma_arcmin"] == pytest.approx(found.sigma[0, 8] / ARCMIN)
     sentence = next(line for line in sentences(numbers) if line.startswith("Aligned"))
     assert sentence.startswith(
-        "Aligned in motion, by the first 60 s: the filter started at 0.5 s with the heading in error by"
+        "Aligned in motion during the first 60 s: the filter started at 0.5 s with a heading error of"
     )
     size = {"deg": 60.0, "arcmin": 1.0, "arcsec": 1.0 / 60.0}
-    written = re.findall(r"in error by (\S+) (\w+) \(1σ (\S+) (\w+)\)", sentence)
+    written = re.findall(r"error (?:of|was) (\S+) (\w+) \(1σ (\S+) (\w+)\)", sentence)
     for at, (error, unit, sigma, same) in zip((told["begin"], told["end"]), written, strict=True):
         assert unit == same
         assert 1.0 <= float(sigma) < 60.0
@@ -361,7 +361,7 @@ def test_without_a_single_fix_the_result_is_inertial():
         )
     assert "gnss-position: there was no reading, so that it corrects nothing." in result.estimate.remarks
     said = list(sentences(filter_numbers(result, s)))
-    assert said[0] == "The filter used no reading; its errors agree with its covariance."
+    assert said[0] == "The filter used no measurement; its errors agree with its covariance."
     assert "No reading was used at all: the result is the inertial solution." in said
 
 

@@ -25,7 +25,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "your-navigator.md").read_text(enco
 
 def block(kind: str) -> str:
     """Return the page's block of code of a kind."""
-    (code,) = re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)
+    code, *_ = re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)  # the first of its kind
     return str(code)
 
 

@@ -236,11 +236,11 @@ def arrays(**columns):
             "line 4: it has 3 fields but line 1 has 2 (delimiter = ',', skip_lines = 0)",
         ),
         ("log.csv", b"time_s,dtheta_x_rad\ns,rad\n1,2\n", "holds 'rad', not a number. If it belongs to a heading"),
-        ("log.csv", b"a,b\n1,2\n", "Its own are a, b: describe in a TOML file what they hold (--columns)"),
+        ("log.csv", b"a,b\n1,2\n", "Its columns are a, b: describe them in a TOML file (--columns)"),
         ("log.npz", b"", "not an archive of arrays as written by numpy.savez"),
         ("log.npz", archive()[:400], "not an archive of arrays"),
         ("log.npz", archive().replace(b"3" * 20, b"4" * 20), "Bad CRC-32"),
-        ("log.npz", archive(b""), "Its own are none"),
+        ("log.npz", archive(b""), "Its columns are none"),
         ("log.csv", "time_s,ω\n1,2\n".encode("utf-16"), "line 1: this is not text in UTF-8; it looks like UTF-16"),
         ("log.csv", b"time_s,\xb0/s\n1,2\n", "line 1: the line of names is not in UTF-8, its byte 8 is 0xb0"),
         ("log.csv", b"\x00\x01\x02", "line 1: this is not text"),
@@ -406,3 +406,15 @@ def test_a_header_that_promises_more_than_there_is(tmp_path):
         file.write(np.zeros(4).tobytes())
     with pytest.raises(InputError, match=r"the array dtheta_x_rad.npy of shape \(4000000000000,\) is incomplete"):
         read_log(tmp_path / "log.npz")
+
+
+def test_a_last_line_that_was_cut_off_is_left_out(tmp_path):
+    """A recorder that loses its power leaves part of a line; a short line elsewhere is refused."""
+    rows = [f"{0.01 * k:.2f},0,0,0,0,0,-0.098" for k in range(20)]
+    head = "time_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dvel_x_mps,dvel_y_mps,dvel_z_mps"
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([head, *rows, "0.20,0,0"]))
+    assert len(read_log(path).time) == 21
+    path.write_text("\n".join([head, *rows[:5], "0.05,0,0", *rows[6:]]) + "\n")
+    with pytest.raises(InputError, match=r"line 7: it has 3 fields"):
+        read_log(path)

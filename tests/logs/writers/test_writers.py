@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree
@@ -95,6 +96,51 @@ def test_kf_gins_as_its_own_loaders_read_it(run: RecordedRun, truth: SolutionStr
     text = (place / "kf-gins.yaml").read_text()
     assert "imudatarate: 50" in text
     assert "antlever: [0.5, 0.0, -1.5]" in text
+    first = truth.latitude[1] / DEG, truth.longitude[1] / DEG, truth.height[1]
+    assert f"starttime: {rows[0, 0]} " in text, "KF-GINS refuses a start before its first reading"
+    assert f"initpos: {[float(v) for v in first]} " in text, "the state at the first reading"
+
+
+def test_kf_gins_has_the_noise_of_the_sensors(run: RecordedRun, place: Path) -> None:
+    """mems-industrial: 0.1 °/√h, 25 °/h and 2 °/h with 1 h, 1000 ppm; 0.1 m/s/√h, 2 mg, 1000 ppm."""
+    done = made(run, "kf-gins", place)
+    assert any("noise of the run's sensors" in sentence for sentence in done.sentences)
+    assert any("crosses the antimeridian" in sentence for sentence in done.sentences)
+    text = (place / "kf-gins.yaml").read_text()
+    given = {
+        key.strip(): [float(word) for word in value.partition("]")[0].strip(" [").split(",")]
+        for key, _, value in (line.partition(":") for line in text.splitlines())
+        if "[" in value
+    }
+    assert given["initbgstd"] == pytest.approx([np.hypot(25.0, 2.0)] * 3)
+    # a Gauss-Markov process of 2 °/h and 1 h has the driving noise of one of σ = 2 √1000 °/h and 1000 h
+    assert given["gbstd"] == pytest.approx([2.0 * np.sqrt(1000.0)] * 3)
+    assert given["initbastd"] == pytest.approx([2.0 * 980.665] * 3), "1 mg is 980.665 mGal"
+    assert given["abstd"] == [0.0] * 3
+    assert given["initsgstd"] == given["initsastd"] == [1000.0] * 3
+    assert given["arw"] == pytest.approx([0.1] * 3)
+    assert given["vrw"] == pytest.approx([0.1] * 3)
+    assert given["initattstd"] == [0.1, 0.1, 0.5]
+
+
+def test_kf_gins_starts_from_a_solution_with_the_filter_s_sigma(run: RecordedRun, place: Path) -> None:
+    made(run, "kf-gins", place, solution=["euler"])
+    text, own = (place / "kf-gins.yaml").read_text(), run.table("filter")
+    s = run.solution("euler")
+    assert f"initpos: {[float(v) for v in (s.latitude[1] / DEG, s.longitude[1] / DEG, s.height[1])]} " in text
+    row = int(np.searchsorted(own["time_s"], s.time[1] - 1e-9))
+    sigma = [own[f"sigma_phi_{axis}_rad"][row] / DEG for axis in "ned"]
+    assert "initattstd: [" + ", ".join(f"{v:.9g}" for v in sigma) + "] " in text
+
+
+def test_kf_gins_without_known_sensors(run: RecordedRun, place: Path, tmp_path: Path) -> None:
+    other = tmp_path / "run"
+    shutil.copytree(run.path, other)
+    scenario = (other / "scenario.toml").read_text()
+    (other / "scenario.toml").write_text(scenario.replace('"mems-industrial"', '"a-grade-of-mine-that-is-gone"'))
+    done = export(other, "kf-gins", place)
+    assert any("set that of your sensors" in sentence for sentence in done.sentences)
+    assert "arw: [0.2, 0.2, 0.2] " in (place / "kf-gins.yaml").read_text()
 
 
 def test_kf_gins_refuses_the_end_of_a_week(run: RecordedRun, place: Path) -> None:

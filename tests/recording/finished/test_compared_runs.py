@@ -158,6 +158,6 @@ def test_the_commands(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     contents = json.loads((tmp_path / "both" / "comparison.json").read_text())
     assert contents["runs"]["short"]["solution"] == "euler"
     assert call("compare-runs", *pair) == 2
-    assert "already holds a run" in capsys.readouterr().err
+    assert "already contains a run" in capsys.readouterr().err
     assert call("compare-runs", str(made / "long"), str(tmp_path / "both")) == 2
     assert "is a comparison of runs" in capsys.readouterr().err

@@ -12,7 +12,7 @@ import pytest
 import sinssim
 from sinssim.ensembles.result import EnsembleResult
 from sinssim.recording.figures import ensemble as figures
-from sinssim.recording.report.ensemble import with_band
+from sinssim.recording.report.ensemble import own_content, with_band
 from sinssim.recording.store.ensemble import write_ensemble
 from tests.ensembles.examples import AIDED, scenario
 
@@ -50,7 +50,7 @@ def test_report_of_an_ensemble_with_failures(with_failures: EnsembleResult, tmp_
     assert sorted(names) == sorted(file.name for file in tmp_path.iterdir())
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     text, failed = _words(page), int(with_failures.failed.sum())
-    assert f"{failed} of 80 runs failed and count as infinitely far off" in text
+    assert f"{failed} of 80 runs failed; their errors are treated as infinite" in text
     assert "parked.roll_deg" in text
     for number in with_failures.ranking[:5].tolist():
         assert with_failures.command(number) in text
@@ -70,7 +70,7 @@ def test_report_of_a_filter(filtered: EnsembleResult, tmp_path) -> None:
     assert "The ensemble was interrupted" in text
     assert "ANEES by block of states" in text
     assert "gnss-velocity" in text
-    assert "no upper bound from fewer than 72 runs" in text
+    assert "no upper bound with fewer than 72 runs" in text
     numbers = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert set(numbers["nees"]) == set(filtered.plan.blocks)
     assert 0.5 < numbers["nis"]["gnss-position"]["mean"] < 1.5
@@ -118,3 +118,11 @@ def test_nothing_but_failures_has_a_report(with_failures: EnsembleResult, tmp_pa
     text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "80 of 80 runs failed" in text
     assert "∞ (∞ … ∞)" in text
+
+
+def test_the_report_lists_own_content() -> None:
+    file = "/home/me/algorithms/cayley.py"
+    own = [{"kind": "algorithms", "name": "cayley", "file": file, "package": "", "sha256": "0b5cb1e800cf" + 52 * "0"}]
+    text = re.sub(r"<[^>]*>", " ", own_content({"own_content": own}))
+    assert f"algorithms cayley 0b5cb1e800cf… {file}" in " ".join(text.split())
+    assert not own_content({})

@@ -164,3 +164,15 @@ def test_the_legend_says_which_lines_coincide():
     assert ">second (same as first)<" in svg
     assert ">third<" in svg
     assert ">first<" in svg
+
+
+def test_lines_of_other_instants_and_angles_coincide():
+    """True airspeed is logged at other instants than the ground speed; roll may turn over, pitch does not."""
+    often, seldom = np.linspace(0.0, 100.0, 501), np.linspace(0.0, 100.0, 101)
+    one, other = plot.Line("ground", often, 0.2 * often, "#000000"), plot.Line("air", seldom, 0.2 * seldom, "#111111")
+    assert ">air (same as ground)<" in plot.plot("speed", "m/s", [one, other], (0.0, 100.0))
+    half = plot.Line("half", seldom[:51], 0.2 * seldom[:51], "#111111")
+    assert ">half<" in plot.plot("speed", "m/s", [one, half], (0.0, 100.0))
+    level = np.zeros(501)
+    roll, pitch = plot.Line("roll", often, level, "#000000", turn=360.0), plot.Line("pitch", often, level, "#111111")
+    assert ">pitch (same as roll)<" in plot.plot("angles", "deg", [roll, pitch], (0.0, 100.0), least=1e-3)

@@ -61,6 +61,19 @@ class Tables(HTMLParser):
         """Return the rows of the table that has these heads somewhere above."""
         return next(t for t in self.tables if set(heads) <= {cell for row in t[:2] for cell in row})
 
+    def with_errors(self) -> list[list[str]]:
+        """Return the rows of the table of the errors, whose units are by size."""
+        return next(t for t in self.tables if len(t[0]) == 5 and t[0][1].startswith("horizontal ["))
+
+
+ERRORS = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
+PLOTS = (
+    "Horizontal position error", "Height error (positive: too high)", "Velocity error, magnitude",
+    "Attitude error, angle",
+)  # fmt: skip
+SIZES = {"mm": 1e-3, "m": 1.0, "km": 1e3, "mm/s": 1e-3, "m/s": 1.0, "arcsec": 1.0, "arcmin": 60.0, "deg": 3600.0}
+"""Of units, in those of `summary.json`."""
+
 
 def drawings(page: str) -> list[ET.Element]:
     """Return every drawing of a page, each parsed on its own."""
@@ -112,21 +125,21 @@ def flown(request, tmp_path_factory):
 
 def check_page(result, page: str) -> None:
     tables = Tables(page)
-    of_position = (("horizontal_error_m", 1.0), ("height_error_m", 1.0))
-    for heads, groups in (
-        (
-            ("horizontal [m]", "height [m]", "velocity [m/s]", "attitude [arcmin]"),
-            (*of_position, ("velocity_error_mps", 1.0), ("attitude_error_arcsec", 60.0)),
-        ),
-    ):
-        rows = {row[0]: row[1:] for row in tables.with_heads(*heads)[2:]}
-        assert list(rows) == list(result.summary["algorithms"])
-        for name, cells in rows.items():
-            keys = [(kind, key, size) for key, size in groups for kind in ("final", "rms", "max")]
-            assert len(cells) == len(keys)
-            for cell, (kind, key, size) in zip(cells, keys, strict=True):
-                expected = result.summary["algorithms"][name][f"{kind}_{key}"] / size
-                assert value(cell) == pytest.approx(expected, rel=5.1e-4)
+    table = tables.with_errors()
+    rows = {row[0]: row[1:] for row in table[2:]}
+    assert list(rows) == list(result.summary["algorithms"])
+    titles = [d.find(f"{SVG}text").text for d in drawings(page) if d.find(f"{SVG}text") is not None]
+    groups = []
+    for head, key, title in zip(table[0][1:], ERRORS, PLOTS, strict=True):
+        unit = head.rpartition("[")[2].removesuffix("]")
+        groups.append((key, SIZES[unit]))
+        assert f"{title} [{unit}]" in titles  # one unit in table and plot
+    for name, cells in rows.items():
+        keys = [(kind, key, size) for key, size in groups for kind in ("final", "rms", "max")]
+        assert len(cells) == len(keys)
+        for cell, (kind, key, size) in zip(cells, keys, strict=True):
+            expected = result.summary["algorithms"][name][f"{kind}_{key}"] / size
+            assert value(cell) == pytest.approx(expected, rel=5.1e-3 if abs(expected) < 1e-3 else 5.1e-4)
     for drawing in drawings(page):
         assert drawing.get("aria-label")
         for element in drawing.iter():
@@ -172,7 +185,7 @@ def test_the_largest_error_is_seen_in_the_plot(recorded):
     drawing = next(d for title, d in titles.items() if title.startswith("Horizontal position error"))
     texts = drawing.findall(f"{SVG}text")
     assert {"quaternion", "poisson", "euler"} <= {t.text for t in texts}
-    unit = {"mm": 1e-3, "m": 1.0, "nmi": 1852.0}[re.search(r"\[(\w+)\]", texts[0].text)[1]]
+    unit = {"mm": 1e-3, "m": 1.0, "km": 1e3}[re.search(r"\[(\w+)\]", texts[0].text)[1]]
     greatest = max(n["max_horizontal_error_m"] for n in result.summary["algorithms"].values()) / unit
     axis = max(float(t.text) for t in texts if t.get("text-anchor") == "end" and t.text[0].isdigit())
     inner = drawing.find(f"{SVG}svg")
@@ -345,7 +358,7 @@ def test_an_algorithm_that_diverged_does_not_spoil_the_report(tmp_path, monkeypa
     page = run_report(result, result.summary)
     for drawing in drawings(page):
         assert "nan" not in ET.tostring(drawing, "unicode").lower()
-    assert "–" in Tables(page).with_heads("horizontal [m]")[-1]
+    assert "–" in Tables(page).with_errors()[-1]
     assert "euler has no result.</strong> Its errors are not finite from t = 2.00 s on" in page
     assert "No result from euler" in page
 
@@ -383,8 +396,8 @@ def test_an_algorithm_without_a_solution_leaves_the_others_theirs(tmp_path, monk
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     check_self_contained(page)
     assert "quaternion has no result.</strong> The attitude ran away" in page
-    assert Tables(page).with_heads("horizontal [m]")[2] == ["quaternion", *["–"] * 12]
-    assert value(Tables(page).with_heads("horizontal [m]")[4][1]) > 0.0
+    assert Tables(page).with_errors()[2] == ["quaternion", *["–"] * 12]
+    assert value(Tables(page).with_errors()[4][1]) > 0.0
 
 
 def test_no_solution_at_all_is_a_failure_of_the_run(tmp_path, monkeypatch):
@@ -400,7 +413,7 @@ def test_no_solution_at_all_is_a_failure_of_the_run(tmp_path, monkeypatch):
     assert summary["status"] == "failed"
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "The run failed." in page
-    assert "Errors of the readings" in page
+    assert "Errors of the measurements" in page
 
 
 @pytest.mark.parametrize(

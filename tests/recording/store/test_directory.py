@@ -279,7 +279,7 @@ def check_what_is_left(directory: Path, status: str) -> None:
     assert json.loads((directory / "summary.json").read_text())["status"] == status
     report = (directory / "report.html").read_text()
     assert f"The run {'was interrupted' if status == 'interrupted' else 'failed'}" in report
-    assert "<h2>Flight</h2>" in report
+    assert "<h2>Motion</h2>" in report
     assert "<h2>Navigation errors</h2>" not in report
     entities = read_recording(directory / "recording.rrd")
     streams = {entity.split("/")[2] for entity in entities}
@@ -305,7 +305,7 @@ def test_a_failed_run_keeps_a_valid_recording_and_replaces_none(tmp_path, short,
     for name in ("run", "run-failed", "run-failed"):
         with pytest.raises(RuntimeError, match="the engine broke") as caught:
             run(fake_run.scenario(), tmp_path / "run", overwrite=True)
-        assert caught.value.__notes__ == [f"The recording until then is in {tmp_path / name}."]
+        assert caught.value.__notes__ == [f"The recording up to that time is in {tmp_path / name}."]
         check_what_is_left(tmp_path / name, "failed")
     assert {p.name for p in tmp_path.iterdir()} == {"run", "run-failed"}
 
@@ -333,7 +333,7 @@ def contents(folder: Path) -> dict[str, str]:
 def test_a_run_that_is_there_is_replaced_only_when_asked(tmp_path, short):
     directory = tmp_path / "run"
     run(fake_run.scenario(), directory)
-    with pytest.raises(InputError, match=r"already holds a run.*--overwrite"):
+    with pytest.raises(InputError, match=r"already contains a run.*--overwrite"):
         run(fake_run.scenario(), directory)
     assert list(json.loads((directory / "summary.json").read_text())["algorithms"]) == list(fake_run.ALGORITHMS)
     run(fake_run.scenario(("euler",)), directory, overwrite=True)
@@ -468,7 +468,7 @@ def test_a_failed_run_does_not_go_where_somebody_elses_files_are(tmp_path, short
     (tmp_path / "run" / ".sinssim.json").write_text('{"files": []}')
     with pytest.raises(ZeroDivisionError) as caught:
         run(fake_run.scenario(), tmp_path / "run", overwrite=True)
-    assert caught.value.__notes__ == [f"The recording until then is in {tmp_path / 'run-failed-2'}."]
+    assert caught.value.__notes__ == [f"The recording up to that time is in {tmp_path / 'run-failed-2'}."]
     assert [p.name for p in (tmp_path / "run-failed").iterdir()] == ["mine"]
 
 

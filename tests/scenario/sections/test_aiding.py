@@ -189,7 +189,7 @@ def test_what_a_filter_cannot_correct_is_refused(tmp_path: Path) -> None:
     text = f'{TEXT}\n[navigation]\nalgorithms = ["functional-iteration", "quaternion"]\n'
     said = (
         "navigation.algorithms = ['functional-iteration', 'quaternion']: [filter] navigates by the first of them, and "
-        "functional-iteration navigates by windows of samples"
+        "functional-iteration processes windows of samples"
     )
     with pytest.raises(InputError, match=re.escape(said)):
         load_scenario(write(tmp_path, text))

@@ -86,7 +86,7 @@ def test_the_navigator_knows_a_lower_degree() -> None:
                 "imu": {"grade": "ideal", "sensor_set": {"type": "platform"}},
                 "navigation": {"gravity_degree": 30, "algorithms": ("platform",)},
             },
-            "needs sensors that measure their own turns",
+            "needs strapdown gyros",
         ),
     ],
 )

@@ -58,7 +58,7 @@ def test_loads_and_accepts_its_written_defaults(tmp_path: Path, rotation: str) -
         ('type = "spinning"', "", "", ["imu.rotation", "spinning", "continuous"]),
         ('type = "indexed"\nsequence = "12-position"', "", "", ["sequence", "12-position", "16-position"]),
         ('type = "indexed"\ndwell_s = 0.0', "", "", ["dwell_s", "0", "greater than 0"]),
-        ('type = "continuous"\nrate_deg_s = 0.0', "", "", ["rate_deg_s = 0", "does not turn"]),
+        ('type = "continuous"\nrate_deg_s = 0.0', "", "", ["rate_deg_s = 0", "does not rotate"]),
         ('type = "continuous"\nrate_deg_s = 30.0', "", "", ["rotation.rate_deg_s = 30", "rate_hz = 10", "at most 20"]),
         (
             'type = "continuous"\ninner_rate_deg_s = -25.0',
@@ -75,6 +75,12 @@ def test_loads_and_accepts_its_written_defaults(tmp_path: Path, rotation: str) -
         ('type = "continuous"', '[imu.sensor_set]\ntype = "redundant"\n', "", ["rotation", "redundant"]),
         ('type = "continuous"', "", FILTER + "alignment_s = 10.0", ["filter.alignment_s = 10", "[imu.rotation]"]),
         ('type = "continuous"', "", FILTER + "vibration_noise = 1.0", ["filter.vibration_noise = 1"]),
+        (
+            'type = "continuous"',
+            "",
+            "[navigation.alignment]\nduration_s = 60.0",
+            ["[navigation.alignment] takes the readings for those of a vehicle at rest", "[imu.rotation]"],
+        ),
         ('type = "continuous"', "", FILTER + "[aiding.zero_rate]", ["[aiding.zero_rate]", "block turns"]),
     ],
 )

@@ -65,7 +65,7 @@ def test_fixes_veto_a_stop() -> None:
 
 def test_what_cannot_be_learned_is_refused() -> None:
     imu = idling(60.0, 1)
-    with pytest.raises(InputError, match="give fixes of velocity, or spans"):
+    with pytest.raises(InputError, match="give velocity fixes, or spans"):
         learn_rest(imu)
     with pytest.raises(InputError, match=r"stands for 0 s of the data.*from 5 s or more"):
         learn_rest(imu, velocity=fixes(3.0))

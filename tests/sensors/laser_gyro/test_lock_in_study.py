@@ -47,6 +47,7 @@ def test_quick_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
 
 
 @pytest.mark.slow
+@pytest.mark.rendered
 def test_whole_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     summary = study(tmp_path, monkeypatch)
     check(summary)

@@ -207,7 +207,7 @@ def test_a_report_calls_no_set_without_gyros_by_its_gyros() -> None:
             ("attitude", ATTITUDE, BY_ATTITUDE),
         )
     }
-    assert {kind: "laser-gyro unit" in text for kind, text in texts.items()} == {
+    assert {kind: "laser-gyro IMU" in text for kind, text in texts.items()} == {
         "gyros": True, "six": False, "attitude": False,
     }  # fmt: skip
     assert all("laser-standard" in text for text in texts.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.air import Air
+from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.trajectory import Channel
 
@@ -50,6 +52,26 @@ def test_pressure_altitude_is_the_standard_height_of_the_same_pressure() -> None
         assert Air().pressure(air.pressure_altitude(height)) == pytest.approx(air.pressure(height), rel=1e-12)
     warm = Air(isa_deviation=20.0)
     assert warm.pressure_altitude(3000.0) == pytest.approx(3000.0 * 288.15 / 308.15, abs=0.2)  # geopotential: 0.09 m
+
+
+@pytest.mark.parametrize(
+    ("mach", "pitot"),  # p02/p1 behind a normal shock, NACA Report 1135, table II, inverted (four digits)
+    [(1.2, 1 / 0.4154), (1.5, 1 / 0.2930), (2.0, 1 / 0.1773), (3.0, 1 / 0.08291)],
+)
+def test_true_airspeed_above_the_speed_of_sound(mach: float, pitot: float) -> None:
+    """The calibrated airspeed has the same impact pressure at sea level, subsonic here for heights of 15 to 24 km."""
+    height = {1.2: 15_000.0, 1.5: 15_000.0, 2.0: 18_000.0, 3.0: 24_000.0}[mach]
+    air, sound = Air(), 340.294
+    impact = (pitot - 1.0) * air.pressure(height) / 101_325.0
+    calibrated = sound * math.sqrt(5.0 * ((impact + 1.0) ** (2.0 / 7.0) - 1.0))
+    assert calibrated < sound
+    expected = mach * math.sqrt(1.4 * 287.05287 * air.temperature(height))
+    assert air.true_airspeed(calibrated, height) == pytest.approx(expected, rel=3e-4)
+
+
+def test_true_airspeed_at_sea_level_is_the_calibrated_airspeed() -> None:
+    for calibrated in (50.0, 340.0, 340.5, 500.0, 900.0):
+        assert Air().true_airspeed(calibrated, 0.0) == pytest.approx(calibrated, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -174,3 +196,22 @@ def test_without_a_scale_state_the_error_of_the_air_is_a_bias() -> None:
     expected = [air.pressure_altitude(h) - h for h in 10.0 * given.time]
     assert np.abs(given.parameters["baro bias"][:, 0] - expected).max() < 1e-3
     assert expected[-1] < -500.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("severity", "feet_per_second"), [(2, 1.10), (3, 6.04), (4, 9.44)])
+def test_turbulence_has_the_strength_of_the_specification(severity: int, feet_per_second: float) -> None:
+    """MIL-F-8785C, figure 7, between 7500 and 15 000 ft at 3 km; JSBSim's table has its values there.
+
+    The scale is 1750 ft, 3.6 s at 250 kt: an hour has 1000 independent values, twice as many of three components. 10 %
+    are then 6 standard errors.
+    """
+    flight = {
+        "aircraft": "737",
+        "start": {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "airspeed_kt": 250.0},
+        "turbulence": {"severity": severity},
+        "legs": [{"type": "hold", "duration_s": 3600.0}],
+    }
+    log = flight_log(fly_plan(FlightSection.model_validate(flight), 1))
+    square = [np.var(log.channels[f"wind_{axis}_mps"].values) for axis in ("north", "east", "down")]
+    assert np.sqrt(np.mean(square)) == pytest.approx(feet_per_second * 0.3048, rel=0.1)

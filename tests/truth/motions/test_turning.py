@@ -1,4 +1,4 @@
-"""The turning block: rates against differences, increments against quadrature, sequences against what they cancel."""
+"""The rotating IMU: rates against differences, increments against quadrature, sequences against what they cancel."""
 
 from __future__ import annotations
 

@@ -60,8 +60,11 @@ def test_plan_is_kept() -> None:
 @pytest.mark.parametrize(
     ("legs", "words"),
     [
-        ([{"type": "straight", "distance_m": 10.0}], r"drive.legs.1 \(straight\): the vehicle stands; give speed_mps"),
-        ([{"type": "turn", "angle_deg": 90.0}], r"drive.legs.1 \(turn\): the vehicle stands; a turn needs"),
+        (
+            [{"type": "straight", "distance_m": 10.0}],
+            r"drive.legs.1 \(straight\): the vehicle is at rest; give speed_mps",
+        ),
+        ([{"type": "turn", "angle_deg": 90.0}], r"drive.legs.1 \(turn\): the vehicle is at rest; a turn needs"),
         (
             [{"type": "straight", "distance_m": 10.0, "speed_mps": 20.0}],
             r"drive.legs.1 \(straight\): distance_m = 10 is too short for the change of speed from 0 to 20",

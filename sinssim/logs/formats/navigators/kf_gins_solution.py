@@ -3,6 +3,11 @@
 Text, blanks between the columns: GPS week, seconds of the week, latitude, longitude [°], height above the ellipsoid
 [m], velocity north, east, down [m/s], roll, pitch, heading [°] of forward-right-down axes. KF-GINS itself writes 0
 for the week. Layout: writeNavResult in src/kf_gins.cpp of KF-GINS.
+
+Its standard deviations are in KF_GINS_STD.txt beside it: seconds of the week, then 21 of its states, the first nine
+position and velocity north, east, down [m, m/s], and the angles about north, east, down by which the attitude is wrong
+[°]. They are taken if the file has a row for every row of the solution. Layout: writeSTD in the same source, which the
+README describes as roll, pitch, yaw; the states are those of insPropagation in src/kf-gins/gi_engine.cpp.
 """
 
 from __future__ import annotations
@@ -12,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from sinssim import rotation
+from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.formats.number_table import check_finite, head_numbers, read_numbers
 from sinssim.logs.gps_time import WEEK, unrolled
@@ -19,6 +25,8 @@ from sinssim.logs.streams import Clock, SolutionStream, Streams
 from sinssim.units import DEG
 
 WIDTHS = (11,)
+STD_FILE = "KF_GINS_STD.txt"
+_STD_WIDTHS = (22,)
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -48,6 +56,7 @@ def read(path: Path) -> Streams:
         raise InputError(f"{path}, row {row + 1}: {week[row]:g} is no GPS week; the first column holds the week, or 0.")
     known = bool((week > 0.0).all())
     time = rows[:, 1] + (week - week[0]) * WEEK if known else unrolled(rows[:, 1], WEEK)
+    sigma, notes = _sigma(path, rows[:, 1])
     stream = SolutionStream(
         time=time,
         latitude=rows[:, 2] * DEG,
@@ -56,7 +65,26 @@ def read(path: Path) -> Streams:
         datum="ellipsoid",
         velocity_ned=rows[:, 5:8],
         q_nb=rotation.quaternion_from_euler(*(rows[:, 8:11] * DEG).T),
+        position_sigma=None if sigma is None else sigma[:, 0:3],
+        velocity_sigma=None if sigma is None else sigma[:, 3:6],
+        attitude_sigma=None if sigma is None else _heading_alone(sigma[:, 8] * DEG),
     )
     note = f"seconds of the GPS week {int(week[0])}" if known else "seconds of the GPS week; the file gives week 0"
     clock = Clock("gps", int(week[0]) * WEEK if known else None, note)
-    return Streams(path, "kf-gins-solution", clock, solutions={"solution": stream})
+    return Streams(path, "kf-gins-solution", clock, solutions={"solution": stream}, notes=notes)
+
+
+def _sigma(path: Path, seconds: Array) -> tuple[Array | None, tuple[str, ...]]:
+    """Return the standard deviations beside a solution as they are written, (N, 21), and what there is to say."""
+    beside = path.with_name(STD_FILE)
+    if not beside.is_file():
+        return None, ()
+    rows = read_numbers(beside, _STD_WIDTHS)
+    if len(rows) != len(seconds) or not np.array_equal(rows[:, 0], seconds):
+        return None, (f"{STD_FILE} beside it has other times, so that it belongs to another solution; no σ are taken.",)
+    return rows[:, 1:], (f"The σ are those of {STD_FILE} beside it.",)
+
+
+def _heading_alone(heading: Array) -> Array:
+    """Return σ of roll, pitch and heading, (N, 3); those of roll and pitch are not given."""
+    return np.column_stack((np.full((len(heading), 2), np.nan), heading))

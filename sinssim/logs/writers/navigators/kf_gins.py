@@ -15,6 +15,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK, week_and_seconds
 from sinssim.logs.streams import FixStream, SolutionStream
 from sinssim.logs.writers.content import Content
+from sinssim.logs.writers.navigators.kf_gins_configuration import configuration, noise_of
 from sinssim.logs.writers.text import columns_of, rounded, write_columns
 from sinssim.units import DEG
 
@@ -50,11 +51,14 @@ def write(content: Content, place: Path) -> list[str]:
     file = "truth.nav" if content.solution_name == "truth" else f"{content.solution_name}.nav"
     _write_solution(content.solution, week, start, place / file)
     said.append(f"{file}: week, seconds, latitude, longitude [°], height [m], velocity, roll, pitch, heading [°].")
-    (place / "kf-gins.yaml").write_text(_configuration(content, start), encoding="utf-8")
+    if np.abs(np.diff(content.motion.longitude)).max() > np.pi:
+        said.append("The run crosses the antimeridian: KF-GINS subtracts longitudes, and its solution fails there.")
+    known = noise_of(content.run) is not None
+    noise = "and the noise of the run's sensors" if known else "and the noise of a MEMS unit; set that of your sensors"
+    (place / "kf-gins.yaml").write_text(configuration(content, start), encoding="utf-8")
     return [
         *said,
-        f"kf-gins.yaml: initial state of {content.run.motion}, the antenna's lever arm, and the noise of a MEMS unit; "
-        "set that of the run's sensors.",
+        f"kf-gins.yaml: initial state of {content.solution_name}, the antenna's lever arm, {noise}.",
         f"Times are seconds of the GPS week {week}; the run's time 0 is {start}.",
     ]
 
@@ -72,52 +76,3 @@ def _write_solution(s: SolutionStream, week: int, start: float, path: Path) -> N
     place = s.latitude / DEG, s.longitude / DEG, s.height
     first = np.full(len(s), week, dtype=np.int64)
     write_columns(path, [first, *columns_of(rounded(start + s.time), *place, s.velocity_ned, angles)])
-
-
-def _configuration(content: Content, start: float) -> str:
-    """Return KF-GINS' configuration: the true state at the beginning, noise of a MEMS unit."""
-    truth, imu = content.motion, content.imu
-    rate = round((len(imu) - 1) / float(imu.time[-1] - imu.time[0])) if len(imu) > 1 else 1
-    assert truth.q_nb is not None
-    assert truth.velocity_ned is not None
-    angles = np.array(rotation.euler_from_quaternion(truth.q_nb[:1])).ravel() / DEG
-    position = (truth.latitude[0] / DEG, truth.longitude[0] / DEG, truth.height[0])
-    receiver = next(iter(content.fixes), "")
-    arm = content.run.lever_arm(receiver) if receiver else (0.0, 0.0, 0.0)
-
-    def row(values: object) -> str:
-        return "[" + ", ".join(repr(float(v)) for v in np.asarray(values).tolist()) + "]"
-
-    same = "[{0}, {0}, {0}]".format
-    return "\n".join(
-        [
-            "# KF-GINS configuration for a run of sinssim",
-            'imupath: "./imu.txt"',
-            f'gnsspath: "./{receiver or "gnss"}.txt"',
-            'outputpath: "."',
-            "imudatalen: 7",
-            f"imudatarate: {rate}",
-            f"starttime: {start + float(truth.time[0])!r}",
-            "endtime: -1",
-            f"initpos: {row(position)}   # deg, deg, m",
-            f"initvel: {row(truth.velocity_ned[0])}   # north, east, down, m/s",
-            f"initatt: {row(angles)}   # roll, pitch, heading, deg",
-            f"initgyrbias: {same(0)}",
-            f"initaccbias: {same(0)}",
-            f"initgyrscale: {same(0)}",
-            f"initaccscale: {same(0)}",
-            f"initposstd: {same(1.0)}   # m",
-            f"initvelstd: {same(0.1)}   # m/s",
-            "initattstd: [0.1, 0.1, 0.5]   # deg",
-            "imunoise:",
-            f"  arw: {same(0.2)}   # deg/sqrt(h)",
-            f"  vrw: {same(0.1)}   # m/s/sqrt(h)",
-            f"  gbstd: {same(50.0)}   # deg/h",
-            f"  abstd: {same(250.0)}   # mGal",
-            f"  gsstd: {same(1000.0)}   # ppm",
-            f"  asstd: {same(1000.0)}   # ppm",
-            "  corrtime: 1.0   # h",
-            f"antlever: {row(arm)}   # forward, right, down, m",
-            "",
-        ]
-    )

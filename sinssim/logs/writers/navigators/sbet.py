@@ -1,4 +1,4 @@
-"""Applanix SBET: 17 doubles a record, little-endian; wander angle 0, so that x, y, z of the velocity are N, E, D."""
+"""Applanix SBET: 17 doubles per record, little-endian; wander angle 0, so that x, y, z of the velocity are N, E, D."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def _numbers(place: Axes, panel: Panel, norm: Normalize) -> None:
         text = number_text(float(value)) if np.isfinite(value) else "∞" if value == np.inf else "–"
         dark = np.isfinite(value) and float(norm(value)) > 0.55
         place.text(k + 0.5, i + 0.5, text, ha="center", va="center", fontsize=style.SMALL,
-                   color="white" if dark else style.INK)  # fmt: skip
+                   color=style.ON_DARK if dark else style.ON_LIGHT)  # fmt: skip
         if panel.met[i, k]:
             place.add_patch(Rectangle((k + 0.04, i + 0.04), 0.92, 0.92, fill=False, lw=style.FRAME,
                                       ec=style.css(style.COLORS["truth"])))  # fmt: skip

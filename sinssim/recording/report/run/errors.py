@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -20,15 +20,15 @@ from sinssim.strapdown.nav_error import NavError
 
 _KINDS = ("final", "rms", "max")
 _DIGITS = 4
-_TABLES = (
-    (
-        ("horizontal [m]", "horizontal_error_m", 1.0),
-        ("height [m]", "height_error_m", 1.0),
-        ("velocity [m/s]", "velocity_error_mps", 1.0),
-        ("attitude [arcmin]", "attitude_error_arcsec", 60.0),
-    ),
+_MOST_MARKS, _MARKS_WITH_HALF = 12, 5
+"""Largest number of marks at multiples of Schuler's period, and of periods in a run that has one at the half, too."""
+_COLUMNS: tuple[tuple[str, str, Scale, float], ...] = (
+    ("horizontal", "horizontal_error_m", LENGTHS, 1.0),
+    ("height", "height_error_m", HEIGHTS, 1.0),
+    ("velocity", "velocity_error_mps", SPEEDS, 1.0),
+    ("attitude", "attitude_error_arcsec", ANGLES, units.ARCSEC),
 )
-"""Columns: title, name in `summary.json` after "final_", "rms_", "max_", and unit in terms of the summary's unit."""
+"""Title, name in `summary.json` after "final_", "rms_", "max_", units, and the size of the summary's unit in SI."""
 
 
 @dataclass(frozen=True)
@@ -75,26 +75,30 @@ def error_tables(
         HTML.
     """
     colors = dict(zip(numbers, map(style.css, style.colors(list(numbers))), strict=True))
+    groups = [(title, key, *_unit(numbers.values(), key, scale, si)) for title, key, scale, si in _COLUMNS]
+    heads = [f'<th class="group first" colspan="3">{title} [{unit}]</th>' for title, _, unit, _ in groups]
+    lines = []
+    for name, found in numbers.items():
+        cells = [
+            f"<td{' class=first' if kind == 'final' else ''}>{_in_unit(found[f'{kind}_{key}'], size)}</td>"
+            for _, key, _, size in groups
+            for kind in _KINDS
+        ]
+        lines.append((page.swatch(colors[name]) + words(name), *cells))
     yield '<div class="errors">'
-    for groups in _TABLES:
-        above = (
-            "<tr><th></th>" + "".join(f'<th class="group first" colspan="3">{t}</th>' for t, _, _ in groups) + "</tr>"
-        )
-        heads = ("algorithm", *_KINDS * len(groups))
-        lines = []
-        for name, found in numbers.items():
-            cells = [
-                f"<td{' class=first' if kind == 'final' else ''}>{_in_unit(found[f'{kind}_{key}'], size)}</td>"
-                for _, key, size in groups
-                for kind in _KINDS
-            ]
-            lines.append((page.swatch(colors[name]) + words(name), *cells))
-        yield table(heads, lines, 1, above)
+    yield table(("algorithm", *_KINDS * len(groups)), lines, 1, f"<tr><th></th>{''.join(heads)}</tr>")
     yield (
         f'</div><p class="note">Solution minus {against} in the local level there. The final height error '
         "has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single rotation "
         f"between computed and true attitude. Full precision: {where}.</p>"
     )
+
+
+def _unit(numbers: Iterable[Mapping[str, float | None]], key: str, scale: Scale, si: float) -> tuple[str, float]:
+    """Return the unit of a column, which is that of its plot, and its size in the summary's unit."""
+    largest = [found[f"max_{key}"] for found in numbers]
+    unit, size = suiting(scale, np.array([value * si for value in largest if value is not None]))
+    return unit, size / si
 
 
 def _in_unit(value: float | None, size: float) -> str:
@@ -146,12 +150,13 @@ def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterat
         return plot.plot(title, unit[0], [*more, *lines], span, marks=marks, **options)
 
     def components(
-        scale: Scale, kind: str, axes: Sequence[int], sign: float = 1.0
+        scale: Scale, kind: str, axes: Sequence[int], whole: Sequence[Array] = ()
     ) -> tuple[list[list[Array]], tuple[str, float]]:
-        columns = [[sign * getattr(e, kind)[:, i] for e in errors] for i in axes]
-        return columns, suiting(scale, *_known([c for column in columns for c in column]))
+        """Return components and their unit, which is that of the magnitude where one is drawn."""
+        columns = [[getattr(e, kind)[:, i] for e in errors] for i in axes]
+        return columns, suiting(scale, *_known(whole or [c for column in columns for c in column]))
 
-    yield _explanation(period, bool(marks))
+    yield _explanation(period, span[1] - span[0])
     if run.axes == "transported":
         yield _NEAR_A_POLE
     horizontal = [e.horizontal for e in errors]
@@ -159,8 +164,9 @@ def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterat
     mile = [] if unit[0] == "mm" else [_mile_an_hour(span, unit[1])]
     yield draw_one("Horizontal position error", horizontal, unit, mile, width=1140, height=240, from_zero=True)
     yield '<div class="pair">'
-    position, unit = components(LENGTHS, "position_ned", (0, 1))
-    velocity, v_unit = components(SPEEDS, "velocity_ned", (0, 1))
+    speed, angle = [e.speed for e in errors], [e.angle for e in errors]
+    position, unit = components(LENGTHS, "position_ned", (0, 1), horizontal)
+    velocity, v_unit = components(SPEEDS, "velocity_ned", (0, 1), speed)
     tilts, a_unit = components(ANGLES, "attitude", (0, 1))
     azimuth, z_unit = components(ANGLES, "attitude", (2,))
     for title, columns, one in (
@@ -174,8 +180,7 @@ def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterat
     height = [e.height for e in errors]
     yield draw_one("Azimuth, φD", azimuth[0], z_unit)
     yield draw_one("Height error (positive: too high)", height, suiting(HEIGHTS, *_known(height)))
-    speed, angle = [e.speed for e in errors], [e.angle for e in errors]
-    yield draw_one("Velocity error, magnitude", speed, suiting(SPEEDS, *_known(speed)), from_zero=True)
+    yield draw_one("Velocity error, magnitude", speed, v_unit, from_zero=True)
     yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *_known(angle)), from_zero=True)
     yield "</div>"
     if apart and len(names) > 1:
@@ -189,33 +194,42 @@ def _known(columns: Sequence[Array]) -> list[Array]:
 
 _NEAR_A_POLE = (
     '<p class="note">The run comes within 1° of a pole, where the direction of north depends on the position. Velocity '
-    "and attitude are therefore compared without a turn about the vertical. The components are along north and east of "
+    "and attitude are therefore compared without a rotation about the vertical. The components are along north and "
+    "east of "
     "the solution’s place: they change their signs where it passes over the pole.</p>"
 )
 """What the errors of a run near a pole are."""
 
 
 def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Mark]]:
-    """Return the time axis of the error plots, and marks at half the Schuler period and its multiples."""
+    """Return the time axis of the error plots, and marks at half the Schuler period and at its multiples.
+
+    A run of many periods has marks at twelve multiples at most, and none at the half.
+    """
     # The mark at a whole period stays on the axis if the run ends just before it.
     span = (start, start + period if end < start + period < start + 1.02 * (end - start) else end)
-    marks = [
-        Mark(start + half * 0.5 * period, text if half < 3 else f"{half / 2:g} T")
-        for half in range(1, min(24, int(2.0 * (span[1] - start) / period + 1e-9)) + 1)
-        if half < 3 or half % 2 == 0
-        for text in (f"T/2 = {0.5 * period / 60.0:.1f} min" if half == 1 else f"T = {period / 60.0:.1f} min",)
-    ]
+    periods = int((span[1] - start) / period + 1e-9)
+    step = -(-periods // _MOST_MARKS) or 1
+    whole = range(step, periods + 1, step)
+    marks = [Mark(start + k * period, f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T") for k in whole]
+    if periods <= _MARKS_WITH_HALF and span[1] - start >= 0.5 * period * (1.0 - 1e-9):
+        marks.insert(0, Mark(start + 0.5 * period, f"T/2 = {0.5 * period / 60.0:.1f} min"))
     return span, marks
 
 
-def _explanation(period: float, marked: bool) -> str:
+def _explanation(period: float, length: float) -> str:
     """Explain the marks and the angles in the error plots."""
-    seen = "" if marked else " The run is shorter than half a period."
+    if length < 0.5 * period * (1.0 - 1e-9):
+        marks = "the run is shorter than half a period."
+    elif length < (_MARKS_WITH_HALF + 1) * period:
+        marks = "dotted lines mark it and its half."
+    else:
+        marks = "dotted lines mark its multiples."
     return (
-        f"<p>The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; dotted lines mark it and its "
-        f"half.{seen} φ is the rotation vector of the error equations, q<sub>true</sub> = q(φ) ⊗ q<sub>solution</sub>, "
-        "to first order C<sub>solution</sub> = (I − [φ×]) C<sub>true</sub>: φ<sub>N</sub> and φ<sub>E</sub> are tilts, "
-        "and for a level vehicle −φ<sub>D</sub> is the error of heading.</p>"
+        f"<p>The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; {marks} φ is the rotation vector of the "
+        "error equations, q<sub>true</sub> = q(φ) ⊗ q<sub>solution</sub>, to first order C<sub>solution</sub> = "
+        "(I − [φ×]) C<sub>true</sub>: φ<sub>N</sub> and φ<sub>E</sub> are tilts, and for a level vehicle "
+        "−φ<sub>D</sub> is the error of heading.</p>"
     )
 
 
@@ -274,6 +288,6 @@ def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
     ]
     heads = ("algorithm", "from [s]", "to [s]", "damage [arcmin]", "")
     return table(heads, lines) + (
-        '<p class="note">Damage: angle between the algorithm’s attitude after the passage and the one that a '
-        "singularity-free algorithm reaches on the same increments.</p>"
+        '<p class="note">Damage: angle between the attitude of the algorithm after the passage and that of a '
+        "singularity-free algorithm with the same increments.</p>"
     )

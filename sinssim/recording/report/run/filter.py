@@ -117,11 +117,12 @@ def _tests(numbers: Mapping[str, Any]) -> Iterator[str]:
         ],
     )
     yield (
-        '<p class="note">Each test: the statistic over its degrees of freedom, 1 if all is well, and its 95 % band. '
-        "NIS: normalised innovations squared. Whiteness: their autocorrelation over 20 lags. Sums over 16, 64 and 256 "
-        "readings reveal a slow drift that the noise of single readings hides. Optimistic: the noise is larger than "
-        "the filter assumes; pessimistic: smaller; outliers: single readings are far off, the others are closer than "
-        "assumed; coloured: the innovations are not white.</p>"
+        '<p class="note">Each test: the statistic divided by its degrees of freedom, which is 1 for a correct filter, '
+        "and its 95 % band. "
+        "NIS: normalised innovation squared. Whiteness: their autocorrelation over 20 lags. Sums over 16, 64 and 256 "
+        "measurements reveal a slow drift that the noise of single measurements hides. Optimistic: the noise is "
+        "larger than the filter assumes; pessimistic: it is smaller; outliers: single measurements have large errors, "
+        "and the others have smaller errors than assumed; coloured: the innovations are not white.</p>"
     )
 
 
@@ -146,9 +147,9 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
     half = (len(lines) + 1) // 2
     yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
     yield (
-        '<p class="note">σ smaller: factor by which σ fell; bold if the state is observable. A state is observable if, '
-        "without process noise, the readings would show a deviation by the initial σ at ten times their noise, and the "
-        "filter at least halved σ.</p>"
+        '<p class="note">σ smaller: factor by which σ decreased; bold if the state is observable. A state is '
+        "observable if, without process noise, a deviation by the initial σ would change the measurements by ten times "
+        "their noise, and if the filter at least halved σ.</p>"
     )
 
 
@@ -161,10 +162,11 @@ def _against_truth(numbers: Mapping[str, Any]) -> Iterator[str]:
     )
     noise = table(("noise", "variance over assumed"), [(words(n), _test(s)) for n, s in numbers["noise"].items()])
     yield (
-        f'<div class="pair">{nees}<div>{noise}<p class="note">NEES: normalised squared errors, mean over the run, with '
-        "the band that holds 95 % of sound runs; it accounts for the slow change of the errors within a run."
+        f'<div class="pair">{nees}<div>{noise}<p class="note">NEES: normalised estimation error squared, '
+        "mean over the run, with the band that contains 95 % of the runs of a correct filter; the band accounts for "
+        "the slow change of the errors within a run."
         " Noise: random increments of attitude, velocity and instability between epochs. Both tests need the truth; "
-        "the second detects wrongly assumed noise even where the noise of the readings hides it.</p></div></div>"
+        "the second detects wrongly assumed noise even if the measurement noise hides it.</p></div></div>"
     )
 
 

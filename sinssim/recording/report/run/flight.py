@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MAP = "<!-- map -->"
 """Stands for the map in the section: it is drawn when the filter's track is known."""
 _MAP_ROWS = 16384
+_BY_LEGS = ("drive", "voyage")
 
 
 def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterator[str]:
@@ -49,7 +50,7 @@ def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterato
     yield from gravity_plots(trajectory)
     yield from track_source(run.scenario, trajectory)
     if legs:
-        yield '<h3>Legs as flown</h3><div class="events">'
+        yield f'<h3>Legs{" as flown" if run.scenario.flight else ""}</h3><div class="events">'
         lines = [
             (
                 str(i + 1),
@@ -123,8 +124,8 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
         ("true motion of the sensor block", ""), [(words(k), f'<td class="text">{v}</td>') for k, v in facts]
     )
     return (
-        f'<div class="pair"><div>{MAP}<p class="note">Azimuthal equidistant projection about the middle of the true '
-        "track; the axes point east and north there. Dotted: meridians and parallels.</p></div>"
+        f'<div class="pair"><div>{MAP}<p class="note">Azimuthal equidistant projection about the middle of '
+        "the true track, where the axes point east and north. Dotted: meridians and parallels.</p></div>"
         f"<div>{listed}</div></div>"
     )
 
@@ -182,7 +183,8 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
     for name in ("parked", "great_circle", "motion", "drive", "voyage", "turntable"):
         section = getattr(scenario, name)
         if section is not None:
-            yield name.replace("_", " "), given(section)
+            legs = f"{len(section.legs)} legs, see below; " if name in _BY_LEGS else ""
+            yield name.replace("_", " "), legs + given(section, "legs")
     for vibration in scenario.vibration:
         yield "vibration", given(vibration)
     if scenario.isolator is not None:
@@ -197,7 +199,8 @@ def _legs(
     """Return the legs that began (type, settings, beginning, end), and all other events."""
     events = [(event.time, event.text) for event in trajectory.events]
     legs: list[tuple[str, str, float, float | None]] = []
-    for i, leg in enumerate(scenario.flight.legs if scenario.flight is not None else (), start=1):
+    plan = next((one for name in ("flight", *_BY_LEGS) if (one := getattr(scenario, name)) is not None), None)
+    for i, leg in enumerate(() if plan is None else plan.legs, start=1):
         times = {}
         for edge in ("begins", "ends"):
             found = next((e for e in events if e[1] == f"leg {i} ({leg.type}) {edge}"), None)

@@ -53,7 +53,7 @@ def _table(numbers: Mapping[str, Any]) -> str:
         own = numbers[name]
         lines.append((f"<strong>{word}</strong>", *("–" if own[k] is None else number_text(own[k]) for k in keys)))
     return table(heads, lines) + (
-        f'<p class="note">Errors at the last instant of each outage at which {words(numbers["against"])} is known; '
+        f'<p class="note">Errors at the last time of each outage at which {words(numbers["against"])} is known; '
         "median and 90 % of magnitudes. Smoothed: the largest horizontal error within the outage.</p>"
     )
 

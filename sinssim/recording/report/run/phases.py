@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -17,6 +18,7 @@ from sinssim.recording.store.summaries.phase_summary import (
 
 _TEXT = 'style="text-align: left; white-space: normal"'
 """Of cells with the names of sources, which may take two lines."""
+_COMMAND = re.compile("`([^`]*)`")
 
 
 def phase_section(summary: Mapping[str, Any]) -> Iterator[str]:
@@ -43,10 +45,16 @@ def phase_section(summary: Mapping[str, Any]) -> Iterator[str]:
             yield f'<p class="note">{words(f"{name}: no budget says which sources made it. {found}")}</p>'
             continue
         lines = [
-            (f'<td class="name">{words(phase)}</td>', *(f"<td {_TEXT}>{words(cell)}</td>" for cell in cells))
+            (f'<td class="name">{words(phase)}</td>', *(f"<td {_TEXT}>{_together(cell)}</td>" for cell in cells))
             for phase, *cells in found
         ]
-        yield f"<h3>{words(name)}: sources</h3>" + table(("phase", *SOURCE_HEADS), lines)
+        yield f"<h3>{words(name)}: sources</h3>" + table(("phase", *SOURCE_HEADS), lines, 1 + len(SOURCE_HEADS))
         said = True
     if said:
-        yield f'<p class="note">{words(SOURCE_NOTE)}</p>'
+        note = _COMMAND.sub(r"<code>\1</code>", words(SOURCE_NOTE))
+        yield f'<p class="note">{note}</p>'
+
+
+def _together(cell: str) -> str:
+    """Return a cell as HTML whose per cent signs stay in the line of their numbers."""
+    return words(cell).replace(" %", "&nbsp;%")

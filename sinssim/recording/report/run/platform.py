@@ -38,10 +38,10 @@ _AXES = {
     "inertial": ("north at the start", "east at the start", "down at the start"),
 }
 _STANDS = {
-    "level": "It stands level and points north",
-    "wander": "It stands level and does not turn about the vertical relative to the Earth (wander azimuth)",
-    "free-azimuth": "It stands level and does not turn about the vertical in inertial space (free azimuth)",
-    "transverse": "It stands level and points along the route's great circle",
+    "level": "It is level and points north",
+    "wander": "It is level and does not rotate about the vertical relative to the Earth (wander azimuth)",
+    "free-azimuth": "It is level and does not rotate about the vertical in inertial space (free azimuth)",
+    "transverse": "It is level and points along the great circle of the route",
     "inertial": "It keeps the direction of north, east and down at the start in inertial space and is not torqued",
 }
 
@@ -60,16 +60,13 @@ def platform_section(run: Run) -> Iterator[str]:
     frame, solution = run.scenario.navigation.frame, run.platform
     assert solution is not None
     yield (
-        f"<p>Three gyros and three accelerometers on a gimballed platform. {_STANDS[frame]}. The gyros hold it, so "
-        "that they sense no turn of the vehicle: their bias, random walk and g-sensitivity act about the platform’s "
-        "axes, their scale factor, misalignment and non-linearity do not act. "
-        + (
-            "The scale factor of their torquers acts on the rates that the navigator commands. "
-            if frame != "inertial"
-            else ""
-        )
-        + "Roll, pitch and heading are gimbal angles. Beside it, the same sensors with the same errors are fixed to "
-        "the vehicle.</p>"
+        f"<p>Three gyros and three accelerometers on a gimballed platform. {_STANDS[frame]}. The gyros stabilise the "
+        f"platform and do not sense the rotation of the vehicle: their bias, random walk and g-sensitivity act about "
+        f"the axes of the platform, and their scale-factor error, misalignment and non-linearity have no effect. "
+        + ("The scale-factor error of their torquers acts on the commanded rates. " if frame != "inertial" else "")
+        + "Roll, pitch and heading are gimbal angles. For comparison, the same sensors with the same errors are used "
+        "in "
+        "a strapdown system.</p>"
     )
     span = (float(run.time[0]), float(run.time[-1]))
     yield from _side_by_side(run, span)
@@ -89,18 +86,18 @@ def _side_by_side(run: Run, span: tuple[float, float]) -> Iterator[str]:
         found["strapdown, no errors of turns"] = run.without_errors_of_turns
         paint.append(style.COLORS["reference"])
     names = {
-        "platform": "on the platform",
-        "strapdown, no errors of turns": "strapped down, gyros without scale factor, misalignment and non-linearity",
+        "platform": "platform",
+        "strapdown, no errors of turns": "strapdown, gyros without scale-factor error, misalignment and non-linearity",
     }
     rows = [
         (
-            words(names.get(name, name.replace("strapdown (", "strapped down ("))),
+            words(names.get(name, name)),
             *(number_text(float(value), 4) for value in (error.horizontal[-1], error.horizontal.max())),
             *(number_text(float(value) / units.ARCMIN, 4) for value in (error.angle[-1], error.angle.max())),
         )
         for name, error in found.items()
     ]
-    heads = ("", "horizontal error, end [m]", "most [m]", "attitude error, end [arcmin]", "most [arcmin]")
+    heads = ("", "horizontal error, end [m]", "largest [m]", "attitude error, end [arcmin]", "largest [arcmin]")
     yield table(heads, rows)
 
     def drawn(title: str, scale: Scale, values: Sequence[Array]) -> str:
@@ -134,7 +131,7 @@ def _rates(run: Run, solution: PlatformSolution, span: tuple[float, float]) -> I
     yield f'<div class="pair"><div>{left}</div><div>{right}</div></div>'
     yield (
         '<p class="note">The scale factor of a gyro multiplies the rate on the left, deg/s, that of a torquer the rate '
-        "on the right, deg/h. Turns to one side add up; turns to and fro cancel.</p>"
+        "on the right, deg/h. Turns to one side add up; turns in alternating directions cancel.</p>"
     )
 
 
@@ -170,8 +167,8 @@ def _by_cause(run: Run, span: tuple[float, float]) -> Iterator[str]:
     listed = table(("cause", "horizontal error, end [m]", "most [m]"), rows)
     yield f'<h3>What each error contributes</h3><div class="pair"><div>{listed}</div><div>{drawn}</div></div>'
     yield (
-        '<p class="note">Each cause alone, by the linear error equations of the platform; the simulation is that of '
-        f"the whole loop. Both differ by {number_text(apart, 3)} m at most.</p>"
+        '<p class="note">Each cause separately, by the linear error equations of the platform; the simulation is that '
+        f"of the complete loop. The two differ by {number_text(apart, 3)} m at most.</p>"
     )
 
 
@@ -206,5 +203,5 @@ def platform_errors(section: ImuSection, errors: PlatformErrors, frame: str) -> 
     noise = f"Noise of each gimbal angle {own.pickoff_noise_arcsec:g} arcsec. " if own.pickoff_noise_arcsec else ""
     return table(("", "unit", "1", "2", "3", "1σ"), rows, 2) + (
         f'<p class="note">{noise}The axes of gyros and accelerometers above are those of the platform, and of the '
-        "block for the same sensors strapped down.</p>"
+        "sensor block for the strapdown system.</p>"
     )

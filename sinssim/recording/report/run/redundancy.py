@@ -45,7 +45,7 @@ def redundancy_section(run: Run) -> Iterator[str]:
     yield from _about(section)
     found = run.readings.monitored
     if not found:
-        yield "<p>The sensors are not monitored: all are used whatever they read.</p>"
+        yield "<p>The sensors are not monitored: all of them are always used.</p>"
         return
     yield _alarms(found)
     span = (float(run.time[0]), float(run.time[-1]))
@@ -79,10 +79,10 @@ def _about(section: Redundant) -> Iterator[str]:
         else f"the least possible with this number of sensors is 9/m = {least:.4g}"
     )
     yield (
-        f"<p>{words(capital(redundant_words(section)))}. Each reads the component along its direction; the rate and "
+        f"<p>{words(capital(redundant_words(section)))}. Each measures the component along its direction; the rate and "
         "the specific force of the block are the least-squares estimate from the sensors in use. With all of them, the "
         f"variances of the three components add up to tr (HᵀH)⁻¹ = {trace:.4g} of the variance of one sensor, {worth}; "
-        "three perpendicular sensors have 3.</p>"
+        "for three orthogonal sensors the sum is 3.</p>"
     )
     yield table(("sensor", "forward", "right", "down", "from the down axis [deg]"), rows)
 
@@ -148,10 +148,10 @@ def _tests(found: Sequence[Monitored], section: Redundant) -> Iterator[str]:
     yield f'<div class="pair">{"".join(blocks)}</div>'
     yield (
         f'<p class="note">Each test raises a false alarm with the probability {section.false_alarm_probability:g}. '
-        "The smallest bias is a step of the reading of one sensor that lasts for the window and that a test at the "
+        "The smallest bias is a step of the output of one sensor that lasts for the window and that a test at the "
         f"start of the run misses with the probability {section.missed_detection_probability:g}. The 1σ of the errors "
-        "include noise, turn-on biases, scale factors, misalignments and all other errors stated in [imu], so that "
-        "they are no faults.</p>"
+        "include noise, turn-on biases, scale factors, misalignments and all other errors stated in [imu], so they "
+        "are not faults.</p>"
     )
 
 
@@ -179,8 +179,8 @@ def _with_and_without(run: Run, span: tuple[float, float]) -> Iterator[str]:
     attitude = both("Attitude error", unit, size, (without.angle, own.angle))
     yield f'<div class="pair">{horizontal}{attitude}</div>'
     yield (
-        '<p class="note">The same flight and the same readings; without monitoring the faulty sensors are used to the '
-        "end. Dotted: exclusions.</p>"
+        '<p class="note">The same flight and the same measurements; without monitoring the faulty sensors are used to '
+        "the end. Dotted: exclusions.</p>"
     )
 
 

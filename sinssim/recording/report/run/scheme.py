@@ -223,9 +223,9 @@ def scheme_words(scenario: Scenario) -> str:
     text = f"Navigation frame “{navigation.frame}”: {FRAMES[navigation.frame]}."
     if PLATFORM in navigation.algorithms:
         text += (
-            " The scheme is that of the sensors strapped down. On the platform its gyros and the torquing by the "
-            "computed rates take the place of the attitude algorithm."
+            " The scheme is that of the strapdown system. On the platform, its gyros and the torquing by the computed "
+            "rates replace the attitude algorithm."
         )
     elif len(navigation.algorithms) > 1:
-        text += " Each attitude algorithm navigates on its own with the same readings."
+        text += " Each attitude algorithm computes a separate solution from the same data."
     return f"<p class=note>{words(text)}</p>"

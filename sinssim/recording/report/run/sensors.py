@@ -102,7 +102,7 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         )
     if any(kind.error.any() for kind in kinds):
         strapped = " of the same sensors strapped down" if true.platform is not None else ""
-        yield f"<h3>Errors of the readings{strapped}</h3>"
+        yield f"<h3>Errors of the measurements{strapped}</h3>"
         yield from _plots(kinds)
     elif kinds:
         yield "<p>All readings are ideal.</p>"

@@ -24,6 +24,7 @@ from sinssim.units import DEG
 STYLE = ".dot { fill: var(--ink); stroke: var(--paper); } .graticule { stroke: var(--line); }\n"
 
 _ROWS = 4096
+_NAME_LETTER = 5.6  # width of a letter of a name, px
 """Maximum number of points drawn of a track."""
 _LEFT, _TOP, _BOTTOM, _RIGHT = 64, 8, 38, 8
 _OUTAGE, _OUTAGE_WIDTH = style.css(style.tint(style.COLORS["refused"])), 11.0
@@ -263,15 +264,17 @@ def _graticule(projection: Projection, frame: _Frame) -> str:
     low, high = lat.min(), lat.max()
     x, y = frame.pixels(*projection.plane(np.array([0.5, -0.5]) * np.pi, np.zeros(2)))
     poles = (x > 0.0) & (x < frame.width * frame.scale) & (y > 0.0) & (y < frame.height * frame.scale)
+    poles &= np.array([high > 0.0, low < 0.0])  # the point opposite to the middle is projected onto the middle
     polar = bool(poles.any())
     across = np.linspace(lon.min(), lon.max(), 241) if not polar else np.linspace(-180.0, 180.0, 361)
     along = np.linspace(low, 90.0 if poles[0] else high, 241) if not poles[1] else np.linspace(-90.0, high, 241)
     parallels = _round(low, high)
     meridians = np.arange(-180.0, 180.0, 30.0) if polar else _round(float(lon.min()), float(lon.max()))
-    body = []
+    body: list[str] = []
+    taken: list[tuple[float, float, float]] = []
     for value in parallels:
         line = projection.plane(np.full(len(across), value) * DEG, across * DEG)
-        body.append(_circle(*frame.pixels(*line), frame, degrees(value, "NS"), lambda x, _: int(np.argmin(x))))
+        body.append(_circle(*frame.pixels(*line), frame, degrees(value, "NS"), lambda x, _: int(np.argmin(x)), taken))
 
     def lower(_: Array, y: Array) -> int:
         """Return the lower end of a meridian or, if a pole is visible, the end away from the pole."""
@@ -280,7 +283,7 @@ def _graticule(projection: Projection, frame: _Frame) -> str:
     for value in meridians:
         line = projection.plane(along * DEG, np.full(len(along), value) * DEG)
         name = degrees((value + 180.0) % 360.0 - 180.0, "EW")
-        body.append(_circle(*frame.pixels(*line), frame, name, lower))
+        body.append(_circle(*frame.pixels(*line), frame, name, lower, taken))
     return "".join(body)
 
 
@@ -290,8 +293,18 @@ def _round(low: float, high: float) -> Array:
     return step * np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)
 
 
-def _circle(x: Array, y: Array, frame: _Frame, name: str, where: Callable[[Array, Array], int]) -> str:
-    """Return a parallel or a meridian, with its name at one of its points on the map."""
+def _circle(
+    x: Array,
+    y: Array,
+    frame: _Frame,
+    name: str,
+    where: Callable[[Array, Array], int],
+    taken: list[tuple[float, float, float]],
+) -> str:
+    """Return a parallel or a meridian, with its name at one of its points on the map where no other name is.
+
+    The places of the names, their left and right ends and baselines, are added to `taken`.
+    """
     width, height = frame.width * frame.scale, frame.height * frame.scale
     near = (x > -width) & (x < 2.0 * width) & (y > -height) & (y < 2.0 * height)
     shown = np.flatnonzero((x > 0.0) & (x < width) & (y > 14.0) & (y < height))
@@ -301,7 +314,12 @@ def _circle(x: Array, y: Array, frame: _Frame, name: str, where: Callable[[Array
     line = plot.path(*_sparse(x[near], y[near]), "#ccc", 0.8, "1 3").replace("<polyline", '<polyline class="graticule"')
     right = float(x[edge]) > width - 40.0
     place = float(x[edge]) + (-3.0 if right else 3.0)
-    return line + plot.text(place, float(y[edge]) - 3, name, "end" if right else "start", "soft over", 'font-size="10"')
+    base, long = float(y[edge]) - 3, _NAME_LETTER * len(name)
+    left = place - long if right else place
+    if any(left < end and begin < left + long and abs(base - other) < 11.0 for begin, end, other in taken):
+        return line
+    taken.append((left, left + long, base))
+    return line + plot.text(place, base, name, "end" if right else "start", "soft over", 'font-size="10"')
 
 
 def degrees(value: float, signs: str, places: int | None = None) -> str:

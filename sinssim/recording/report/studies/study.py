@@ -266,9 +266,11 @@ def _costs(comparison: StudyResult) -> list[str]:
     heads = ("algorithm", "frame", "rates, Hz", *_KINDS, "ns per step", "million steps/s", "µs per s of motion")
     return [
         "<h3>Whole navigation</h3>",
-        "<p class=note>A step is the whole navigation of one sample: attitude, velocity and position, Coriolis and "
+        "<p class=note>A step is the complete computation for one sample: attitude, velocity and position, Coriolis "
+        "and "
         "gravity. Of a schedule it is one step of the fast part with its share of the medium and the slow part; the "
-        "cost depends on the ratios of the rates alone, and holding and extrapolating cost the same. Operations are "
+        "cost depends only on the ratios of the rates, and holding and extrapolation have the same cost. Operations "
+        "are "
         "counted by running the code of the step on numbers that count their operations, as written and along the "
         "branches taken; the compiled code may need fewer. The unit quaternion and the defect in a row of the solution "
         "are not counted. Time is the processor time of one core for the whole call with its checks and output rows, "
@@ -347,9 +349,10 @@ def _method(comparison: StudyResult, about: dict[str, str]) -> str:
     versions = ", ".join(f"{name} {value}" for name, value in about.items())
     return (
         "<p>All algorithms process identical samples, which are generated (and, with real sensors, measured) at the "
-        "highest rate of a part. Samples of a lower rate are sums of these, like the counts of a gyro read less often. "
+        "highest rate of a part. Samples of a lower rate are sums of these, like the counts of a gyro that is read "
+        "less often. "
         "The truth is a continuous motion; the increments are its exact integrals. Navigation starts at the true "
-        "state. Errors against the truth are taken at about 4000 instants spread evenly over the motion. Attitude "
+        "state. Errors against the truth are taken at about 4000 times spread evenly over the motion. Attitude "
         "errors are the angle of the single rotation between true and computed attitude in the local level. Every "
-        f"number is in results.json and results.parquet beside this page.</p><p class=note>{words(versions)}.</p>"
+        f"number is in results.json and results.parquet in the same directory.</p><p class=note>{words(versions)}.</p>"
     )

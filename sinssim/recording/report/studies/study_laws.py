@@ -56,10 +56,11 @@ def turning(comparison: StudyResult, part: Part, name: str) -> list[str]:
     )  # fmt: skip
     return [
         "<h3>Heading through full turns</h3>",
-        "<p class=note>The attitude alone, with the true rate of the local level, against the true heading that counts "
-        "turns. The heading of Euler angles is an integral. That of direction cosines is the arctangent of C₂₁/C₁₁: of "
-        "one argument it lies within ±90°, of two within ±180°; unwrapped, it adds a turn where two readings differ by "
-        "more than half a turn.</p>",
+        "<p class=note>Only the attitude, with the true rate of the local level, compared with the true heading, "
+        "which counts turns. The heading of Euler angles is an integral. That of direction cosines is the arctangent "
+        "of C₂₁/C₁₁: of "
+        "one argument it lies within ±90°, of two within ±180°; unwrapped, it adds a turn if two successive values "
+        "differ by more than half a turn.</p>",
         to_svg(figures.turning(at_highest_rate(found)), f"{name}turning"),
         table(heads, lines, 2),
     ]
@@ -102,7 +103,8 @@ def power_of_time(comparison: StudyResult, part: Part, name: str) -> list[str]:
         "<p class=note>Errors while the tilt is below 5°, from where the biases’ direct effect is below one percent. "
         "Below: the local power of time, d log error / d log t. The closed form for a body at rest, from "
         "R δω̇ (½ t² − (1 − cos ω_s t)/ω_s²), is (θ² − θ sin θ)/(½ θ² − 1 + cos θ) with θ = ω_s t. Grey: 4.0 ± 0.1 "
-        "below 1000 s, 2.0 ± 0.2 beyond one Schuler period. The turning Earth adds the slow departure at the end.</p>",
+        "below 1000 s, 2.0 ± 0.2 beyond one Schuler period. The rotation of the Earth causes the slow deviation at "
+        "the end.</p>",
         to_svg(figures.power_of_time(blocks), f"{name}power"),
     ]
 
@@ -141,8 +143,9 @@ def guarantees(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> str:
     )  # fmt: skip
     return (
         "<p class=note>What is kept exactly, to rounding, or to a power of the interval h, by theory; φ is the angle "
-        "of a step. Axes of a matrix made of a quaternion stay orthogonal, their length is the squared norm. Beside it "
-        "the measured order: the slope of the log of the largest defect over log h through the four highest rates "
+        "of a step. Axes of a matrix that is computed from a quaternion remain orthogonal; their length is the "
+        "squared norm. Measured order: the slope of the log of the largest defect over log h through the four highest "
+        "rates "
         "above rounding (1e-10). No number: fewer than three such rates, or no straight line.</p>"
         + table(heads, lines, 1)
     )

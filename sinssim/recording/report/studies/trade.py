@@ -20,8 +20,6 @@ from sinssim.trades.summary import (
 )
 
 _STYLE = """
-svg { background: #fff; }
-.met { color: #00735a; font-weight: 600; } .missed { color: #b03a00; font-weight: 600; }
 .command { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .78rem; white-space: normal;
   overflow-wrap: anywhere; text-align: left; min-width: 24rem; }
 """
@@ -51,7 +49,7 @@ def trade_report(result: TradeResult, drawn: Sequence[figures.Picture], about: M
     body.append("<h2>The trade</h2>")
     panels = len(result) // (study.shape[-1] * (study.shape[-2] if len(study.axes) > 1 else 1))
     if panels > MOST_PANELS:
-        body.append(f"<p class=note>The pictures show {MOST_PANELS} of {panels} panels; the table has all.</p>")
+        body.append(f"<p class=note>The figures show {MOST_PANELS} of {panels} panels; the table has all.</p>")
     for one in drawn:
         body += [f"<h3>{words(one.title)}</h3>", to_svg(one.figure, one.name)]
     body.append("<h2>The cells</h2>")
@@ -95,9 +93,9 @@ def _method(result: TradeResult, about: Mapping[str, str]) -> str:
         (str(one.cell.number), f'<td class="command">{words(result.command(one.cell.number))}</td>')
         for one in result.cells
     ]
-    commands = table(("cell", "<th class=name>command that computes it by itself</th>"), lines, 0)
+    commands = table(("cell", "<th class=name>command for this cell</th>"), lines, 0)
     return (
-        "<p>Every cell has the numbers of its own command, bit for bit. Cells on the same true motion share it. "
+        "<p>Every cell has the numbers of its separate command, bit for bit. Cells on the same true motion share it. "
         f"{result.computed} cells were computed in {result.seconds:.1f} s by this call.</p>"
         f"<details><summary>Commands of the cells</summary>{commands}</details>"
         f"<p class=note>{words(software)}</p>"

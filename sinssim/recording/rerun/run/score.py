@@ -197,7 +197,7 @@ def _ranking_text(
         called = f"**{name}**" if name in theirs else name
         lines.append(f"| {place} | {called} | " + " | ".join(cells) + " |")
     if far:
-        lines += ["", f"Not drawn, because far larger: {', '.join(far)}."]
+        lines += ["", f"Not plotted, because the errors are much larger: {', '.join(far)}."]
     return "\n".join(lines)
 
 

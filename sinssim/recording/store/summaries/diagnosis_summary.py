@@ -10,13 +10,26 @@ from sinssim import units
 from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.evidence import FALSE_ALARM, refusals, size_of_innovations
 from sinssim.estimation.explanation import Refusals
+from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.formatting import number_text
 from sinssim.frames import listed
+from sinssim.recording.store.summaries.diagnosis_keys import (
+    initial_state,
+    planted,
+    sensor_error,
+    sensor_walk,
+    short,
+    with_sigma,
+)
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate
-    from sinssim.estimation.explanation import Hypothesis
+    from sinssim.estimation.explanation import Diagnosis, Hypothesis
     from sinssim.scenario import Scenario
+
+_DISPLAYED = {"mps": ("m/s", 1.0), "rad": ("°", units.DEG), "radps": ("°/s", units.DEG)}
+_AXES = {"n": "north", "e": "east", "d": "down"}
+"""Display units and axes of innovations."""
 
 _SHOWN = 3
 """Most spans of refused readings of one sensor that are told in words; summary.json has all."""
@@ -34,9 +47,11 @@ _WALKS = {
 }
 """Key, display unit and its size of the random walk of a bias."""
 
+_SATELLITES = ("gnss lever arm", "gnss time offset", "gnss-velocity delay")
+
 _MORE = (
-    "To look for the cause, a lever arm, a delay, an error of the inertial sensors or a noise, set filter.diagnose = "
-    "true."
+    "To look for the cause (a lever arm, a delay, an error of the start or of a sensor, a noise), set "
+    "filter.diagnose = true."
 )
 
 
@@ -84,9 +99,8 @@ def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> dict[str, Any]:
                 if math.isfinite(one.gain)
             ],
             "what_to_try": [
-                *_refused(list(found.sizes), found.refusals),
-                *_larger(factors, cause),
-                *_cause(cause, scenario, found.until),
+                *_refused(list(found.sizes), found.refusals, _kinds(estimate)),
+                *_explained(found, factors, scenario),
             ],
         }
     }
@@ -110,46 +124,68 @@ def _without_hypotheses(estimate: Estimate) -> dict[str, Any]:
             "sensors": {
                 name: {"innovations_larger_by": None if size != size else size} for name, size in sizes.items()
             },
-            "what_to_try": [*_refused(list(sizes), spans), *larger, _MORE],
+            "what_to_try": [
+                *_refused(list(sizes), spans, _kinds(estimate)),
+                *larger,
+                _MORE,
+            ],
         }
     }
+
+
+def _kinds(estimate: Estimate) -> dict[str, str]:
+    return {one.sensor: one.kind for one in estimate.innovations}
 
 
 def _span(r: Refusals) -> dict[str, Any]:
     return {"sensor": r.sensor, "from_s": r.start, "to_s": r.end, "count": r.count}
 
 
-def _number(value: float, digits: int = 3) -> str:
-    """Return a number as TOML takes it, with few digits."""
-    return f"{float(f'{value:.{digits}g}'):g}"
-
-
-def _refused(sensors: Sequence[str], refused: Sequence[Refusals]) -> Iterator[str]:
-    """Tell when which sensor was refused."""
+def _refused(sensors: Sequence[str], refused: Sequence[Refusals], kinds: Mapping[str, str]) -> Iterator[str]:
+    """Tell when which sensor was refused, and if it is the only one, by how much its readings were off on average."""
+    alone = len({r.sensor for r in refused}) == 1
     for sensor in sensors:
         spans = sorted((r for r in refused if r.sensor == sensor), key=lambda r: -r.count)
         if spans:
             shown = sorted(spans[:_SHOWN], key=lambda r: r.start)
             told = ", ".join(f"{r.start:g} … {r.end:g} s ({r.count})" for r in shown)
             more = f", and {len(spans) - _SHOWN} shorter spans" if len(spans) > _SHOWN else ""
-            yield f"{sensor} was refused reading after reading from {told}{more}."
+            off = _off(spans[0], kinds.get(sensor, "")) if alone else ""
+            yield f"{sensor} was refused reading after reading from {told}{more}{off}."
 
 
-def _larger(factors: Mapping[str, float], cause: Hypothesis | None) -> Iterator[str]:
-    """Tell by which factor the σ of a sensor would have to change, unless there is a better explanation."""
-    for sensor, factor in factors.items():
-        if cause is None:
-            yield f"{sensor}: its σ alone would have to be {number_text(factor, 3)} times the assumed one."
+def _off(longest: Refusals, kind: str) -> str:
+    """Return by how much the readings of the longest span were off."""
+    if not longest.mean or not kind:
+        return ""
+    known = measurement_kind(kind)
+    unit, size = _DISPLAYED.get(known.unit, (known.unit, 1.0))
+    axes = [_AXES.get(axis, axis) for axis in known.axes]
+    parts = [
+        f"{number_text(value / size, 3)} {unit}{f' {axis}' if axis else ''}"
+        for value, axis in zip(longest.mean, axes, strict=True)
+    ]
+    which = "" if longest.count == 1 else f" from {longest.start:g} s on, on average"
+    return f"; less their prediction the readings are {', '.join(parts)}{which}"
 
 
-def _cause(cause: Hypothesis | None, scenario: Scenario, until: float) -> Iterator[str]:
-    """Tell what explains the innovations best, and the keys to try."""
-    within = f"until {round(until, 1):g} s"
+def _explained(found: Diagnosis, factors: Mapping[str, float], scenario: Scenario) -> Iterator[str]:
+    """Tell what explains the innovations best and the keys to try, and by which factor a σ would have to change."""
+    cause, within = found.cause, f"until {round(found.until, 1):g} s"
+    faults = list(planted(scenario, found.until))
+    if faults:
+        yield (
+            f"The scenario plants faults of which the filter knows nothing: {listed(faults)}. They are the first "
+            "explanation, and no key of the filter mends them. Remove them to look for other causes."
+        )
+        return
     if cause is None:
+        for sensor, factor in factors.items():
+            yield f"{sensor}: its σ alone would have to be {number_text(factor, 3)} times the assumed one."
         yield (
             f"No single error of those that a state or a noise describes explains the innovations {within}: "
-            "neither a lever arm, a delay, an error of the inertial sensors nor another noise. Look for outliers, "
-            "wrong axes or wrong units (sinssim inspect)."
+            "neither a lever arm, a delay, an error of the start, of the inertial or of another sensor, nor another "
+            "noise. Look for outliers, wrong axes or wrong units (sinssim inspect)."
         )
         return
     what, keys = _told(cause, scenario)
@@ -158,6 +194,12 @@ def _cause(cause: Hypothesis | None, scenario: Scenario, until: float) -> Iterat
         f"{cause.gain:.0f}, twice the logarithm of the ratio of both probabilities; chance exceeds {cause.needed:.0f} "
         f"in {100.0 * FALSE_ALARM:g} % of sound runs at most. One cause at a time: mend it, and run again.)"
     )
+    for other in found.alike:
+        what, keys = _told(other, scenario)
+        yield (
+            f"As likely on this motion: {what} (gain {other.gain:.0f}). Try {keys}. Turns, and changes of speed, tell "
+            "explanations apart that a straight way at constant speed does not."
+        )
 
 
 def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
@@ -170,30 +212,27 @@ def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
         factor, told = number_text(cause.value[0], 3), section.inertial_noise_factor * cause.value[0]
         return (
             f"the noise of gyros and accelerometers is {factor} times the assumed one",
-            f"filter.inertial_noise_factor = {_number(told)}, or for vibration filter.vibration_noise = 0.5",
+            f"filter.inertial_noise_factor = {short(told)}, or for vibration filter.vibration_noise = 0.5",
         )
+    if cause.kind == "bias walk" and cause.name not in _WALKS:
+        return sensor_walk(cause, scenario)
     if cause.kind == "bias walk":
         key, unit, size = _WALKS[cause.name]
-        walk = f"{_number(cause.value[0] / size)}"
+        walk = f"{short(cause.value[0] / size)}"
         return f"the biases of the {cause.name}s walk randomly, by {walk} {unit}", f"{key} = {walk}"
-    if cause.name.startswith("gnss"):
+    if cause.kind == "initial state":
+        return initial_state(cause, scenario)
+    if cause.name in _SATELLITES:
         return _of_satellites(cause, scenario)
     triad, _, error = cause.name.partition(" ")
+    if triad not in _WALKS:
+        return sensor_error(cause, scenario)
     unit, size = _UNITS[error][triad]
-    what = f"the {error} of the {triad}s, {_with_sigma(cause, size, unit)}"
+    what = f"the {error} of the {triad}s, {with_sigma(cause, size, unit)}"
     if cause.name in (section.states or ()):
         return f"{what}, much larger than the filter assumes", "a grade or keys of [imu] with a larger 1σ of this error"
     states = ", ".join(f'"{name}"' for name in (*(section.states or ()), cause.name))
     return f"{what}, which is not a state of the filter", f"filter.states = [{states}]"
-
-
-def _with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
-    """Return the estimates with their σ, in a display unit."""
-    values = [
-        f"{_number(value / size)} ± {_number(sigma / size, 2)}"
-        for value, sigma in zip(cause.value, cause.sigma, strict=True)
-    ]
-    return f"{values[0] if len(values) == 1 else '[' + ', '.join(values) + ']'} {unit}"
 
 
 def _sure(cause: Hypothesis) -> tuple[float, ...]:
@@ -212,21 +251,21 @@ def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     wide = f"{max(3.0 * abs(v) for v in sure):.2g}"
     match cause.name:
         case "gnss lever arm":
-            what = f"the lever arm of the antenna is off by {_with_sigma(cause, 1.0, 'm')} (forward, right, down)"
+            what = f"the lever arm of the antenna is off by {with_sigma(cause, 1.0, 'm')} (forward, right, down)"
             key, state = "lever_arm_m", f"{where}.lever_arm_sigma_m = {wide}"
             told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, sure, strict=True)]
         case "gnss time offset":
             late = cause.value[0]
-            what = f"the fixes are stamped too {'late' if late > 0.0 else 'early'}, by {_with_sigma(cause, 1.0, 's')}"
+            what = f"the fixes are stamped too {'late' if late > 0.0 else 'early'}, by {with_sigma(cause, 1.0, 's')}"
             key, state = "time_offset_s", f"{where}.time_offset_sigma_s = {wide}"
             told = None if log is None else [log.time_offset_s - late]
         case _:
-            what = f"the velocities of the satellites are older than their stamps, by {_with_sigma(cause, 1.0, 's')}"
+            what = f"the velocities of the satellites are older than their stamps, by {with_sigma(cause, 1.0, 's')}"
             key, state = "velocity_delay_s", f"{where}.velocity_delay_sigma_s = {wide}"
             told = None if log is None else [log.velocity_delay_s + cause.value[0]]
     if told is None or (key == "velocity_delay_s" and told[0] < 0.0):
         return what, f"{state}, so that the filter estimates it"
-    text = f"{_number(told[0])}" if len(told) == 1 else "[" + ", ".join(f"{_number(value)}" for value in told) + "]"
+    text = f"{short(told[0])}" if len(told) == 1 else "[" + ", ".join(f"{short(value)}" for value in told) + "]"
     return what, f"{where}.{key} = {text}, or {state}, so that the filter estimates it"
 
 
@@ -240,17 +279,23 @@ def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]
 
 
 def _keys_of_noise(sensors: Sequence[str], factors: Sequence[float], scenario: Scenario) -> list[str]:
-    log = None if scenario.log is None else scenario.log.gnss
-    keys: dict[str, float] = {}
+    log = scenario.log
+    gnss = None if log is None else log.gnss
+    own = {} if log is None else {other.name: number for number, other in enumerate(log.others, start=1)}
+    keys: dict[str, str] = {}
     others = []
     for sensor, factor in zip(sensors, factors, strict=True):
-        if log is not None and sensor == "gnss-position":
-            keys["log.gnss.sigma_factor"] = log.sigma_factor * factor
-        elif log is not None and sensor == "gnss-velocity":
-            keys["log.gnss.velocity_sigma_factor"] = log.velocity_sigma_factor * factor
+        if gnss is not None and sensor == "gnss-position":
+            keys["log.gnss.sigma_factor"] = short(gnss.sigma_factor * factor)
+        elif gnss is not None and sensor == "gnss-velocity":
+            keys["log.gnss.velocity_sigma_factor"] = short(gnss.velocity_sigma_factor * factor)
+        elif log is not None and sensor in own:
+            told = log.others[own[sensor] - 1].sigma
+            size = "" if told.value is None else f'{{ value = {short(told.value * factor)}, unit = "{told.unit}" }}'
+            keys[f"log.others.{own[sensor]}.sigma"] = size or f"{short(factor)} times the present one"
         else:
             others.append(factor)
     if others and scenario.filter is not None:
         mean = math.exp(sum(map(math.log, others)) / len(others))
-        keys["filter.measurement_noise_factor"] = scenario.filter.measurement_noise_factor * mean
-    return [f"{key} = {_number(value)}" for key, value in keys.items()]
+        keys["filter.measurement_noise_factor"] = short(scenario.filter.measurement_noise_factor * mean)
+    return [f"{key} = {value}" for key, value in keys.items()]

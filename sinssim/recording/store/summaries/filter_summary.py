@@ -43,7 +43,7 @@ _IN_A_ROW = 30
 _INCONSISTENT = {
     "optimistic": "the noise is larger than assumed",
     "pessimistic": "the noise is smaller than assumed",
-    "outliers": "single readings are far off, the others are closer than assumed",
+    "outliers": "single measurements have large errors, and the others have smaller errors than assumed",
     "coloured": "innovations that are not white",
 }
 """Verdicts on a sensor's innovations that speak against a filter, and their meaning."""
@@ -144,19 +144,20 @@ def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
     def known(at: Mapping[str, float]) -> str:
         size, unit = _angle_unit(at["heading_sigma_arcmin"])  # one unit for both, for comparison
         error, sigma = abs(at["heading_error_arcmin"]) / size, at["heading_sigma_arcmin"] / size
-        return f"in error by {error:.3g} {unit} (1σ {sigma:.3g} {unit})"
+        return f"{error:.3g} {unit} (1σ {sigma:.3g} {unit})"
 
-    later = f"at {end['time_s']:g} s {known(end)}"
+    later = f"{known(end)} at {end['time_s']:g} s"
     match alignment["method"]:
         case "transfer":
-            return f"Aligned by the master system: the heading was {known(begin)} at the start, {later}."
+            return f"Aligned by the master system: the heading error was {known(begin)} at the start and {later}."
         case "in-motion":
-            how = f"in motion, by the first {alignment['coarse_s']:g} s"
+            how = f"in motion during the first {alignment['coarse_s']:g} s"
         case "by-course":
             how = f"by the course, within the first {alignment['coarse_s']:g} s"
         case _:
-            how = f"at rest, by the first {alignment['coarse_s']:g} s"
-    return f"Aligned {how}: the filter started at {begin['time_s']:g} s with the heading {known(begin)}; {later}."
+            how = f"at rest during the first {alignment['coarse_s']:g} s"
+    start = f"the filter started at {begin['time_s']:g} s with a heading error of {known(begin)}"
+    return f"Aligned {how}: {start}; the error was {later}."
 
 
 def _angle_unit(arcmin: float) -> tuple[float, str]:
@@ -243,11 +244,11 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         how = f"it rejected {fault['refused']} of {fault['readings']} readings"
         far = "" if error is None else f", and the solution was in error by up to {number_text(error)} m meanwhile"
         if fault["caught"]:
-            yield f"{what} was caught by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
+            yield f"{what} was detected by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
             if (again := fault["believed_again_s"]) is not None:
                 yield (
-                    f"From {again:.0f} s on, with the satellites {number_text(fault['forged_then_m'])} m off, the "
-                    "filter accepted them again: without satellites, its uncertainty had grown so large that the gate "
+                    f"From {again:.0f} s on, with the GNSS fixes {number_text(fault['forged_then_m'])} m off, the "
+                    f"filter accepted them again: without GNSS, its uncertainty had grown so large that the gate "
                     "could not detect the fault."
                 )
         else:
@@ -273,7 +274,7 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     if "alignment" in numbers:
         yield _alignment_sentence(numbers["alignment"])
     if numbers["consistent"] and not any(s["taken"] for s in numbers["sensors"].values()):
-        yield "The filter used no reading; its errors agree with its covariance."
+        yield "The filter used no measurement; its errors agree with its covariance."
     elif numbers["consistent"] and numbers.get("recorded"):
         yield "The filter is consistent: its innovations agree with its covariance."
     elif numbers["consistent"]:

@@ -115,7 +115,7 @@ def compared_words(about: Mapping[str, Any]) -> str:
         without = f"; it has no {' and no '.join(missing)}" if missing else ""
         return f"Errors are differences from the reference {against}{without}."
     if against is None:
-        return "There is no reference and only one solution: nothing tells its errors."
+        return "There is no reference and only one solution, so the errors are unknown."
     return f"There is no reference: differences from {against} are shown, which is no truth."
 
 
@@ -127,7 +127,7 @@ def outage_sentence(numbers: Mapping[str, Any]) -> Iterator[str]:
     """
     each = numbers["each"]
     if not each:
-        yield "No outage could be judged: the reference is not known in any."
+        yield "No outage could be evaluated: the reference is not known in any of them."
         return
     median, high = numbers["median"], numbers["p90"]
     lengths = {round(one["to_s"] - one["from_s"], 3) for one in each}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sinssim import units
 from sinssim.data import Array
+from sinssim.formatting import signed
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import FlightEvent
 
@@ -196,8 +197,7 @@ def _cell(value: float | None) -> str:
         return "–"
     if abs(value) < _NOTHING:
         return "0"
-    text = f"{value:.3g}" if 1e-4 <= abs(value) < 1e5 else f"{value:.1e}"
-    return text.replace("-", "−")
+    return signed(value, 3)
 
 
 SOURCE_HEADS = {

@@ -87,7 +87,8 @@ def platform_sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapp
     turned = numbers["max_commanded_rate_deg_h"] > 0.0
     yield (
         f"The platform was {f'turned by its gyros at up to {most} deg/h' if turned else 'not turned in inertial space'}"
-        f"; strapped down, they sensed up to {number_text(numbers['max_rate_of_the_vehicle_deg_s'], 3)} deg/s, and "
+        f"; in the strapdown system, they sensed up to {number_text(numbers['max_rate_of_the_vehicle_deg_s'], 3)} "
+        f"deg/s, and "
         f"{number_text(numbers['turned_deg'], 4)}° in turns."
     )
     beside = numbers.get("strapdown")
@@ -102,11 +103,11 @@ def platform_sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapp
         return f"{end} m at the end, {most} m at most"
 
     yield (
-        f"Horizontal error of the same sensors on the platform: {both(own)}; strapped down ({beside['algorithm']}): "
+        f"Horizontal error of the same sensors on the platform: {both(own)}; strapdown ({beside['algorithm']}): "
         f"{both(other)}."
     )
     yield (
-        "Scale factor, misalignment and non-linearity of the gyros, which act on what they sense, moved the strapdown "
-        f"solution by {number_text(beside['final_distance_m'], 4)} m at the end, "
+        "Scale factor, misalignment and non-linearity of the gyros, which act on the sensed rate, changed the "
+        f"strapdown solution by {number_text(beside['final_distance_m'], 4)} m at the end, "
         f"{number_text(beside['max_distance_m'], 4)} m at most; without them its error is {both(without)}."
     )

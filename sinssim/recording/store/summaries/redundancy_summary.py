@@ -83,7 +83,7 @@ def redundancy_sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Ma
         Sentences.
     """
     if numbers["monitoring"] == "none":
-        yield "The sensors of the redundant set are not monitored: all are used whatever they read."
+        yield "The sensors of the redundant set are not monitored: all of them are always used."
         return
     quiet = True
     for kind, name in NAMES.items():

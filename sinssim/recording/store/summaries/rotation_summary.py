@@ -1,19 +1,20 @@
-"""The entry of a turning block in `summary.json`, and its sentence."""
+"""The entry of a rotating IMU in `summary.json`, and its sentence."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from sinssim.formatting import number_text
 from sinssim.recording.store.summary import NO_NUMBERS, error_numbers
 from sinssim.strapdown.nav_error import NavError
 
 
 def rotation_numbers(without: NavError | None) -> dict[str, Any]:
-    """Return the entry of a turning block.
+    """Return the entry of a rotating IMU.
 
     Args:
-        without: errors of the first algorithm if the block did not turn; None without a solution.
+        without: errors of the first algorithm without the rotation; None without a solution.
 
     Returns:
         `without_rotation`, as the entries of algorithms.
@@ -22,7 +23,7 @@ def rotation_numbers(without: NavError | None) -> dict[str, Any]:
 
 
 def rotation_sentences(entry: Mapping[str, Any], numbers: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-    """Yield what the turning changes, in words.
+    """Yield the effect of the rotation, in words.
 
     Args:
         entry: from `rotation_numbers`.
@@ -33,6 +34,6 @@ def rotation_sentences(entry: Mapping[str, Any], numbers: Mapping[str, Mapping[s
         return
     own = next(iter(numbers.values()))["max_horizontal_error_m"]
     yield (
-        f"The block turns in the vehicle. The horizontal error reaches {own:.4g} m; with the same errors of the "
-        f"sensors in a block at rest it reaches {still:.4g} m."
+        f"The IMU rotates in the vehicle. The horizontal error reaches {number_text(own, 4)} m. With the same sensor "
+        f"errors and without the rotation it reaches {number_text(still, 4)} m."
     )

@@ -21,15 +21,15 @@ _Kt = Annotated[float, Field(ge=0.0, le=194.0)]
 
 
 class Gust(Section):
-    """One gust with (1 - cos) rise and fall and a steady part in between.
+    """One gust with a (1 - cos) rise, a steady part and a (1 - cos) fall.
 
     Attributes:
-        start_s: flight time at which it begins, s.
+        start_s: flight time at which the gust begins, s.
         rise_s, steady_s, fall_s: durations of its three parts, s.
         velocity_ned_mps: change of the wind at full strength, north, east, down, m/s.
     """
 
-    start_s: Moment = Field(description="flight time at which it begins")
+    start_s: Moment = Field(description="flight time at which the gust begins")
     rise_s: _Gradual = Field(default=2.0, description="duration of the rise")
     steady_s: Moment = Field(default=0.0, description="duration at full strength")
     fall_s: _Gradual = Field(default=2.0, description="duration of the fall")
@@ -48,7 +48,7 @@ def _speed_words(mps: float | None, kt: float | None) -> str:
 
 
 class WindLevel(Section):
-    """The wind at a height. Between two heights its north and east component change linearly.
+    """The wind at a height. Its north and east components change linearly between two heights.
 
     Attributes:
         height_m: height above the ellipsoid, m.
@@ -73,9 +73,9 @@ class WindLevel(Section):
 
 
 class Wind(Section):
-    """Wind and gusts: from_deg with a speed, or a profile over height, or the components north_mps and east_mps.
-
-    The components say *towards* which direction the air moves, from_deg says *from* which direction the wind blows.
+    """Wind and gusts: from_deg with a speed, or a profile over height, or the components north_mps and east_mps. The
+    components give the direction *towards* which the air moves; from_deg gives the direction *from* which the wind
+    blows.
 
     Attributes:
         from_deg: direction from which the wind blows, clockwise from true north, degrees.
@@ -146,7 +146,7 @@ class Wind(Section):
 
 
 class Atmosphere(Section):
-    """Temperature and pressure of the air. A barometer reads the pressure altitude of this air.
+    """Temperature and pressure of the air. A barometer measures the pressure altitude in this air.
 
     Attributes:
         isa_deviation_k: temperature less that of the standard atmosphere, the same at all heights, K.

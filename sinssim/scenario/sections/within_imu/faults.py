@@ -42,14 +42,14 @@ SensorChannel = Annotated[str, AfterValidator(_sensor)]
 PerSensor = Annotated[tuple[float, ...], Field(min_length=3, max_length=MOST)]
 """One number for each axis of a block, or for each sensor of a redundant set."""
 
-_WHICH = "which sensors, of a redundant set gyro_1 and so on; default: all"
+_WHICH = "affected sensors; gyro_1 and so on for a redundant set; default: all"
 
 
 class _Lasting(Section):
     """A fault with a duration."""
 
-    from_s: NotNegative = Field(description="time at which it begins")
-    to_s: Positive | None = Field(default=None, description="time at which it ends; default: never")
+    from_s: NotNegative = Field(description="time at which the fault begins")
+    to_s: Positive | None = Field(default=None, description="time at which the fault ends; default: never")
 
     @model_validator(mode="after")
     def _lasts(self) -> Self:
@@ -59,7 +59,7 @@ class _Lasting(Section):
 
 
 class Dropout(_Lasting):
-    """Samples are lost: they read zero and are flagged."""
+    """Samples are lost: they are zero and are flagged."""
 
     type: Literal["dropout"]
     channels: tuple[SensorChannel, ...] | None = Field(default=None, min_length=1, description=_WHICH)
@@ -116,9 +116,9 @@ class Saturation(_Lasting):
 
     type: Literal["saturation"]
     gyro_deg_s: Positive | None = Field(
-        default=None, description="range of the gyros, in both directions; default: their own"
+        default=None, description="range of the gyros, in both directions; default: unchanged"
     )
-    accel_g: Positive | None = Field(default=None, description="range of the accelerometers; default: their own")
+    accel_g: Positive | None = Field(default=None, description="range of the accelerometers; default: unchanged")
 
     @model_validator(mode="after")
     def _does_something(self) -> Self:
@@ -128,7 +128,7 @@ class Saturation(_Lasting):
 
 
 class Jitter(_Lasting):
-    """The time stamps have random errors; the increments are those of the true instants."""
+    """The time stamps have random errors; the increments belong to the true times."""
 
     type: Literal["jitter"]
     sigma_ms: Positive = Field(description="1σ of each time stamp, at most a tenth of the interval between samples")

@@ -21,27 +21,30 @@ class LaserGyroSection(Section):
     """Laser gyros by their physics: the ring determines the pulse weight, dithered lock-in the random walk."""
 
     perimeter_mm: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="length of the ring")
-    area_mm2: Annotated[float, Field(gt=0.0, le=1e11)] = Field(description="area that the beams enclose")
+    area_mm2: Annotated[float, Field(gt=0.0, le=1e11)] = Field(description="area that is enclosed by the beams")
     wavelength_nm: Positive = Field(
-        default=632.8, description="wavelength of the laser; 632.8 is the red line of helium-neon"
+        default=632.8, description="wavelength of the laser; 632.8 nm is the red helium-neon line"
     )
     lock_in_deg_h: NotNegative = Field(description="half-width of the dead zone without dither; 0 for no dead zone")
     dither_amplitude_arcsec: Positive = Field(
-        description="amplitude of the mechanical dither, from the middle to the turning point"
+        description="amplitude of the mechanical dither (half of the peak-to-peak angle)"
     )
     dither_frequency_hz: Positive = Field(description="frequency of the dither")
     gas_flow_mps: GasFlow = Field(
         default=0.0,
-        description="mean flow of the gas along the beams; it causes a bias that changes with temperature, which "
-        "the calibration removes at its own temperature",
+        description="mean flow of the gas along the beams; it causes a bias that changes with temperature; the "
+        "calibration removes this bias at the temperature of the calibration",
     )
     gain_percent: Gain = Field(default=0.0, description="power gain per round trip at the centre of the line")
     thermal_speed_mps: ThermalSpeed = Field(
-        default=550.0, description="most probable speed of the atoms; 550 is neon's at 367 K"
+        default=550.0, description="most probable speed of the atoms; that of neon at 367 K is 550 m/s"
     )
-    expansion_ppm_per_c: Expansion = Field(default=0.02, description="linear expansion of the ring; 0.02 is Zerodur's")
+    expansion_ppm_per_c: Expansion = Field(
+        default=0.02, description="linear expansion of the ring; that of Zerodur is 0.02 ppm/°C"
+    )
     path_control: PathControl = Field(
-        default=0.0, description="fraction of the path length's change that the path control removes, 0 for no control"
+        default=0.0,
+        description="fraction of the path-length change that the path-length control removes; 0 for no control",
     )
 
     @model_validator(mode="after")

@@ -68,27 +68,28 @@ class Step(Section):
 
 
 class _OnAxes(Section):
-    """Axes, bearings and encoders of a turning block."""
+    """Axes, bearings and encoders of a rotating IMU."""
 
     inner_axis: Axis = Field(
-        default=(0.0, 0.0, 1.0), description="direction of the inner axis in the block, forward, right, down"
+        default=(0.0, 0.0, 1.0), description="direction of the inner axis in the IMU, forward, right, down"
     )
-    wobble_arcsec: _Tilt = Field(default=0.0, description="angle by which the outer axis wobbles as it turns")
+    wobble_arcsec: _Tilt = Field(default=0.0, description="amplitude of the wobble of the outer axis")
     wobble_cycles: _Cycles = Field(default=2, description="cycles of the wobble in one turn of the outer axis")
-    wobble_phase_deg: float = Field(default=0.0, description="direction of the wobble at the angle zero")
+    wobble_phase_deg: float = Field(default=0.0, description="direction of the wobble at zero angle")
     encoder_bias_arcsec: tuple[float, float] | None = Field(
         default=None, description="given error of the outer and the inner encoder"
     )
     encoder_bias_sigma_arcsec: NotNegative = Field(
         default=0.0, description="1σ of a random error of each encoder, added to the given one"
     )
-    encoder_noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each reading of an encoder")
-    encoder_quantum_arcsec: NotNegative = Field(default=0.0, description="smallest step of an encoder")
+    encoder_noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each measurement of an encoder")
+    encoder_quantum_arcsec: NotNegative = Field(default=0.0, description="resolution of an encoder")
     encoder_periodic_arcsec: NotNegative = Field(
-        default=0.0, description="amplitude of an error that is a sine of the angle, as by eccentricity of the disc"
+        default=0.0,
+        description="amplitude of an error that is a sine of the angle, for example due to an eccentric disc",
     )
     encoder_cycles: _Cycles = Field(default=1, description="cycles of the periodic error in one turn")
-    encoder_phase_deg: float = Field(default=0.0, description="phase of the periodic error at the angle zero")
+    encoder_phase_deg: float = Field(default=0.0, description="phase of the periodic error at zero angle")
 
     @property
     def outer(self) -> Vector3:
@@ -116,8 +117,8 @@ class _OnAxes(Section):
             if getattr(self, "rate_deg_s", 0.0) < self.fastest_deg_s:
                 key = "inner_rate_deg_s"
             raise ValueError(
-                f"rotation.{key} = {getattr(self, key):g} turns the block by {self.fastest_deg_s / rate_hz:g} degrees "
-                f"in a sample, more than the samples can follow; at rate_hz = {rate_hz:g} it can be at most "
+                f"rotation.{key} = {getattr(self, key):g} rotates the IMU by {self.fastest_deg_s / rate_hz:g} degrees "
+                f"per sample, more than the algorithms can follow; at rate_hz = {rate_hz:g} it can be at most "
                 f"{MOST_PER_SAMPLE * rate_hz:g}"
             )
         ramp = getattr(self, "ramp_s", math.inf)
@@ -129,7 +130,7 @@ class _OnAxes(Section):
 
 
 class Continuous(_OnAxes):
-    """The block turns at constant rates for the whole run."""
+    """The IMU rotates at constant rates during the entire run."""
 
     type: Literal["continuous"] = Field(description="constant rate")
     axis: Axis = Field(default=(0.0, 0.0, 1.0), description="direction of the outer axis, forward, right, down")
@@ -154,17 +155,17 @@ class Continuous(_OnAxes):
     @model_validator(mode="after")
     def _turns(self) -> Self:
         if self.rate_deg_s == 0.0:
-            raise ValueError("rate_deg_s = 0 does not turn the block: give another rate, or remove [imu.rotation]")
+            raise ValueError("rate_deg_s = 0 does not rotate the IMU: give another rate, or remove [imu.rotation]")
         return self
 
 
 class Reversing(_OnAxes):
-    """The block turns forwards and back by the same angle, so that its scale factor cancels."""
+    """The IMU rotates forwards and backwards by the same angle, which cancels the effect of the scale-factor error."""
 
     type: Literal["reversing"] = Field(description="forwards and back")
     axis: Axis = Field(default=(0.0, 0.0, 1.0), description="direction of the outer axis, forward, right, down")
     rate_deg_s: _SlowRate = Field(default=6.0, description="rate about the outer axis between the ramps")
-    turn_deg: Turn = Field(default=360.0, description="angle of each turn; whole turns average best")
+    turn_deg: Turn = Field(default=360.0, description="angle of each turn; complete turns average best")
     ramp_s: Positive = Field(default=1.0, description="time in which the rate changes from 0 to rate_deg_s, and back")
     dwell_s: Annotated[float, Field(ge=0.0, le=1e9)] = Field(default=0.0, description="time at rest after each turn")
 
@@ -195,21 +196,21 @@ class Reversing(_OnAxes):
 
 
 class Indexed(_OnAxes):
-    """The block turns from position to position and rests in each."""
+    """The IMU rotates from position to position and stops in each."""
 
     type: Literal["indexed"] = Field(description="turns with stops")
     sequence: Literal["4-position", "8-position", "16-position"] | None = Field(
-        default=None, description='a ready sequence; default: "16-position", if no steps are given'
+        default=None, description='predefined sequence; default: "16-position", if no steps are given'
     )
     steps: tuple[Step, ...] | None = Field(
         default=None,
         min_length=1,
         max_length=1000,
-        description="turns of a sequence of your own, instead of a ready one; it is repeated to the end of the run",
+        description="turns of your own sequence, instead of a predefined one; it is repeated until the end of the run",
     )
     axis: Axis | None = Field(
         default=None,
-        description="direction of the outer axis; default: down for one axis, forward where the inner axis turns, too",
+        description="direction of the outer axis; default: down for one axis, forward if the inner axis also turns",
     )
     rate_deg_s: _SlowRate = Field(default=20.0, description="rate of the turns between the ramps")
     ramp_s: Positive = Field(default=1.0, description="time in which the rate changes from 0 to rate_deg_s, and back")

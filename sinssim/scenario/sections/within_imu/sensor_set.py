@@ -15,22 +15,25 @@ from sinssim.sensors.sets.geometry import FEWEST, READY, checked_directions, not
 class Gyros(Section):
     """Three accelerometers and three gyros."""
 
-    type: Literal["gyros"] = Field(description="the usual set, the second in the chapter")
+    type: Literal["gyros"] = Field(description="the usual set, which is the second in the chapter")
 
 
 class SixAccelerometers(Section):
-    """Six accelerometers at the centres of a cube's faces, without gyros; each has the errors of [imu]."""
+    """Six accelerometers at the centres of the faces of a cube, without gyros; each has the errors of [imu]."""
 
     type: Literal["accelerometers"] = Field(description="the first set in the chapter")
-    arm_m: Positive = Field(description="distance from the cube's centre, which is the block's place, to each face")
+    arm_m: Positive = Field(
+        description="distance from the centre of the cube, which is the position of the sensor block, to each face"
+    )
 
 
 class AttitudeSensor(Section):
-    """Three accelerometers and a sensor of the attitude in inertial space; navigated by "measured-attitude"."""
+    """Three accelerometers and a sensor of the attitude in inertial space; the algorithm is "measured-attitude"."""
 
     type: Literal["attitude-sensor"] = Field(description="the third set in the chapter")
     bias_arcsec: Vector3 | None = Field(
-        default=None, description="given error of its reference, a rotation vector in Earth-centred inertial axes"
+        default=None,
+        description="given error of the attitude reference, as a rotation vector in Earth-centred inertial axes",
     )
     bias_sigma_arcsec: NotNegative | None = Field(
         default=None, description="1σ of a random error, added to the given one; default: 0"
@@ -38,36 +41,39 @@ class AttitudeSensor(Section):
     drift_deg_h: Vector3 | None = Field(default=None, description="given drift of this error, in the same axes")
     drift_sigma_deg_h: NotNegative | None = Field(
         default=None,
-        description="1σ of a random drift, added to the given one; default: that of the grade's gyro "
-        "biases, 0 beside drift_deg_h",
+        description="1σ of a random drift, added to the given one; default: that of the gyro biases of the grade, or "
+        "0 if drift_deg_h is given",
     )
-    noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each reading about each axis of the block")
+    noise_arcsec: NotNegative = Field(
+        default=0.0, description="1σ of each measurement about each axis of the sensor block"
+    )
 
 
 class Redundant(Section):
-    """More single-axis gyros and accelerometers than three, along the same directions, monitored against each other."""
+    """More than three single-axis gyros and accelerometers along the same directions, with mutual monitoring."""
 
-    type: Literal["redundant"] = Field(description="a set that survives the failure of a sensor")
+    type: Literal["redundant"] = Field(description="a set that tolerates the failure of a sensor")
     layout: Literal["cone-4", "cone-5", "dodecahedron", "skewed-triads"] | None = Field(
-        default=None, description='a ready set; default: "dodecahedron", if no directions are given'
+        default=None, description='predefined set; default: "dodecahedron", if no directions are given'
     )
     directions: tuple[Vector3, ...] | None = Field(
         default=None,
-        description="4 to 12 unit vectors along the sensitive axes, each forward, right, down, instead of a ready set; "
-        "each is the direction of one gyro and of one accelerometer",
+        description="4 to 12 unit vectors along the sensitive axes, each forward, right, down, instead of a "
+        "predefined set; each is the direction of one gyro and of one accelerometer",
     )
     monitoring: Literal["none", "detect", "exclude"] | None = Field(
         default=None,
-        description='"none": all sensors are used whatever they read; "detect": faults are reported; "exclude": a '
-        'faulty sensor is found and no longer used; default: "exclude", "detect" where no fault can be isolated',
+        description='"none": all sensors are used without monitoring; "detect": faults are reported; "exclude": a '
+        'faulty sensor is isolated and excluded; default: "exclude", or "detect" if faults cannot be isolated',
     )
     windows_s: tuple[Duration, ...] = Field(
         default=(1.0, 10.0, 100.0),
         max_length=8,
-        description="lengths of the sums that are tested beside each sample, for slow faults; in order",
+        description="lengths of the sums that are tested in addition to each sample, to detect slowly growing faults; "
+        "in ascending order",
     )
     false_alarm_probability: Annotated[float, Field(ge=1e-15, le=0.1)] = Field(
-        default=1e-9, description="probability that a test finds a fault where there is none"
+        default=1e-9, description="probability that a test reports a fault although there is none"
     )
     missed_detection_probability: Annotated[float, Field(ge=1e-9, le=0.5)] = Field(
         default=1e-3, description="probability that a test misses the smallest fault that the report states"
@@ -101,28 +107,28 @@ class Redundant(Section):
 
 
 class Platform(Section):
-    """Three gyros and three accelerometers on a gimballed platform; navigated by "platform".
+    """Three gyros and three accelerometers on a gimballed platform; the algorithm is "platform". The gyros stabilise
+    the platform in inertial space and torque it at the rates that the navigation algorithm commands."""
 
-    The gyros hold the platform in inertial space and turn it at the rates that the navigator commands.
-    """
-
-    type: Literal["platform"] = Field(description="a gyro-stabilised platform, beside the same sensors strapped down")
+    type: Literal["platform"] = Field(
+        description="a gyro-stabilised platform; the same sensors can also be used as a strapdown system"
+    )
     torquer_scale_ppm: Vector3 | None = Field(
         default=None,
-        description="relative errors of the rates at which the gyros turn the platform when torqued, about its axes",
+        description="relative errors of the torquing rates about the axes of the platform",
     )
     torquer_scale_sigma_ppm: NotNegative | None = Field(
         default=None,
-        description="1σ of a random error, added to the given one; default: that of the gyros' scale factor, 0 beside "
-        "torquer_scale_ppm",
+        description="1σ of a random error, added to the given one; default: that of the scale factor of the gyros, or "
+        "0 if torquer_scale_ppm is given",
     )
     pickoff_arcsec: Vector3 | None = Field(
-        default=None, description="given errors of the gimbal angles roll, pitch and azimuth that are read out"
+        default=None, description="given errors of the measured gimbal angles roll, pitch and azimuth"
     )
     pickoff_sigma_arcsec: NotNegative | None = Field(
         default=None, description="1σ of a random error of each gimbal angle, added to the given one; default: 0"
     )
-    pickoff_noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each reading of a gimbal angle")
+    pickoff_noise_arcsec: NotNegative = Field(default=0.0, description="1σ of each measurement of a gimbal angle")
 
 
 SensorSet = Annotated[Gyros | SixAccelerometers | AttitudeSensor | Redundant | Platform, Field(discriminator="type")]

@@ -25,11 +25,9 @@ _Degree = Annotated[int, Field(ge=2, le=2190)]
 
 
 class RemainderSection(Section):
-    """The part of gravity beyond the model, a Gauss-Markov process over the distance travelled.
-
-    What is left out follows from the anomaly degree variances of Tscherning and Rapp (1974) beyond the model's degree,
-    at `altitude_m`: beyond degree 120 on the ground 4.8 arcsec, 32 mGal and 21 km.
-    """
+    """The part of gravity beyond the model, which is a Gauss-Markov process over the distance travelled. Values that
+    are left out follow from the anomaly degree variances of Tscherning and Rapp (1974) beyond the model's degree, at
+    `altitude_m`. Beyond degree 120, they are 4.8 arcsec, 32 mGal and 21 km on the ground."""
 
     order: _Order = Field(
         default=2, description="order of the process: 2, (1 + βd) exp(-βd), or 3, (1 + βd + β²d²/3) exp(-βd)"
@@ -38,20 +36,22 @@ class RemainderSection(Section):
     eta_sigma_arcsec: _Deflection | None = Field(default=None, description="1σ of the deflection to the east")
     anomaly_sigma_mgal: _Anomaly | None = Field(default=None, description="1σ of the gravity anomaly")
     correlation_km: _Kilometres | None = Field(default=None, description="distance at which the correlation is 1/e")
-    altitude_m: Height = Field(default=0.0, description="height at which the sizes that are left out hold")
+    altitude_m: Height = Field(default=0.0, description="height for the default values of this table")
 
 
 class GravitySection(Section):
-    """The true gravity field, which the sensors feel; the navigator knows normal gravity, see gravity_degree."""
+    """The true gravity field, which acts on the sensors. The navigation algorithm uses normal gravity unless
+    navigation.gravity_degree is given."""
 
     model: Literal["normal", "egm2008", "icgem"] = Field(
         default="normal",
-        description='"normal": of the ellipsoid; "egm2008": to degree 120 with the package; "icgem": of `file`',
+        description='"normal": gravity of the ellipsoid; "egm2008": the model of the package, to degree 120; "icgem": '
+        "the model in `file`",
     )
     file: str | None = Field(
         default=None, description='coefficients in the format of the ICGEM (.gfc), relative to this file; for "icgem"'
     )
-    degree: _Degree | None = Field(default=None, description="highest degree and order; default: all of the model")
+    degree: _Degree | None = Field(default=None, description="highest degree and order; default: that of the model")
     remainder: RemainderSection | None = None
 
     @model_validator(mode="before")
@@ -122,8 +122,8 @@ def check_gravity(
     if degree is not None:
         if gravity is None or model == "normal":
             raise ValueError(
-                f"navigation.gravity_degree = {degree} needs the model whose disturbance the navigator compensates: "
-                'add [gravity] with model = "egm2008", or remove the key'
+                f"navigation.gravity_degree = {degree} needs the model whose disturbance is to be compensated: add "
+                '[gravity] with model = "egm2008", or remove the key'
             )
         if navigation.gravity != "normal":
             raise ValueError(
@@ -132,14 +132,14 @@ def check_gravity(
             )
         if sensors in ("attitude-sensor", "platform"):
             raise ValueError(
-                f"navigation.gravity_degree needs sensors that measure their own turns; imu.sensor_set.type "
-                f'= "{sensors}" does not: remove one of the two'
+                f'navigation.gravity_degree needs strapdown gyros, which imu.sensor_set.type = "{sensors}" lacks: '
+                "remove one of the two"
             )
         has = gravity.coefficients()
         if has is not None and degree > has.degree:
             raise ValueError(
-                f"navigation.gravity_degree = {degree} is above gravity.degree = {has.degree}: the navigator knows "
-                "the truth's model to the same or a lower degree"
+                f"navigation.gravity_degree = {degree} is above gravity.degree = {has.degree}: the navigation "
+                "algorithm can use the model of the truth only to the same or a lower degree"
             )
     if model != "normal" and truth.gravity != "normal":
         raise ValueError(
@@ -170,6 +170,7 @@ def check_gravity_of_log(gravity: GravitySection | None, navigation: NavigationS
         )
     if navigation.gravity_degree is None:
         raise ValueError(
-            "[gravity] would have no effect: recorded readings ([log]) felt the true field, and the table says only "
-            "what the navigator knows of it. Add navigation.gravity_degree, for example 120, or remove [gravity]"
+            "[gravity] would have no effect: recorded data ([log]) contain the true field, and the table describes "
+            "only the model of the navigation algorithm. Add navigation.gravity_degree, for example 120, or remove "
+            "[gravity]"
         )

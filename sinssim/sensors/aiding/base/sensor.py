@@ -1,7 +1,7 @@
 """The base of every aiding sensor: its keys, its readings, and its states in the filter.
 
 An error that differs from run to run can be given in two ways, as for the inertial sensors: `bias_sigma_m = 10.0` is
-the 1σ of a random error, `bias_m = 10.0` the error itself. All noises are 1σ of each reading. By default the filter
+the 1σ of a random error, `bias_m = 10.0` the error itself. All noises are 1σ of each measurement. By default the filter
 assumes the true 1σ of the white noise and the true description of the errors in its states; `[filter]` can change
 these.
 """
@@ -104,11 +104,15 @@ class AidingSensor(Section):
     """Name of the table, of a sensor outside the package."""
 
     rate_hz: Rate = Field(
-        default=1.0, description="readings per second, at most the IMU's; the first one interval after the start"
+        default=1.0,
+        description="measurements per second, at most the rate of the IMU; the first measurement is one "
+        "interval after the start",
     )
-    latency_s: Moment = Field(default=0.0, description="time from a reading's validity to its arrival at the filter")
+    latency_s: Moment = Field(
+        default=0.0, description="time from the validity of a measurement to its arrival at the filter"
+    )
     outages_s: tuple[Span, ...] = Field(
-        default=(), description="[from, to] of each interval without readings; intervals may overlap"
+        default=(), description="[from, to] of each interval without measurements; intervals may overlap"
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

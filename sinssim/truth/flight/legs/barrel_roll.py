@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from math import asin, pi
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -17,19 +17,21 @@ from sinssim.truth.flight.leg import Direction, LegBase, wait
 
 
 class BarrelRollLeg(LegBase):
-    """A full roll around a helix with positive load factor, ended in level flight.
+    """A full roll around a helix with positive load factor that ends in level flight.
 
     Attributes:
         direction: direction of the roll.
         duration_s: duration of the roll itself, s.
-        load_factor_g: load factor held through the roll, g.
+        load_factor_g: constant load factor of the roll, g.
         recovery_s: level flight afterwards, s.
     """
+
+    holds: ClassVar[frozenset[str]] = frozenset()
 
     type: Literal["barrel_roll"]
     direction: Direction = Field(default="right", description="direction of the roll")
     duration_s: float = Field(default=8.0, ge=3.0, le=20.0, description="duration of the roll")
-    load_factor_g: float = Field(default=1.5, ge=0.5, le=4.0, description="load factor held through the roll")
+    load_factor_g: float = Field(default=1.5, ge=0.5, le=4.0, description="constant load factor of the roll")
     recovery_s: Moment = Field(default=10.0, description="level flight afterwards")
     timeout_s: Timeout = Field(default=120.0, description="the leg fails if it takes longer")
 

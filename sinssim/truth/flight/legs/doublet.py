@@ -15,7 +15,8 @@ from sinssim.truth.flight.leg import LegBase, wait
 
 
 class DoubletLeg(LegBase):
-    """A doublet (one way, then the other) or a step on one control, with the autopilot off in that axis meanwhile.
+    """A doublet (a deflection in one direction, then in the other) or a step of one control. The autopilot of that axis
+    is off during the deflection.
 
     Attributes:
         control: the control.
@@ -26,6 +27,8 @@ class DoubletLeg(LegBase):
     """
 
     example: ClassVar[dict[str, Any]] = {"control": "elevator", "amplitude": 0.2}
+
+    holds: ClassVar[frozenset[str]] = frozenset()
 
     type: Literal["doublet"]
     control: Literal["elevator", "aileron", "rudder"] = Field(description="elevator, aileron or rudder")

@@ -15,7 +15,7 @@ from sinssim.truth.flight.leg import HALF_STEP, LegBase, LegError, wait
 
 
 class HoldLeg(LegBase):
-    """Straight and level flight with constant heading, height and airspeed, for a duration or until an instant.
+    """Straight and level flight with constant heading, height and airspeed, for a duration or until a given time.
 
     Attributes:
         duration_s: duration, s.

@@ -30,11 +30,10 @@ _DECELERATION = 2.0  # of the roll-out in dead reckoning [m/s²]
 
 
 class LandLeg(LegBase):
-    """Approach a runway on its glide path, flare, touch down and brake.
-
-    The leg begins anywhere before the glide path, at a height at which it meets the path from below. The aircraft
-    turns onto the extended centreline, slows down, extends flaps and gear, follows the glide path to the flare, and
-    brakes on the runway to the exit speed, at which the leg ends.
+    """Approach a runway on its glide path, flare, touch down and brake. The leg can begin at any place before the glide
+    path, at a height at which the aircraft meets the path from below. The aircraft turns onto the extended centreline,
+    slows down, extends flaps and gear, follows the glide path to the flare, and brakes on the runway to the exit speed,
+    at which the leg ends.
 
     Attributes:
         latitude_deg, longitude_deg: threshold of the runway, degrees.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from math import atan2, cos, pi, remainder, sin
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -21,12 +21,14 @@ class LoopLeg(LegBase):
     """A full vertical loop from level flight to level flight on the same heading.
 
     Attributes:
-        load_factor_g: load factor held through the loop, g.
+        load_factor_g: constant load factor of the loop, g.
         recovery_s: level flight afterwards, s.
     """
 
+    holds: ClassVar[frozenset[str]] = frozenset()
+
     type: Literal["loop"]
-    load_factor_g: float = Field(default=4.0, ge=2.0, le=9.0, description="load factor held through the loop")
+    load_factor_g: float = Field(default=4.0, ge=2.0, le=9.0, description="constant load factor of the loop")
     recovery_s: Moment = Field(default=10.0, description="level flight afterwards")
     timeout_s: Timeout = Field(default=120.0, description="the leg fails if it takes longer")
 

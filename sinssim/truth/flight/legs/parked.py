@@ -21,7 +21,7 @@ _SHUT_DOWN_S = 90.0  # time in which the engines stop, and the aircraft comes to
 
 
 class ParkedLeg(LegBase):
-    """At rest on the ground, brakes set; brakes to a standstill first if the aircraft rolls.
+    """At rest on the ground with the brakes set. A rolling aircraft first brakes to a standstill.
 
     Attributes:
         duration_s: duration of the standstill, s.
@@ -34,9 +34,9 @@ class ParkedLeg(LegBase):
     stands_still: ClassVar[bool] = True
 
     type: Literal["parked", "park"]
-    duration_s: float = Field(gt=0.0, le=86_400.0, description="duration of the stop, from the standstill on")
+    duration_s: float = Field(gt=0.0, le=86_400.0, description="duration of the stop, counted from the standstill")
     engines: Literal["running", "off"] | None = Field(
-        default=None, description="engines during the stop; default: as they are"
+        default=None, description="engines during the stop; default: unchanged"
     )
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 

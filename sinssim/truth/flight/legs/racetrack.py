@@ -19,7 +19,7 @@ from sinssim.units import DEG
 
 
 class RacetrackLeg(LegBase):
-    """Two straight legs joined by two half circles, flown a number of times; the first leg is straight ahead.
+    """Two straight legs joined by two half circles, flown a given number of times; the first leg is straight ahead.
 
     Attributes:
         leg_duration_s: duration of a straight leg, s.

@@ -18,7 +18,7 @@ from sinssim.units import DEG
 
 
 class STurnsLeg(LegBase):
-    """S-turns about the current heading: to one side, to the other, and back; useful for alignment in motion.
+    """S-turns about the current heading: to one side, to the other side, and back; useful for alignment in motion.
 
     Attributes:
         swing_deg: heading swing to each side, degrees.

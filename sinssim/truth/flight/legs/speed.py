@@ -19,13 +19,14 @@ class SpeedLeg(LegBase):
     """Accelerate or decelerate to an airspeed in straight and level flight.
 
     Attributes:
-        airspeed_kt: calibrated airspeed to reach, kt.
+        airspeed_kt: target calibrated airspeed, kt.
     """
 
     example: ClassVar[dict[str, Any]] = {"airspeed_kt": 250.0}
+    holds: ClassVar[frozenset[str]] = frozenset({"airspeed", "heading"})
 
     type: Literal["speed"]
-    airspeed_kt: Airspeed = Field(description="calibrated airspeed to reach")
+    airspeed_kt: Airspeed = Field(description="target calibrated airspeed")
     timeout_s: Timeout = Field(default=600.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:

@@ -30,7 +30,7 @@ class TakeoffLeg(LegBase):
     begins: ClassVar[Literal["runway", "air"]] = "runway"
 
     type: Literal["takeoff", "take_off"]
-    height_m: float = Field(default=300.0, ge=50.0, le=3000.0, description="height above the runway to reach")
+    height_m: float = Field(default=300.0, ge=50.0, le=3000.0, description="target height above the runway")
     runway_m: float | None = Field(
         default=None, ge=100.0, le=10_000.0, description="length of the runway ahead; default: as long as needed"
     )

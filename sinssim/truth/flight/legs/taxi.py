@@ -21,9 +21,8 @@ _AT_THE_END = 10.0 * DEG  # largest error of the heading at the end of the way [
 
 
 class TaxiLeg(LegBase):
-    """Roll on the ground over a distance: turn onto a heading first, then straight ahead.
-
-    The engines are started first if they are off. The aircraft still rolls at the end; `park` stops it.
+    """Roll over a distance on the ground: first turn onto a heading, then straight ahead. Engines that are off are
+    started first. The aircraft still rolls at the end; `park` stops it.
 
     Attributes:
         distance_m: way over the ground including the turn, m.
@@ -37,10 +36,10 @@ class TaxiLeg(LegBase):
     ends: ClassVar[Literal["runway", "air"]] = "runway"
 
     type: Literal["taxi"]
-    distance_m: float = Field(gt=0.0, le=50_000.0, description="way over the ground, including the turn")
-    heading_deg: Heading | None = Field(default=None, description="heading to turn onto; default: straight ahead")
+    distance_m: float = Field(gt=0.0, le=50_000.0, description="distance over the ground, including the turn")
+    heading_deg: Heading | None = Field(default=None, description="target heading; default: straight ahead")
     speed_mps: float | None = Field(
-        default=None, ge=1.0, le=20.0, description="ground speed; default: the aircraft's usual one"
+        default=None, ge=1.0, le=20.0, description="ground speed; default: the usual speed of the aircraft"
     )
     radius_m: float = Field(default=40.0, ge=10.0, le=1000.0, description="radius of the turn")
 

@@ -16,13 +16,15 @@ from sinssim.truth.flight.dead_reckoning import DeadReckoning
 from sinssim.truth.flight.leg import Bank, Direction, LegBase
 from sinssim.units import DEG
 
+_SAME = 1e-9  # difference by which headings are the same, so that rounding does not order a full circle [rad]
+
 
 class TurnLeg(LegBase):
     """Level turn to a heading or by an angle.
 
     Attributes:
-        heading_deg: heading to turn to, degrees.
-        angle_deg: angle to turn by, degrees; more than 360 is more than a circle.
+        heading_deg: target heading, degrees.
+        angle_deg: angle of the turn, degrees; more than 360 is more than a circle.
         direction: direction of the turn; None: the shorter way (only with heading_deg).
         bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
     """
@@ -30,9 +32,9 @@ class TurnLeg(LegBase):
     example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
 
     type: Literal["turn"]
-    heading_deg: Heading | None = Field(default=None, description="heading to turn to")
-    angle_deg: float | None = Field(default=None, gt=0.0, le=36_000.0, description="angle to turn by")
-    direction: Direction | None = Field(default=None, description="left or right; default: the shorter way")
+    heading_deg: Heading | None = Field(default=None, description="target heading")
+    angle_deg: float | None = Field(default=None, gt=0.0, le=36_000.0, description="angle of the turn")
+    direction: Direction | None = Field(default=None, description="left or right; default: the shorter direction")
     bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
 
     @model_validator(mode="after")
@@ -48,10 +50,15 @@ class TurnLeg(LegBase):
         if self.angle_deg is not None:
             angle = math.radians(self.angle_deg if self.direction == "right" else -self.angle_deg)
             return plan.turn(angle, self.bank_deg)
-        right = (math.radians(self.heading_deg or 0.0) - plan.heading) % (2.0 * math.pi)
-        left = right - 2.0 * math.pi
-        angle = {"right": right, "left": left, None: min(right, left, key=abs)}[self.direction]
-        return plan.turn(angle, self.bank_deg)
+        return plan.turn(self._angle_from(plan.heading), self.bank_deg)
+
+    def _angle_from(self, heading: float) -> float:
+        """Return the angle to turn by from a heading to `heading_deg`, right positive, rad; 0 for the same heading."""
+        assert self.heading_deg is not None  # the schema ensures that it or an angle is given
+        angle = remainder(self.heading_deg * DEG - heading, 2.0 * pi)
+        if self.direction is None or abs(angle) < _SAME:
+            return angle
+        return angle % (2.0 * pi) if self.direction == "right" else -(-angle % (2.0 * pi))
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
         """Turn by the angle to the target; see `LegBase.fly`."""
@@ -59,12 +66,7 @@ class TurnLeg(LegBase):
         if self.angle_deg is not None:
             angle = self.angle_deg * DEG if self.direction == "right" else -self.angle_deg * DEG
         else:
-            assert self.heading_deg is not None  # the schema ensures that one of them is given
-            angle = remainder(self.heading_deg * DEG - pilot.heading, 2.0 * pi)
-            if self.direction == "right":
-                angle %= 2.0 * pi
-            elif self.direction == "left":
-                angle = -(-angle % (2.0 * pi))
+            angle = self._angle_from(pilot.heading)
         yield from turn_by(angle, bank, pilot, state)
 
 

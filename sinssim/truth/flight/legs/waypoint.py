@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from sinssim.section import Latitude, Longitude, Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
-from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot, G
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
 from sinssim.truth.flight.leg import Altitude, Bank, LegBase, LegError
 from sinssim.truth.flight.planning.height_path import (
@@ -27,22 +27,24 @@ _MEAN_RADIUS = 6_371_009.0  # radius for bearings and distances to a waypoint [m
 _ROUNDS = 20  # iterations for the turn towards a waypoint, whose angle and end depend on each other: enough for 0.1 s
 _HEIGHT_LIMIT = 50.0  # largest distance from a waypoint's height at which it counts as reached [m]
 
+_CIRCLING = 4.0 * pi  # turn on the way to a place from which on the aircraft circles around it [rad]
+
 PlaceName = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")]
 """Name of a waypoint in messages, reports and pictures."""
 PathAngle = Annotated[float, Field(gt=0.0, le=30.0)]
 VerticalSpeed = Annotated[float, Field(gt=0.0, le=150.0)]
 
 _NAME = "name in events, reports and pictures"
-_HEIGHT = "height above the ellipsoid at the waypoint; default: the height is held"
+_HEIGHT = "height above the ellipsoid at the waypoint; default: the current height"
 _PATH = (
-    "angle of the climb or descent; a climb begins at once, a descent at its top of descent; default: the whole way "
-    "there is one slope"
+    "angle of the climb or descent; a climb begins at once, a descent at its top of descent; default: a constant "
+    "slope to the waypoint"
 )
 _RATE = "mean vertical speed of the climb or descent, positive, instead of path_deg"
 
 
 class Waypoint(Section):
-    """A place of a route, reached in turn.
+    """A waypoint of a route.
 
     Attributes:
         name: its name; None: its number.
@@ -76,10 +78,9 @@ class Waypoint(Section):
 
 
 class WaypointLeg(LegBase):
-    """Fly straight to a place at constant airspeed, or along a route of places.
-
-    At a waypoint with a height the aircraft has this height when it comes within capture_radius_m. Without path_deg and
-    vertical_speed_mps the whole way there is one slope.
+    """Fly straight to a waypoint at constant airspeed, or along a route of waypoints. If a waypoint has a height, the
+    aircraft reaches this height when it comes within capture_radius_m. Without path_deg and vertical_speed_mps, the
+    path to the waypoint has a constant slope.
 
     Attributes:
         name: name of the place.
@@ -92,6 +93,7 @@ class WaypointLeg(LegBase):
     """
 
     example: ClassVar[dict[str, Any]] = {"latitude_deg": 51.47, "longitude_deg": -0.45}
+    holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed"})
 
     type: Literal["waypoint"]
     name: PlaceName | None = Field(default=None, description=_NAME)
@@ -102,7 +104,7 @@ class WaypointLeg(LegBase):
     vertical_speed_mps: VerticalSpeed | None = Field(default=None, description=_RATE)
     waypoints: tuple[Waypoint, ...] = Field(default=(), description="a route of places, instead of one place")
     capture_radius_m: float = Field(
-        default=500.0, ge=20.0, le=20_000.0, description="distance from the waypoint at which it counts as reached"
+        default=500.0, ge=20.0, le=20_000.0, description="distance from the waypoint at which it is considered reached"
     )
     bank_deg: Bank | None = Field(
         default=None, description="largest angle of bank; default: the aircraft's usual angle"
@@ -278,6 +280,7 @@ class WaypointLeg(LegBase):
         place, label = self.places()[number], self.label(number)
         latitude, longitude = place.latitude_deg * DEG, place.longitude_deg * DEG
         heights = None if place.height_m is None else _Heights(self, number, slopes, pilot, state)
+        turned, last, nearest = 0.0, state.psi, math.inf
         while True:
             # Great-circle bearing and distance on the mean sphere.
             east = sin(longitude - state.longitude) * cos(latitude)
@@ -290,6 +293,18 @@ class WaypointLeg(LegBase):
             left = _MEAN_RADIUS * atan2(hypot(north, east), along)
             if left < self.capture_radius_m:
                 break
+            nearest = min(nearest, left)
+            turned += remainder(state.psi - last, 2.0 * pi)
+            last = state.psi
+            if abs(turned) > _CIRCLING:
+                radius = state.tas**2 / (G * math.tan(pilot.bank_limit))
+                raise LegError(
+                    f"it circles around {label or 'the waypoint'}, which lies within its turn: at {state.tas:.0f} m/s "
+                    f"and {pilot.bank_limit / DEG:.0f}° of bank a turn has a radius of {radius / 1e3:.1f} km, and the "
+                    f"place was never nearer than {nearest / 1e3:.1f} km",
+                    f"more bank_deg, less airspeed, a larger capture_radius_m than {self.capture_radius_m:g}, or a "
+                    "place farther away",
+                )
             # The heading for this track is the bearing minus the drift angle.
             pilot.heading = atan2(east, north) - remainder(state.track - state.psi, 2.0 * pi)
             if heights is not None:

@@ -9,38 +9,38 @@ from __future__ import annotations
 
 import math
 import tempfile
-from typing import Any
+from contextlib import ExitStack
+from typing import Self
 
+from sinssim.errors import InputError
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
+from sinssim.truth.flight.flight_start import widen_trim
 from sinssim.truth.flight.jsbsim_flight import loaded_model, quiet
 from sinssim.units import DEG, FOOT, KNOT
 
 _G = 9.80665
-_STEEPEST = 30.0  # angle of climb or descent up to which it is looked for [deg]
 _ROUNDS = 9  # bisections: 30° to 0.06°
 _ABOVE_GROUND = 3000.0  # so that no wheel touches [m]
 _SLOWEST, _FASTEST = 0.7, 1.4  # speeds up to which the ends of level flight are looked for, over those given
 
 
-def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float]) -> Envelope:
+def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float], steepest_deg: float = 30.0) -> Envelope:
     """Compute the envelope of an aircraft from its model.
 
     Args:
         aircraft: name or path of the aircraft.
         heights: heights above sea level, m, increasing.
         speeds: calibrated airspeeds, kt, increasing.
+        steepest_deg: angle of climb or descent up to which the steepest is looked for, degrees.
 
     Returns:
-        The envelope; a rate at a speed below the slowest is that of the next faster speed.
+        The envelope; a rate at a speed that cannot be trimmed is that of the nearest speed.
 
     Raises:
-        InputError: there is no such aircraft or model.
+        InputError: there is no such aircraft or model, or no flight can be trimmed at a height.
     """
-    described = load_aircraft(aircraft)
-    stall = described.performance.stall_alpha_deg
-    with quiet(), tempfile.TemporaryDirectory(prefix="sinssim-") as folder:
-        model = _Model(loaded_model(aircraft, described, folder), described.performance.retractable_gear, stall)
+    with quiet(), _Model(aircraft, steepest_deg) as model:
         slowest = [model.end_of_level_flight(height, speeds, slow=True) for height in heights]
         fastest = [model.end_of_level_flight(height, speeds, slow=False) for height in heights]
         climbs = [[model.steepest(height, speed, 1.0) for speed in speeds] for height in heights]
@@ -50,26 +50,47 @@ def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float]) -
         min_kt=tuple(slowest),
         max_kt=tuple(fastest),
         airspeed_kt=tuple(speeds),
-        climb_mps=_filled(climbs),
-        descent_mps=_filled(descents),
+        climb_mps=_filled(climbs, heights),
+        descent_mps=_filled(descents, heights),
     )
 
 
-def _filled(rows: list[list[float | None]]) -> tuple[tuple[float, ...], ...]:
+def _filled(rows: list[list[float | None]], heights: list[float]) -> tuple[tuple[float, ...], ...]:
     """Fill in the values that could not be trimmed by the nearest ones of the same height."""
     filled = []
-    for row in rows:
+    for height, row in zip(heights, rows, strict=True):
         known = [place for place, value in enumerate(row) if value is not None]
+        if not known:
+            raise InputError(f"no flight can be trimmed at {height:g} m: give lower heights.")
         nearest = [min(known, key=lambda other, place=place: abs(other - place)) for place in range(len(row))]  # type: ignore[misc]
         filled.append(tuple(round(row[place] or 0.0, 2) for place in nearest))
     return tuple(filled)
 
 
 class _Model:
-    """A loaded model that is trimmed at points."""
+    """A model that is trimmed at points; it is loaded anew after a trim that spoiled it."""
 
-    def __init__(self, executive: Any, retractable: bool, stall_deg: float) -> None:
-        self._executive, self._gear, self._stall = executive, 0.0 if retractable else 1.0, stall_deg
+    def __init__(self, name: str, steepest_deg: float) -> None:
+        self._name, self._steepest = name, steepest_deg
+        self._aircraft = load_aircraft(name)
+        performance = self._aircraft.performance
+        self._gear, self._stall = 0.0 if performance.retractable_gear else 1.0, performance.stall_alpha_deg
+        self._folders = ExitStack()
+
+    def __enter__(self) -> Self:
+        self._load()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._folders.close()
+
+    def _load(self) -> None:
+        self._folders.close()
+        folder = self._folders.enter_context(tempfile.TemporaryDirectory(prefix="sinssim-"))
+        self._executive = loaded_model(self._name, self._aircraft, folder)
+        widen_trim(self._executive, self._stall)
+        self._executive.run_ic()  # computes the fuel
+        self._fuel = self._executive["propulsion/total-fuel-lbs"]
 
     def flies(self, height: float, speed_kt: float, angle_deg: float) -> bool:
         """Return whether steady flight at an angle of climb can be trimmed without stall."""
@@ -84,9 +105,15 @@ class _Model:
             e.run_ic()
             e["propulsion/set-running"] = -1
             e["simulation/do_simple_trim"] = 1
+            trimmed = bool(e["aero/alpha-deg"] < self._stall)
         except jsbsim.BaseError:
+            trimmed = False
+        # A failed trim may leave a propeller without a speed (NaN) or empty tanks, and every later trim fails with it.
+        thrust = e["propulsion/engine[0]/thrust-lbs"]
+        if not (math.isfinite(thrust) and e["propulsion/total-fuel-lbs"] == self._fuel):
+            self._load()
             return False
-        return bool(e["aero/alpha-deg"] < self._stall)
+        return trimmed
 
     def steepest(self, height: float, speed_kt: float, sign: float) -> float | None:
         """Return the largest vertical speed up (sign 1) or down (−1), m/s, positive in that direction.
@@ -96,7 +123,7 @@ class _Model:
         known = next((a for a in (0.0, -3.0, -6.0, -10.0, -16.0, 5.0) if self.flies(height, speed_kt, a)), None)
         if known is None:
             return None
-        inside, outside = known, sign * _STEEPEST
+        inside, outside = known, sign * self._steepest
         for _ in range(_ROUNDS):
             middle = 0.5 * (inside + outside)
             inside, outside = (middle, outside) if self.flies(height, speed_kt, middle) else (inside, middle)

@@ -115,7 +115,7 @@ def test_mean_rates_lose_no_increment():
 
 
 @pytest.mark.parametrize(
-    ("value", "unit"), [(0.0, "mm"), (0.5, "mm"), (0.51, "m"), (3000.0, "m"), (18520.0, "nmi"), (1e9, "nmi")]
+    ("value", "unit"), [(0.0, "mm"), (0.5, "mm"), (0.51, "m"), (18520.0, "m"), (1e5, "m"), (1.01e5, "km"), (1e9, "km")]
 )
 def test_lengths_come_in_the_unit_that_suits_them(value, unit):
     assert suiting(LENGTHS, np.array([0.0, -value]))[0] == unit

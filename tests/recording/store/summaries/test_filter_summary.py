@@ -163,7 +163,7 @@ def test_bands_are_three_sigma_around_zero_with_the_error_in_the_same_unit(recor
     result, _ = recorded
     info = read_run_info(result.directory / "recording.rrd")
     found = result.aided.estimate
-    sizes = {"mm": 1e-3, "m": 1.0, "nmi": 1852.0, "arcsec": np.pi / 648e3, "arcmin": np.pi / 10.8e3, "deg": np.pi / 180}
+    sizes = {"mm": 1e-3, "m": 1.0, "km": 1e3, "arcsec": np.pi / 648e3, "arcmin": np.pi / 10.8e3, "deg": np.pi / 180}
     for entity, column, sign in (("position_east", 1, 1.0), ("height", 2, -1.0), ("azimuth", 8, 1.0)):
         size = sizes[info.label(f"filter_{entity}")]
         rows = {}
@@ -343,5 +343,5 @@ def test_a_ramp_that_is_believed_again_is_said_to_be():
         "believed_again_s": 160.0, "forged_then_m": 60.0, "caught": True, "max_horizontal_error_m": 70.0,
     }  # fmt: skip
     caught, again = filter_summary.fault_sentences({"faults": [ramp]})
-    assert "was caught by the gate" in caught
-    assert again.startswith("From 160 s on, with the satellites 60.0 m off, the filter accepted them again")
+    assert "was detected by the gate" in caught
+    assert again.startswith("From 160 s on, with the GNSS fixes 60.0 m off, the filter accepted them again")

@@ -1,0 +1,1 @@
+"""What the columns of a text file of unknown layout hold: names, numbers, units."""

@@ -1,0 +1,132 @@
+"""Guesses what several text files hold together: a unit in one file or in two, and fixes, in one of them or apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from sinssim.errors import InputError
+from sinssim.inspection.layouts.fix_columns import FixLayout, guess_fixes
+from sinssim.inspection.layouts.inertial import Layout, guess_layout, guess_part, joined
+from sinssim.inspection.layouts.names import triads
+from sinssim.inspection.layouts.text_table import TextTable
+from sinssim.logs.files import fix_stream
+from sinssim.logs.streams import Streams
+from sinssim.logs.text.description import TIME_UNITS
+from sinssim.scenario.sections.log import LogGnss
+
+
+@dataclass(frozen=True)
+class Guessed:
+    """What text files hold.
+
+    Attributes:
+        unit: file and layout of the inertial unit; None without.
+        fixes: files and layouts of fixes.
+        left: sentences on files that are not used.
+    """
+
+    unit: tuple[TextTable, Layout] | None
+    fixes: tuple[tuple[TextTable, FixLayout], ...]
+    left: tuple[str, ...] = ()
+
+    @property
+    def paths(self) -> set[Path]:
+        """The files."""
+        return {table.path for table, _ in (*([self.unit] if self.unit else ()), *self.fixes)}
+
+    def streams(self) -> list[Streams]:
+        """Return the streams of the files, as a run reads them."""
+        found = []
+        if self.unit is not None:
+            stream, clock = self.unit[1].stream(self.unit[0])
+            found.append(Streams(self.unit[0].path, "text", clock, inertial={"imu": stream}))
+        for table, layout in self.fixes:
+            keys = {"file": str(table.path.resolve()), "format": "text", **layout.description(table)}
+            fixes, clock, notes = fix_stream(LogGnss.model_validate(keys))
+            found.append(Streams(table.path, "text", clock, fixes={"gnss": fixes}, notes=notes))
+        return found
+
+
+def guess_files(tables: list[TextTable]) -> Guessed:
+    """Guess what text files of unknown columns hold.
+
+    Args:
+        tables: the numbers of each.
+
+    Returns:
+        The guess.
+
+    Raises:
+        InputError: a file is neither a log of an inertial unit, or a part of one, nor fixes.
+    """
+    units: list[tuple[TextTable, Layout]] = []
+    parts: list[tuple[TextTable, Layout]] = []
+    neither: list[InputError] = []
+    for table in tables:
+        placed = guess_fixes(table) is not None
+        if placed and not triads(table.words):
+            continue
+        try:
+            units.append((table, guess_layout(table)))
+        except InputError as error:
+            if placed:
+                continue
+            try:
+                part = guess_part(table)
+            except InputError as why:
+                neither.append(why)
+                continue
+            if part is None:
+                text = f"{str(error).rstrip('.')}. Nor are two of its columns a latitude and a longitude."
+                neither.append(InputError(text))
+            else:
+                parts.append((table, part))
+    whole = bool(units)
+    if not whole and {layout.gyro is None for _, layout in parts} == {True, False}:
+        chosen = _chosen(parts)
+        units.append(joined(chosen))
+        parts = [part for part in parts if part not in chosen]
+    left = [f"{table.path} has one triad alone, and is not used." for table, _ in parts]
+    if not units and (neither or parts):
+        if neither:
+            raise neither[0]
+        joined(parts)  # says what is missing
+    if len(units) > 1:
+        names = " and ".join(str(table.path) for table, _ in units)
+        raise InputError(f"{names} each hold an inertial unit: inspect one at a time.")
+    unit = units[0] if units else None
+    near = None
+    if unit is not None:
+        table, layout = unit
+        column, scale = table.values[:, layout.time], TIME_UNITS[layout.time_unit]
+        if layout.time in table.dates:
+            scale = 1.0
+        near = table.label(layout.time), layout.time_unit, float(column[0]) * scale, float(column[-1]) * scale
+    fixes = [(table, found) for table in tables if (found := guess_fixes(table, near)) is not None]
+    if unit is not None and len(fixes) == 1 and fixes[0][0] is unit[0]:
+        fixes = [(unit[0], replace(fixes[0][1], time=unit[1].time, time_unit=unit[1].time_unit))]
+    return Guessed(unit, tuple(fixes), (*left, *(f"{error} The file is not used." for error in neither)))
+
+
+def _chosen(parts: list[tuple[TextTable, Layout]]) -> list[tuple[TextTable, Layout]]:
+    """Return the first file of gyros and the first of accelerometers, calibrated ones before others."""
+    order = sorted(parts, key=lambda part: "uncal" in part[0].path.stem.lower())
+    gyros = next(part for part in order if part[1].gyro is not None)
+    accel = next(part for part in order if part[1].accel is not None)
+    return [gyros, accel]
+
+
+def fix_words(table: TextTable, layout: FixLayout) -> str:
+    """Return which columns hold what."""
+    time = "dates" if layout.time in table.dates else layout.time_unit
+    words = [f"time {table.label(layout.time)} [{time}]"]
+    for name, of in layout.quantities.items():
+        what = name.replace("_", " ").replace("sigma", "σ")
+        if isinstance(of, int):
+            words.append(f"{what} {table.label(of)}")
+            continue
+        columns = of.get("columns", [of.get("column")])
+        axes = f", {of['axes']}" if "axes" in of else ""
+        words.append(f"{what} {', '.join(str(table.label(k)) for k in columns)} [{of['unit']}{axes}]")
+    return "; ".join(words) + ("; fixes are held until there is a new one" if layout.held else "")

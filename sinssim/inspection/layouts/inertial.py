@@ -1,0 +1,399 @@
+"""Guesses which columns of a text file are time, gyros and accelerometers, and their units, from names and numbers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.inspection.layouts.names import quantity, says, triads, unit_of
+from sinssim.inspection.layouts.text_table import TextTable
+from sinssim.logs.gps_time import gps_from_unix
+from sinssim.logs.streams import Clock, InertialStream
+from sinssim.logs.text.description import TIME_UNITS, UNITS, unit_in_name
+from sinssim.units import G0
+
+Kind = Literal["rates", "increments"]
+Three = tuple[int, int, int]
+
+_RATES = (5.0, 10_000.0)
+"""Samples a second of inertial sensors, from slow recorders to raw outputs."""
+_NEAR_G = 0.3
+"""Relative departure of the median specific force from gravity: manoeuvres make it larger, units differ by a factor of
+three or more."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A guess of a log's layout.
+
+    Attributes:
+        kind: rates or increments.
+        time: column of the time, from 0.
+        time_unit: one of s, ms, us, ns.
+        gyro, accel: columns x, y, z of the triads, from 0; None for a triad of another file.
+        gyro_unit, accel_unit: units.
+        gyro_unit_sure: whether names or the kind give the unit of the gyros; otherwise fixes have to tell.
+        gyro_signs, accel_signs: signs of the columns.
+        other: path, columns and numbers of the file with the other triad; None if one file has both.
+    """
+
+    kind: Kind
+    time: int
+    time_unit: str
+    gyro: Three | None
+    accel: Three | None
+    gyro_unit: str
+    accel_unit: str
+    gyro_unit_sure: bool
+    gyro_signs: Three = (1, 1, 1)
+    accel_signs: Three = (1, 1, 1)
+    other: tuple[TextTable, Layout] | None = None
+
+    def columns(self, table: TextTable, name: str) -> tuple[TextTable, Three]:
+        """Return the table and the columns of a triad, "gyro" or "accel"."""
+        own: Three | None = getattr(self, name)
+        if own is not None:
+            return table, own
+        assert self.other is not None
+        three: Three | None = getattr(self.other[1], name)
+        assert three is not None
+        return self.other[0], three
+
+    def coarse_stamps(self, table: TextTable) -> bool:
+        """Return whether stamps repeat between rows that differ: those of packets, or of a clock that is too coarse."""
+        same = np.diff(table.values[:, self.time]) == 0.0
+        of, three = self.columns(table, "gyro")
+        return bool(same.any() and of is table and (np.diff(table.values[:, list(three)], axis=0)[same] != 0.0).any())
+
+    def unix(self, table: TextTable) -> bool:
+        """Return whether the times count from 1970."""
+        return is_unix(table, self.time, table.values[:, self.time] * TIME_UNITS[self.time_unit])
+
+    def description(self, table: TextTable, folder: Path | None = None) -> dict[str, Any]:
+        """Return the keys of the description of the log.
+
+        Args:
+            table: the numbers.
+            folder: of the scenario, to which the path of a second file is relative.
+        """
+        keys: dict[str, Any] = {"kind": self.kind, "time": table.label(self.time)}
+        if self.time not in table.dates:
+            keys["time_unit"] = self.time_unit
+        keys |= table.layout()
+        if self.unix(table):
+            keys["clock"] = "unix"
+        if self.coarse_stamps(table):
+            keys["stamps"] = "even"
+        for name, unit, signs in (
+            ("gyro", self.gyro_unit, self.gyro_signs),
+            ("accel", self.accel_unit, self.accel_signs),
+        ):
+            of, three = self.columns(table, name)
+            keys[name] = {"columns": [of.label(k) for k in three], "unit": unit}
+            if signs != (1, 1, 1):
+                keys[name]["signs"] = list(signs)
+            if of is not table:
+                keys[name]["file"] = of.path.name if folder is None else relative(of.path, folder)
+        return keys
+
+    def stream(self, table: TextTable) -> tuple[InertialStream, Clock]:
+        """Return the readings in SI units, and the clock of their times."""
+        found = {}
+        time, clock = self._time_of(table, self.time, self.time_unit)
+        inside = np.ones(len(time), dtype=bool)
+        for name, unit, signs in (
+            ("gyro", self.gyro_unit, self.gyro_signs),
+            ("accel", self.accel_unit, self.accel_signs),
+        ):
+            of, three = self.columns(table, name)
+            values = of.values[:, list(three)] * (UNITS[name, self.kind][unit] * np.array(signs, dtype=np.float64))
+            if of is not table:
+                assert self.other is not None
+                at, its = self._time_of(of, self.other[1].time, self.other[1].time_unit)
+                at = at + ((its.origin_gps_s or 0) - (clock.origin_gps_s or 0))
+                inside = (time >= at[0]) & (time <= at[-1])
+                values = np.stack([np.interp(time, at, axis) for axis in values.T], axis=1)
+            found[name] = values
+        return InertialStream(time[inside], found["gyro"][inside], found["accel"][inside], self.kind), clock
+
+    def turned(self, gyro: Array, accel: Array) -> Layout | None:
+        """Return the layout with columns in another order and of other signs; None for anything else.
+
+        Args:
+            gyro, accel: matrices from the readings to the right ones, (3, 3).
+        """
+        for matrix in (gyro, accel):
+            if not np.array_equal(np.sort(np.abs(matrix), axis=1), [[0.0, 0.0, 1.0]] * 3):
+                return None
+        if self.other is not None and not np.array_equal(accel, np.eye(3)):
+            at, layout = self.other
+            of = layout.turned(np.eye(3), accel)
+            return (
+                None
+                if of is None
+                else replace(self.turned(gyro, np.eye(3)) or self, other=(at, of), accel_signs=of.accel_signs)
+            )
+        changed: dict[str, Any] = {}
+        for name, matrix in (("gyro", gyro), ("accel", accel)):
+            columns, signs = getattr(self, name), getattr(self, f"{name}_signs")
+            if columns is None:
+                continue
+            source = [int(np.argmax(np.abs(row))) for row in matrix]
+            changed[name] = tuple(columns[j] for j in source)
+            changed[f"{name}_signs"] = tuple(int(matrix[i, j]) * signs[j] for i, j in enumerate(source))
+        return replace(self, **changed)
+
+    @staticmethod
+    def _time_of(table: TextTable, column: int, unit: str) -> tuple[Array, Clock]:
+        """Return the times, s, and their clock."""
+        own = Clock("machine", None, "times without a date")
+        if column in table.dates:
+            return table.values[:, column], table.clocks.get(column) or own
+        time = table.values[:, column] * TIME_UNITS[unit]
+        if not is_unix(table, column, time):
+            return time, own
+        first = np.floor(time[0])
+        return time - first, Clock("utc", int(gps_from_unix(first)), "Unix time")
+
+
+def is_unix(table: TextTable, column: int, time: Array) -> bool:
+    """Return whether times count from 1970: they are of the years 2001 to 2039, and no name says GPS."""
+    if column in table.dates or re.search("gps", str(table.label(column)), re.IGNORECASE):
+        return False
+    return 1.0e9 < float(np.median(time)) < 2.2e9
+
+
+def relative(path: Path, folder: Path) -> str:
+    """Return a path relative to a folder if it lies in it, or else a whole one."""
+    try:
+        return path.resolve().relative_to(folder.resolve()).as_posix()
+    except ValueError:
+        return path.resolve().as_posix()
+
+
+def guess_layout(table: TextTable) -> Layout:
+    """Guess the layout of a log of inertial readings.
+
+    Args:
+        table: the numbers.
+
+    Returns:
+        The guess.
+
+    Raises:
+        InputError: no column can be the time, or no three columns gravity; the message says what was looked for.
+    """
+    time, unit, interval = _time(table)
+    free = _threes(table, time)
+    accel = min((_accelerometers(table, three, time, interval) for three in free), default=None)
+    if accel is None or not np.isfinite(accel[0]):
+        named = [three for three in free if _quantity(table, three) == "accel"]
+        raise InputError(_without_gravity(table, named[0]) if named else _no_gravity(table))
+    _, at, kind, accel_unit = accel
+    gyros = [three for three in free if not set(three) & set(at) and _varies(table, three)]
+    named = [three for three in gyros if _quantity(table, three) == "gyro"]
+    unnamed = [three for three in gyros if _quantity(table, three) is None]
+    if not (named or unnamed):
+        raise InputError(f"{table.path}: beside the accelerometers no three columns can be gyros.")
+    first = (named or sorted(unnamed, key=lambda three: abs(abs(three[0] - at[0]) - 3)))[0]
+    gyro_unit, sure = _gyro_unit(table, first, kind)
+    return Layout(kind, time, unit, first, at, gyro_unit, accel_unit, sure)
+
+
+def guess_part(table: TextTable) -> Layout | None:
+    """Guess the layout of a file of gyros alone or accelerometers alone, as phones write.
+
+    Args:
+        table: the numbers.
+
+    Returns:
+        The guess, with one of the triads; None if the file is neither.
+
+    Raises:
+        InputError: no column can be the time.
+    """
+    time, unit, interval = _time(table)
+    free = [three for three in _threes(table, time) if _varies(table, three)]
+    stem = quantity(table.path.stem)
+    gyros = [t for t in free if (_quantity(table, t) or stem) == "gyro"]
+    if gyros:
+        gyro_unit, sure = _gyro_unit(table, gyros[0], "rates")
+        return Layout("rates", time, unit, gyros[0], None, gyro_unit, "m/s^2", sure)
+    accel = [t for t in free if (_quantity(table, t) or stem) == "accel"]
+    fits = min((_accelerometers(table, three, time, interval) for three in accel), default=None)
+    if not accel or fits is None:
+        return None
+    if not np.isfinite(fits[0]) or fits[2] != "rates":
+        raise InputError(_without_gravity(table, accel[0]))
+    return Layout("rates", time, unit, None, fits[1], "rad/s", fits[3], True)
+
+
+def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
+    """Join the layouts of a file of gyros and a file of accelerometers.
+
+    Args:
+        parts: the two, in any order.
+
+    Returns:
+        The file of the gyros, whose stamps count, and the layout of both.
+
+    Raises:
+        InputError: they are not one of each, or their columns of times differ in name.
+    """
+    gyros = [part for part in parts if part[1].gyro is not None]
+    accel = [part for part in parts if part[1].accel is not None]
+    if len(gyros) != 1 or len(accel) != 1:
+        names = ", ".join(str(table.path) for table, _ in parts)
+        raise InputError(
+            f"{names}: {len(gyros)} files have gyros alone and {len(accel)} accelerometers alone; one of each makes a "
+            "unit. Give the raw ones: readings with gravity, without compensation."
+        )
+    (table, layout), (other, of) = gyros[0], accel[0]
+    if (table.label(layout.time), table.layout()) != (other.label(of.time), other.layout()):
+        raise InputError(
+            f"{table.path} and {other.path}: their times are in the columns {table.label(layout.time)!r} and "
+            f"{other.label(of.time)!r}, but a triad in another file needs the same layout. Rewrite one of them."
+        )
+    return table, replace(layout, accel_unit=of.accel_unit, other=(other, of))
+
+
+def _no_gravity(table: TextTable) -> str:
+    return (
+        f"{table.path}: no three columns in a row have a median magnitude of gravity in m/s², g, mg or ft/s², as "
+        "rates or as increments. "
+        "Describe the columns in a scenario's table [log.imu], and inspect the scenario."
+    )
+
+
+def _without_gravity(table: TextTable, three: Three) -> str:
+    size = float(np.nanmedian(np.linalg.norm(table.values[:, list(three)], axis=1)))
+    names = ", ".join(str(table.label(k)) for k in three)
+    return (
+        f"{table.path}: the columns {names} have a median magnitude of {size:.3g}, which is gravity in no unit. If the "
+        "recorder has removed gravity (linear or user acceleration), navigation is impossible with them: give the "
+        "readings of the accelerometers with gravity."
+    )
+
+
+def _threes(table: TextTable, time: int) -> list[Three]:
+    """Return the columns that may be a triad: those whose names differ by an axis, or else all three in a row."""
+    named = [three for three in triads(table.words) if time not in three and _quantity(table, three) != "other"]
+    if named:
+        return named
+    count = table.values.shape[1]
+    return [(k, k + 1, k + 2) for k in range(count - 2) if not {k, k + 1, k + 2} & {time}]
+
+
+def _quantity(table: TextTable, three: Three) -> str | None:
+    """Return what the names of three columns say: "gyro", "accel", "other" or nothing."""
+    if table.words is None:
+        return None
+    said = {quantity(table.words[k]) for k in three}
+    return said.pop() if len(said) == 1 else None
+
+
+def _says(table: TextTable, column: int, pattern: str) -> bool:
+    return table.words is not None and says(table.words[column], pattern)
+
+
+def _varies(table: TextTable, three: Three) -> bool:
+    values = table.values[:, list(three)]
+    return bool(np.isfinite(values).mean() > 0.9 and (np.nanstd(values, axis=0) > 0.0).all())
+
+
+def _time(table: TextTable) -> tuple[int, str, float]:
+    """Return column, unit and interval [s] of the time."""
+    best: tuple[float, int, str, float] = (np.inf, -1, "", 0.0)
+    for k, column in enumerate(table.values.T):
+        if not np.isfinite(column).all() or len(column) < 3:
+            continue
+        steps = np.diff(column)
+        forward = steps[steps > 0.0]
+        # stamps may repeat: those of several samples in one packet, or of a clock coarser than the samples
+        if len(forward) < 0.1 * len(steps) or (steps < 0.0).mean() > 0.02:
+            continue
+        middle = float(column[-1] - column[0]) / len(steps)
+        if not middle > 0.0:
+            continue
+        spread = min(float(np.percentile(np.abs(steps - middle), 90.0)) / middle, 3.0)
+        spread = round(spread, 1) + 1e-3 * k  # of columns that are alike the first one, in every file of a logger
+        spread -= 10.0 * _says(table, k, r"time|stamp|^t$|^t[_\W]|sec|tow|sow|epoch")
+        middle = middle if len(forward) < 0.9 * len(steps) else float(np.median(forward))
+        for unit, scale in {"s": 1.0}.items() if k in table.dates else TIME_UNITS.items():
+            rate = 1.0 / (middle * scale)
+            inside = _RATES[0] <= rate <= _RATES[1]
+            named = k in table.dates or (table.words is not None and unit_in_name(table.words[k]) == unit)
+            if inside or named:
+                off = abs(np.log10(rate / 200.0))  # most units of users give 50 to 1000 a second
+                best = min(best, (spread + 0.01 * off - 5.0 * named, k, unit, middle * scale))
+    if best[1] < 0:
+        raise InputError(
+            f"{table.path}: no column increases from row to row by the interval of inertial sensors ({_RATES[0]:g} to "
+            f"{_RATES[1]:g} samples a second) in s, ms, us or ns. Describe the columns in a scenario's [log.imu], "
+            "and inspect the scenario."
+        )
+    return best[1], best[2], best[3]
+
+
+def _accelerometers(table: TextTable, three: Three, time: int, interval: float) -> tuple[float, Three, Kind, str]:
+    """Return how badly three columns fit gravity (infinite if not at all), with the kind and unit of the best fit."""
+    best: tuple[float, Three, Kind, str] = (np.inf, three, "rates", "")
+    said = _quantity(table, three)
+    if not _varies(table, three) or said == "gyro":
+        return best
+    size = float(np.nanmedian(np.linalg.norm(table.values[:, list(three)], axis=1)))
+    if not _lasts(table.values[:, list(three)], interval):
+        return best
+    # names of all three, or a whole number of triads before them: neighbours of z have gravity in them, too
+    before = [k for k in range(min(three)) if k != time and table.values[:, k].std() > 0.0]
+    bonus = 2.0 * (said == "accel") + (len(before) % 3 == 0)
+    word = None if table.words is None else table.words[three[0]]
+    readings: list[tuple[Kind, float]] = [("rates", 1.0), ("increments", 1.0 / interval)]
+    for kind, per_second in readings:
+        units = UNITS["accel", kind]
+        named = unit_of(word, tuple(units))
+        for unit, scale in units.items():
+            off = abs(size * scale * per_second / G0 - 1.0)
+            if off <= _NEAR_G:
+                worse = (kind == "increments") * 1e-3 - 0.5 * (unit == named)
+                best = min(best, (off + worse - bonus, three, kind, unit))
+    return best
+
+
+_LASTING_S = 10.0
+_LASTING = 0.7
+"""Least ratio of the mean of the readings over `_LASTING_S`, as a vector, to the mean of their magnitudes, in half of
+the windows: gravity lasts, and the accelerations of a vehicle change within seconds."""
+
+
+def _lasts(values: Array, interval: float) -> bool:
+    """Return whether readings have a lasting part as large as gravity, unlike those without gravity."""
+    width = min(max(round(_LASTING_S / interval), 1), len(values))
+    whole = values[: len(values) // width * width].reshape(-1, width, 3)
+    mean, size = np.nanmean(whole, axis=1), np.nanmean(np.linalg.norm(whole, axis=2), axis=1)
+    return bool(np.median(np.linalg.norm(mean, axis=1) / np.maximum(size, 1e-30)) > _LASTING)
+
+
+def _gyro_unit(table: TextTable, three: Three, kind: Kind) -> tuple[str, bool]:
+    """Return the unit of the gyros from the names, or the likeliest one from the numbers, and whether it is sure."""
+    named = None if table.words is None else unit_of(table.words[three[0]], tuple(UNITS["gyro", kind]))
+    if named is not None:
+        return named, True
+    if kind == "increments":
+        return "rad", False
+    # a turn of a vehicle is 5 to 100 °/s: numbers above 10 are no rad/s
+    fast = float(np.nanpercentile(np.abs(table.values[:, list(three)]), 99.0))
+    return ("deg/s" if fast > 6.0 else "rad/s"), False
+
+
+def other_gyro_units(layout: Layout) -> list[str]:
+    """Return the units that the gyros may have, the guessed one first."""
+    units = list(UNITS["gyro", layout.kind])
+    units.remove(layout.gyro_unit)
+    return [layout.gyro_unit, *units]

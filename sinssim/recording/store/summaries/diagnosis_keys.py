@@ -1,0 +1,191 @@
+"""The keys that a diagnosis names: errors of the aiding sensors and of the initial state, faults of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from sinssim import units
+from sinssim.formatting import number_text
+from sinssim.logs.files import other_units
+
+if TYPE_CHECKING:
+    from sinssim.estimation.explanation import Hypothesis
+    from sinssim.scenario import Scenario
+
+_OF_SENSORS: dict[str, tuple[str, str, float]] = {
+    "baro bias": ("baro.bias_sigma_m", "m", 1.0),
+    "baro scale": ("baro.scale_sigma_ppm", "ppm", units.PPM),
+    "odometer scale": ("odometer.scale_sigma_ppm", "ppm", units.PPM),
+    "magnetometer bias": ("magnetometer.bias_sigma_deg", "°", units.DEG),
+    "airspeed bias": ("airspeed.bias_sigma_mps", "m/s", 1.0),
+    "airspeed scale": ("airspeed.scale_sigma_ppm", "ppm", units.PPM),
+    "airspeed wind": ("airspeed.wind_sigma_mps", "m/s", 1.0),
+    "attitude bias": ("attitude.bias_sigma_arcmin", "arcmin", units.ARCMIN),
+    "star-tracker bias": ("star_tracker.bias_sigma_arcsec", "arcsec", units.ARCSEC),
+    "dual-antenna bias": ("dual_antenna.bias_sigma_deg", "°", units.DEG),
+    "master-attitude bias": ("master.mounting_sigma_arcmin", "arcmin", units.ARCMIN),
+    "land-vehicle mounting": ("land_vehicle.mounting_sigma_deg", "°", units.DEG),
+    "land-vehicle lever arm": ("land_vehicle.lever_arm_sigma_m", "m", 1.0),
+}
+"""Key in [aiding], display unit and its size, by the block of the sensor's error."""
+
+_OF_KINDS: dict[str, tuple[str, float]] = {
+    "baro-height": ("m", 1.0), "heading": ("deg", units.DEG), "speed": ("m/s", 1.0), "airspeed": ("m/s", 1.0),
+}  # fmt: skip
+"""Unit of the keys of a recorded sensor, and its size, by the kind of measurement."""
+
+_OF_START: dict[str, tuple[str, str, float, str]] = {
+    "initial position": ("position", "m", 1.0, "north, east, down"),
+    "initial velocity": ("velocity", "m/s", 1.0, "north, east, down"),
+    "initial tilt": ("tilt", "°", units.DEG, "about north, about east"),
+    "initial heading": ("heading", "°", units.DEG, ""),
+}
+"""What it is, display unit and its size, and axes of an error of the initial state."""
+
+
+def short(value: float, digits: int = 3) -> str:
+    """Return a number as TOML takes it, with few digits.
+
+    Args:
+        value: the number.
+        digits: number of significant digits.
+    """
+    return f"{float(f'{value:.{digits}g}'):g}"
+
+
+def with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
+    """Return the estimates of a hypothesis with their σ, in a display unit.
+
+    Args:
+        cause: the hypothesis.
+        size: of the unit, SI.
+        unit: its name.
+    """
+    values = [
+        f"{short(value / size)} ± {short(sigma / size, 2)}"
+        for value, sigma in zip(cause.value, cause.sigma, strict=True)
+    ]
+    told = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    return f"{told}{unit}" if unit == "°" else f"{told} {unit}"
+
+
+def wide(value: float) -> str:
+    """Return a 1σ with which a filter takes an error in, three times as large, with two digits.
+
+    Args:
+        value: the largest estimate.
+    """
+    return short(3.0 * abs(value), 2)
+
+
+def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
+    """Return an error of an aiding sensor in words, and the keys that make it a state.
+
+    Args:
+        cause: a hypothesis on a block of the sensor.
+        scenario: that was run.
+    """
+    sensor, error = _parts(cause.name)
+    largest = max(cause.value, key=abs)
+    others = [] if scenario.log is None else list(scenario.log.others)
+    for number, other in enumerate(others, start=1):
+        if other.name != sensor or other.kind not in _OF_KINDS:
+            continue
+        where, (unit, size) = f"log.others.{number}", _OF_KINDS[other.kind]
+        if error == "scale":
+            told = with_sigma(cause, units.PPM, "ppm")
+            return f"{sensor}: its {_words(error)}, {told}", f"{where}.scale_sigma_ppm = {wide(largest / units.PPM)}"
+        told = with_sigma(cause, size, "°" if unit == "deg" else unit)
+        text = f'{{ value = {wide(largest / size)}, unit = "{unit}" }}'
+        return f"{sensor}: its {_words(error)}, {told}", f"{where}.bias_sigma = {text}"
+    if cause.name in _OF_SENSORS:
+        key, unit, size = _OF_SENSORS[cause.name]
+        told = with_sigma(cause, size, unit)
+        return f"{sensor}: its {_words(error)}, {told}", f"aiding.{key} = {wide(largest / size)}"
+    told = with_sigma(cause, 1.0, "in SI units")
+    return f"{sensor}: its {_words(error)}, {told}", f'a state "{cause.name}" in the method states() of the sensor'
+
+
+def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
+    """Return a random walk of an aiding sensor's error in words, and the keys that describe it.
+
+    A Gauss-Markov process of 1σ s and correlation time τ begins as a random walk of the density q = s √(2/τ).
+
+    Args:
+        cause: a hypothesis on the walk of its bias.
+        scenario: that was run.
+    """
+    sensor, density = cause.name, cause.value[0]
+    others = [] if scenario.log is None else list(scenario.log.others)
+    for number, other in enumerate(others, start=1):
+        if other.name == sensor and other.kind in _OF_KINDS and other.bias_sigma is not None:
+            unit, size = _OF_KINDS[other.kind]
+            sigma = (other.bias_sigma.value or 0.0) * other_units(other)[other.bias_sigma.unit]
+            tau = 2.0 * (sigma / density) ** 2
+            what = f"the error of {sensor} walks randomly, by {short(density / size)} {unit}/√s"
+            return what, f"log.others.{number}.bias_correlation_time_s = {short(tau, 2)}"
+    return f"the error of {sensor} walks randomly", f"a correlation time of the state {sensor} bias"
+
+
+def _parts(name: str) -> tuple[str, str]:
+    """Return the sensor and the error of a block, "lever arm" included."""
+    for error in ("lever arm", "time offset"):
+        if name.endswith(f" {error}"):
+            return name.removesuffix(f" {error}"), error
+    sensor, _, error = name.rpartition(" ")
+    return sensor, error
+
+
+def _words(error: str) -> str:
+    return {"bias": "constant error", "scale": "scale factor's error", "wind": "wind (north, east)"}.get(error, error)
+
+
+def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
+    """Return an error of the initial state in words, and the keys that let the filter take it in.
+
+    Args:
+        cause: a hypothesis on the initial state, with its size.
+        scenario: that was run.
+    """
+    what, unit, size, axes = _OF_START[cause.name]
+    if not cause.value:
+        told = "by more than the filter assumes"
+    else:
+        told = f"by {with_sigma(cause, size, unit)}" + (f" ({axes})" if axes else "")
+    keys = []
+    shown = cause.value or (0.0,)
+    if what == "position":
+        sides = [("position_m", max(map(abs, shown[:2]))), ("height_m", abs(shown[-1]))]
+    elif what == "velocity":
+        sides = [("velocity_mps", max(map(abs, shown)))]
+    else:
+        sides = [(f"{what}_arcmin", max(map(abs, shown)) / units.ARCMIN)]
+    keys = [f"filter.initial_sigma.{key} = {wide(value)}" for key, value in sides if value > 0.0]
+    given = _given_start(cause.name, scenario)
+    tried = " and ".join(keys) or "larger keys of filter.initial_sigma"
+    return f"the {cause.name} is off {told}, more than the filter assumes", f"{given}{tried}"
+
+
+def _given_start(name: str, scenario: Scenario) -> str:
+    """Return what to look at first for a recorded start."""
+    if scenario.log is None or name != "initial heading" or scenario.log.start.heading_deg is None:
+        return ""
+    return f"another log.start.heading_deg than {number_text(scenario.log.start.heading_deg, 4)}, or "
+
+
+def planted(scenario: Scenario, until: float) -> Iterator[str]:
+    """Yield the keys of faults that a scenario plants before an instant, of which a filter knows nothing.
+
+    Args:
+        scenario: that was run.
+        until: the instant, s.
+    """
+    gnss = None if scenario.aiding is None else getattr(scenario.aiding, "gnss", None)
+    for key in ("jumps", "ramps"):
+        begins = [fault.from_s for fault in getattr(gnss, key, ()) if fault.from_s < until]
+        if begins:
+            yield f"aiding.gnss.{key} from {min(begins):g} s on"
+    instants = [fault.at_s if fault.type == "spike" else fault.from_s for fault in scenario.imu.faults]
+    if instants and min(instants) < until:
+        yield f"imu.faults from {min(instants):g} s on"
