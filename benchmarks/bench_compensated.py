@@ -1,17 +1,17 @@
-"""Speed of navigation with gravity compensation and on a turning block, in pairs with plain navigation.
+"""Speed of navigation with gravity compensation and with a rotating IMU, in pairs with plain navigation.
 
     python -m benchmarks.bench_compensated [--hours 1] [--rate 100] [--repeat 7] [--degree 36 --degree 120]
 
-All navigate on increments of the same great circle at 10 km and 240 m/s, by the quaternion algorithm, on one core:
+All cases use increments of the same great circle at 10 km and 240 m/s and the quaternion algorithm, on one core:
 
     plain      normal gravity
-    degree n   the same with EGM2008 to degree n at the navigator's own position (`navigation.gravity_degree`)
-    turning    readings of a block that turns by the 16-position sequence, without and with the attitude of the vehicle
-               by the encoders' angles
+    degree n   the same with EGM2008 to degree n at the computed position (`navigation.gravity_degree`)
+    turning    increments of an IMU that rotates by the 16-position sequence, without and with the attitude of the
+               vehicle from the encoder angles
 
-Each case alternates with plain navigation. The smallest processor times of its pairs are compared. For a degree the
-parts of the smallest time are printed, too: the navigations of all passes and their number, the field along the path,
-and the integral of the disturbance in the body's axes with the speed of its kernel.
+Each case alternates with plain navigation, and the smallest processor times of the pairs are compared. For a degree,
+the parts of the smallest time are also printed: the navigations of all passes and their number, the field along the
+path, and the integral of the disturbance in body axes with the speed of its kernel.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def seconds(work: Callable[[], object]) -> float:
 
 
 class Cases:
-    """Navigation on the increments of a great circle, plain and otherwise.
+    """Navigation with the increments of a great circle, plain and in the other cases.
 
     Args:
         hours: duration.
@@ -124,7 +124,7 @@ class Cases:
         )
 
     def turning(self) -> None:
-        """Print the lines of a turning block."""
+        """Print the lines of a rotating IMU."""
         unit = load_scenario("rotating_unit").imu
         block = block_of(self.circle, unit)
         turned, begin = block.increments(self.rate_hz), block.state(0.0)
@@ -142,7 +142,7 @@ class Cases:
             for _ in range(min(self.repeat, 3))
         ]
         base, own = (len(self.imu) / min(times) / 1e6 for times in zip(*truths, strict=True))
-        print(f"{'ideal increments':24s} {own:5.2f}   of the great circle itself {base:5.2f}")
+        print(f"{'ideal increments':24s} {own:5.2f}   great circle alone {base:5.2f}")
 
 
 def main() -> None:
@@ -154,7 +154,7 @@ def main() -> None:
     parser.add_argument("--degree", type=int, action="append", help="36 and 120 by default")
     options = parser.parse_args()
     cases = Cases(options.hours, options.rate, options.repeat)
-    print(f"{len(cases.imu)} samples; million samples a second by the smallest times of {options.repeat} pairs")
+    print(f"{len(cases.imu)} samples; million samples per second from the smallest times of {options.repeat} pairs")
     for degree in options.degree or (36, 120):
         cases.in_field_of_degree(degree)
     cases.turning()

@@ -1,9 +1,9 @@
-"""Time until Chromium without a window shows the web view of the demonstration run, and what its console says.
+"""Time until headless Chromium shows the web view of the demonstration run, and the messages of its console.
 
     python -m benchmarks.bench_web_view [--repeat 3] [--picture FILE.png]
 
 Every repetition starts a new server and a new browser with an empty profile; graphics are drawn by the processor. The
-view counts as shown when the plots have curves: coloured pixels by the thousand, and as many in the next picture.
+view is considered complete when the plots show curves: thousands of coloured pixels, and as many in the next picture.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _DRAWN = 2000
 
 
 def colourful(picture: bytes) -> int:
-    """Return the number of pixels of a colour, which frames and text are not."""
+    """Return the number of coloured pixels; frames and text have no colour."""
     pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB")).astype(int)
     return int(((pixels.max(axis=2) - pixels.min(axis=2)) > 60).sum())
 
@@ -44,23 +44,23 @@ def shown(folder: Path, picture: Path | None) -> tuple[float, float, list[str]]:
         with Page() as page:
             opened = time.monotonic()
             page.open(address)
-            page.wait(1.0)  # a page that is being opened has no picture
-            before, seen = 0, b""
+            page.wait(1.0)  # a page has no picture while it is opened
+            before, first, seen = 0, 0.0, b""
             while time.monotonic() - opened < _LONGEST:
                 taken = time.monotonic()
                 seen = page.picture()
                 now = colourful(seen)
                 if before >= _DRAWN and abs(now - before) < 0.2 * before:
                     break
-                before = now
-                page.wait(0.2)
+                before, first = now, taken
+                page.wait(1.0)
             else:
                 raise SystemExit(f"The view was not shown within {_LONGEST:g} s.")
             if picture is not None:
                 picture.write_bytes(seen)
-            # without internet the map's tiles are missing, and Chromium says so
+            # without internet the map tiles are missing, and Chromium reports this
             problems = [problem for problem in page.problems if not re.search(r"tile\.openstreetmap\.org", problem)]
-            return taken - started, taken - opened, problems
+            return first - started, first - opened, problems
     finally:
         server.terminate()
         server.wait(20.0)
@@ -86,7 +86,7 @@ def main() -> None:
             print(
                 f"{size:.0f} MB: {page:.1f} s from opening the page, {whole:.1f} s with the browser's start; ", end=""
             )
-            print("; ".join(problems) or "nothing on the console")
+            print("; ".join(problems) or "no messages on the console")
 
 
 if __name__ == "__main__":

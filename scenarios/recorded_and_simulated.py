@@ -210,7 +210,7 @@ def words(values: dict[str, float], sides: dict[str, Side]) -> str:
         cells = " | ".join(f"{v:.3g}" for v in own)
         unit = "m/s" if "velocity" in sensor else "m"
         lines.append(f"| innovations of {sensor}, rms per axis [{unit}] | {cells} | {own[1] / own[0]:.2f} |")
-    lines += ["", "| error of the readings, Allan deviation | recorded | simulated |", "|---|---|---|"]
+    lines += ["", "| error of the inertial data, Allan deviation | recorded | simulated |", "|---|---|---|"]
     for tau in (0.1, 1.0, 10.0):
         for part, unit, size in ((slice(0, 3), "deg/h", DEG_H), (slice(3, 6), "µg", UG)):
             own = []

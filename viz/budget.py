@@ -43,7 +43,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             ),
             rrb.Vertical(
                 plot("circles", f"CEP and R95 of all sources [{circle}]", 1.2),
-                plot("r95_alone", f"R95 by each source alone [{circle}]", 1.2),
+                plot("r95_alone", f"R95 from each source alone [{circle}]", 1.2),
                 plot("shares", "Share of the horizontal mean square [%]", 1.2, legend=False),
             ),
             rrb.Vertical(

@@ -64,7 +64,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 band("Tilt about north, φN", "tilt_north", 0.5),
                 band("Tilt about east, φE", "tilt_east"),
                 band("Azimuth misalignment, φD", "azimuth"),
-                plot("Readings accepted, rejected", "decisions", legend=0.5),
+                plot("Measurements accepted, rejected", "decisions", legend=0.5),
                 grid_columns=4,
             ),
             rrb.Horizontal(

@@ -49,7 +49,7 @@ def _growth(panel: Any, sides: dict[str, Any], length: float) -> None:
         low, middle, high = np.percentile(curves, [10.0, 50.0, 90.0], axis=0)
         panel.fill_between(at, low, high, color=COLORS[name], alpha=0.18, lw=0)
         panel.plot(at, middle, color=COLORS[name], lw=_BOLD, label=f"{name}: median, 10–90 %")
-    panel.set(title=f"outages of {length:g} s", xlabel="time without satellites [s]", ylabel="horizontal error [m]")
+    panel.set(title=f"outages of {length:g} s", xlabel="time without GNSS [s]", ylabel="horizontal error [m]")
     panel.set(xlim=(0.0, length), ylim=(0.0, None))
     panel.legend(loc="upper left")
 

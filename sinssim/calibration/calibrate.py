@@ -112,7 +112,11 @@ def _readings(scenario: Scenario, section: CalibrationSection) -> tuple[ImuData,
                     f"{len(table.dwells)}: give one for each position."
                 )
             return log.imu, between(section.dwells_s, log.imu.time, "calibration.dwells_s"), list(log.notes)
-        return log.imu, detected(log.imu, table), [*log.notes, "The dwells are where the gyros stand still."]
+        return (
+            log.imu,
+            detected(log.imu, table),
+            [*log.notes, "The dwells are the intervals in which the gyros are at rest."],
+        )
     if section.dwells_s:
         raise InputError(
             "calibration.dwells_s is for recorded sensors ([log]); in a simulation the dwells are known: remove it."

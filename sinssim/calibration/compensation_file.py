@@ -34,7 +34,7 @@ def compensation_text(result: CalibrationResult) -> str:
         lines.append("# Not determined by the sequence, therefore 0 with their former 1σ:")
         lines += [f"#   {words}" for words in result.unobservable]
     lines += ["", "[compensation]"]
-    later = ["", "# Not calibrated, and left in the readings:"]
+    later = ["", "# Not calibrated and not corrected:"]
     for term in TERMS:
         if not term.calibrated:
             continue

@@ -188,7 +188,7 @@ def part_121(result: EnsembleResult, lasts: float) -> dict[str, Any]:
         limit lies in the band), or "does not apply" with its `reason`.
     """
     if result.plan.filtered:
-        reason = "the solution is aided, and the rule is for inertial systems alone"
+        reason = "the solution is aided, and the rule applies only to inertial systems"
         return {"rule": PART_121, "quantities": {}, "verdict": "does not apply", "reason": reason}
     if lasts <= PART_121_HOURS * 3600.0:
         rule = f"{PART_121}: up to 10 h, at most 2 nmi/h of circular error in 95 % of flights, r(T)/T"

@@ -16,8 +16,8 @@ _OTHER_SETS = {
     "attitude do not hold",
     "redundant": "its monitoring decides by each run's own errors which sensors count, which is not linear, and its "
     "errors are those of more than three axes",
-    "platform": "its gimbals turn the sensors against the block, and the budget takes the sensors' inputs from the "
-    "block's own motion",
+    "platform": "its gimbals rotate the sensors relative to the sensor block, and the budget takes the inputs of the "
+    "sensors from the motion of the block",
 }
 """Why sets other than three gyros and three accelerometers have none."""
 

@@ -67,7 +67,7 @@ def suggested_scenario(
     if reference is not None:
         lines += [
             "",
-            "[log.reference]  # its attitude counts as that of the vehicle, which mounting_deg turns into the unit's",
+            "[log.reference]  # its attitude is taken as that of the vehicle; mounting_deg transforms it to the IMU",
             f"file = {_text(_relative(reference[0], folder))}",
             *_file_keys({"format": reference[1]}),
         ]
@@ -75,7 +75,7 @@ def suggested_scenario(
     if fixes is not None or reference is not None:
         lines += ["", *_filter(inspection, land)]
     if fixes is None and reference is not None and inspection.mounting is not None:
-        lines += ["", "[aiding.gnss]  # emulated from the reference: the files have no fixes"]
+        lines += ["", "[aiding.gnss]  # simulated from the reference: the files contain no fixes"]
     return "\n".join(lines) + "\n"
 
 
@@ -104,7 +104,7 @@ def _begin(inspection: Inspection) -> Iterator[str]:
     late = _starts(inspection)
     if late:
         yield "[log]"
-        yield f"from_s = {late:.3f}  # the first fix: without one there is no position to start from"
+        yield f"from_s = {late:.3f}  # time of the first fix, which gives the initial position"
         yield ""
 
 
@@ -193,7 +193,7 @@ def _clock_keys(inspection: Inspection, clock: Clock, receiver: Clock | None) ->
 
 def _imu(inspection: Inspection) -> Iterator[str]:
     """Yield the table [imu]: what the filter is told of the unit."""
-    yield "[imu]  # what the filter is told of the unit"
+    yield "[imu]  # description of the IMU for the filter"
     if inspection.mounting is not None:
         angles = ", ".join(f"{a:.2f}" for a in np.degrees(inspection.mounting.angles))
         yield f"mounting_deg = [{angles}]  # if the vehicle moves where it points"
@@ -211,7 +211,7 @@ def _imu(inspection: Inspection) -> Iterator[str]:
     yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # of the {which} axis in quiet spans"
     yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # of the {which} axis in quiet spans"
     bias = float(np.max(np.abs(quiet.rate))) / DEG * 3600.0
-    yield f"gyro_bias_sigma_deg_h = {max(bias, 0.01):.3g}  # as large as the readings at rest"
+    yield f"gyro_bias_sigma_deg_h = {max(bias, 0.01):.3g}  # size of the measurements at rest"
     size = abs(float(np.linalg.norm(quiet.specific_force)) - _gravity(inspection)) / (1e-6 * G0)
     yield f"accel_bias_sigma_ug = {max(size, 100.0):.4g}  # as large as the departure from gravity at rest"
     floor = GRADE_TABLE[grade].gyro.instability
@@ -247,10 +247,10 @@ def _sigmas(inspection: Inspection) -> Iterator[str]:
             if fixes.quality is not None
             else set()
         )
-        size, what = (_SIGMA_FIXED, "fixed ambiguities") if words == {"fixed"} else (_SIGMA_SINGLE, "code alone")
-        yield f"position_sigma_m = {list(size)}  # assumed, for {what}: the file has none, the data sheet says more"
+        size, what = (_SIGMA_FIXED, "fixed ambiguities") if words == {"fixed"} else (_SIGMA_SINGLE, "code positions")
+        yield f"position_sigma_m = {list(size)}  # assumed for {what}: the file has no σ, see the data sheet"
     if fixes.velocity_ned is not None and fixes.velocity_sigma is None:
-        yield f"velocity_sigma_mps = {list(_SIGMA_DOPPLER)}  # assumed: the file has none"
+        yield f"velocity_sigma_mps = {list(_SIGMA_DOPPLER)}  # assumed: the file has no σ"
 
 
 def _quality(inspection: Inspection) -> Iterator[str]:
@@ -262,20 +262,20 @@ def _quality(inspection: Inspection) -> Iterator[str]:
         doubtful += finding.numbers.get("doubtful_codes", ())
     if doubtful:
         used = ", ".join(f'"{code}" = 1.0' for code in codes if code not in doubtful)
-        yield f"quality_factors = {{ {used} }}  # steps contradict the precision that the other codes claim"
+        yield f"quality_factors = {{ {used} }}  # steps of the position contradict the σ of the other codes"
 
 
 def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     """Yield the table [filter], and what a land vehicle adds."""
     yield "[filter]"
     if _shaken(inspection):
-        yield "vibration_noise = 0.5  # the readings shake more in motion than at rest: the filter follows it"
+        yield "vibration_noise = 0.5  # the inertial data vibrate more in motion than at rest"
     yield "smooth = true"
     if inspection.mounting is None:
         return
     assert inspection.inertial is not None
     if float(np.median(np.diff(inspection.inertial.time))) > _SLOWEST_WHEELS:
-        yield "# the samples are too slow for the constraint of wheels and for stops: they need 8 in half a second"
+        yield "# the nonholonomic constraint and the detection of stops need at least 8 samples in half a second"
         return
     stop = _stop(inspection)
     off = "" if land else "# "
@@ -285,7 +285,7 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     yield from ("", f"{off}[aiding.land_vehicle]", *(f"{off}{key}" for key in wheels))
     if stop is None:
         yield ""
-        yield "# no stop of 3 s or more, from which to learn what standing looks like: no zero velocities"
+        yield "# no zero velocities: the data contain no stop of 3 s or more, from which the noise at rest follows"
         return
     learn = f"learn_s = [[{stop[0]:.1f}, {stop[1]:.1f}]]"
     for table, keys in (

@@ -87,9 +87,9 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
         assert guessed.unit is not None
         result.findings.insert(1, fact(str(guessed.unit[0].path), _words(*guessed.unit)))
     for table, layout in guessed.fixes:
-        result.findings.insert(1, fact(str(table.path), f"Fixes in columns: {fix_words(table, layout)}."))
+        result.findings.insert(1, fact(str(table.path), f"The columns of the fixes are: {fix_words(table, layout)}."))
     left = (*guessed.left, *(f"{error} The file is not used." for error in unread))
-    result.findings += [doubt("files", text, "Leave the file out.") for text in left]
+    result.findings += [doubt("files", text, "Omit the file.") for text in left]
     return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
 
 
@@ -104,7 +104,7 @@ def _with_fixes(files: list[Streams]) -> list[Streams]:
                     s.time, s.latitude, s.longitude, s.height, s.datum, s.position_sigma, s.velocity_ned,
                     s.velocity_sigma,
                 )  # fmt: skip
-                note = f"There are no fixes: the {name} of {one.path.name} stands for them in the comparison."
+                note = f"There are no fixes; the comparison uses the {name} of {one.path.name} instead."
                 other = replace(one, fixes={name: fixes}, notes=(*one.notes, note))
                 return [*files[:k], other, *files[k + 1 :]]
     return files
@@ -161,9 +161,9 @@ def _decided(result: Inspection, files: list[Streams], guessed: Guessed) -> tupl
     if own is None or own.grade == "doubt":
         if not layout.gyro_unit_sure:
             text = (
-                f"Neither names nor fixes tell the unit of the gyros: {layout.gyro_unit} was assumed from their size."
+                f"Neither names nor fixes give the unit of the gyros: {layout.gyro_unit} is assumed from the magnitude."
             )
-            result.findings.append(doubt("units and axes", text, "Take it from the unit's manual."))
+            result.findings.append(doubt("units and axes", text, "See the manual of the IMU."))
         return result, guessed
     if own.grade == "fact":
         return result, guessed
@@ -178,8 +178,8 @@ def _decided(result: Inspection, files: list[Streams], guessed: Guessed) -> tupl
         if any(f.subject == "units and axes" and f.grade == "fact" for f in again.findings):
             files[:] = streams
             if other.gyro_unit == layout.gyro_unit:
-                text = f"In the file as it is, {own.numbers['best_other']}."
-                again.findings.append(doubt("units and axes", text, "The scenario describes the right reading."))
+                text = f"In the unchanged file, {own.numbers['best_other']}."
+                again.findings.append(doubt("units and axes", text, "The scenario contains the correction."))
             return again, changed
     return result, guessed
 

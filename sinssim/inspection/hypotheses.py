@@ -103,13 +103,13 @@ def judge_reading(time: Array, rate: Array, force: Array, fixes: Seen, offset: f
             best = (residual, meaning, right, gyro, accel)
     numbers = {"residual_mps": own.residual, "residual_of_best_other_mps": best[0], "best_other": best[1]}
     text = (
-        f"Over windows of 10 s the readings agree with the velocities of the fixes to {own.residual:.3g} m/s rms; the "
-        f"best of other readings, that {best[1]}, agrees to {best[0]:.3g} m/s."
+        f"In windows of 10 s the data agree with the velocities of the fixes to {own.residual:.3g} m/s rms; the best "
+        f"alternative interpretation, that {best[1]}, agrees to {best[0]:.3g} m/s."
     )
     if own.residual > CLEARLY * best[0]:
         found = wrong("units and axes", text, f"Describe the log with {best[2]}.", **numbers)
         return Reading([found], best[3], best[4])
     if best[0] > CLEARLY * own.residual:
-        return Reading([fact("units and axes", f"{text} Units, signs and handedness are right.", **numbers)])
-    fix = "The motion does not tell the two apart: verify the description."
+        return Reading([fact("units and axes", f"{text} Units, signs and handedness are correct.", **numbers)])
+    fix = "The motion does not distinguish the two: verify the description."
     return Reading([doubt("units and axes", text, fix, **numbers)])

@@ -111,7 +111,7 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
     fixes = [(s, name, f) for s in files for name, f in s.fixes.items()]
     if not inertial and not fixes:
         names = ", ".join(str(s.path) for s in files)
-        raise InputError(f"{names}: there are neither inertial readings nor fixes of satellites to inspect.")
+        raise InputError(f"{names}: there are neither inertial data nor GNSS fixes to inspect.")
     if fixes:
         result.fixes = fixes[0][2]
         result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")

@@ -133,7 +133,7 @@ def attitude_finding(
     tilt, heading, count = float(np.hypot(off[0], off[1])), float(off[2]), len(np.unique(window[used]))
     own = float(np.sqrt(np.mean(uncertain[window[used]] ** 2)))
     text = (
-        f"The attitude of the reference departs from that of the readings and the fixes, which needs no filter, by "
+        f"The attitude of the reference differs from that of inertial data and fixes without a filter by "
         f"{tilt:.2f}° in tilt and {heading:.2f}° in heading (rms over {count} windows of {agreement.window:g} s, "
         f"uncertain by about {own:.2g}°)."
     )

@@ -75,9 +75,9 @@ def _not_forward(subject: str, time: Array, steps: Array) -> list[Finding]:
         found.append(
             doubt(
                 subject,
-                f"{len(same)} time{'s' * (len(same) > 1)} of {subject} repeat the one before, first in row "
+                f"{len(same)} time{'s' * (len(same) > 1)} of {subject} repeat the preceding one, first in row "
                 f"{same[0] + 2} ({time[same[0]]:.9g} s).",
-                'If the unit samples evenly, use stamps = "even" in [log.imu]. Copies of rows are left out.',
+                'If the IMU samples evenly, use stamps = "even" in [log.imu]. Copies of rows are skipped.',
                 repeated=len(same),
             )
         )

@@ -258,11 +258,11 @@ def vibration_finding(time: Array, rate: Array, force: Array, quiet: AtRest | No
     ratio = max(float(np.max(gyro / still[0])), float(np.max(accel / still[1])))
     numbers = {"gyro_deg_s_sqrt_hz": gyro.tolist(), "accel_ug_sqrt_hz": accel.tolist(), "times_at_rest": ratio}
     text = (
-        "In motion the fast part of the readings (third differences, as if it were white) has gyros "
+        "In motion, the fast part of the data (third differences, treated as white noise) has: gyros "
         f"{', '.join(f'{g:.3g}' for g in gyro)} °/s/√Hz, accelerometers {', '.join(f'{a:.4g}' for a in accel)} µg/√Hz, "
         f"up to {ratio:.3g} times that at rest."
     )
     if ratio < LOUDER:
         return [fact("vibration", text, **numbers)]
-    fix = "A filter told the noise at rest becomes overconfident: tell it more, or let it follow the vibration."
+    fix = "A filter that uses the noise at rest becomes overconfident: increase the noise, or set vibration_noise."
     return [doubt("vibration", text, fix, **numbers)]

@@ -61,7 +61,7 @@ def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator
             factor = factors.get(str(code))
             what += ", refused" if factor is None else f", σ times {factor:g}" if factor != 1.0 else ""
         parts.append(what)
-    yield f"The satellites give {'; '.join(parts)}."
+    yield f"The quality of the fixes: {'; '.join(parts)}."
     own = fixes.position_sigma if section.position_sigma_m is None else None
     floats = [code for code in codes.tolist() if fixes.quality_words.get(code) == "float"]
     if factors is None and floats and own is not None:

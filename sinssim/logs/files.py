@@ -49,14 +49,14 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
     apart = [name for name in TRIADS if (triad := section.triad(name)) is not None and triad.file is not None]
     if len(apart) == len(TRIADS):
-        raise InputError(f"{path}: gyro and accel both have a file of their own: one of them belongs to log.imu.file.")
+        raise InputError(f"{path}: gyro and accel both have a file; give one of these files as log.imu.file.")
     samples = read_samples(path, section, [name for name in TRIADS if name not in apart])
     # the axes are already turned; a copy of the first interval stands before the first stamp
     time, triads, notes = samples.time[1:], samples.triads, tuple[str, ...]()
     for name in apart:
         time, triads, notes = _joined(section, samples, name)
     if samples.repeated:
-        notes += (f"{path.name}: {samples.repeated} copies of the row before are left out.",)
+        notes += (f"{path.name}: {samples.repeated} copies of the preceding row are skipped.",)
     time, clock = _on_clock(section, time, samples.clock)
     return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
 
@@ -88,7 +88,7 @@ def _joined(
             f"{section.max_gap_s:g}."
         )
     triads: dict[TriadName, Array] = {key: value[both] for key, value in samples.triads.items()}
-    note = f"The readings of {Path(triad.file).name} are interpolated linearly to the stamps of {section.file}."
+    note = f"The data of {Path(triad.file).name} are interpolated linearly to the times of {section.file}."
     return time[both], {**triads, name: read}, (note,)
 
 
@@ -325,7 +325,7 @@ def _fresh(table: Table, stream: FixStream, columns: FixColumns) -> NDArray[np.i
             f"{table.place(int(rows[k]))}: the time {time[k]:.9g} s does not come after {time[k - 1]:.9g} s."
         )
     if not len(rows):
-        raise InputError(f"{table.path}: no row has a position.")
+        raise InputError(f"{table.path}: no row contains a position.")
     return rows
 
 

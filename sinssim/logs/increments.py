@@ -71,8 +71,8 @@ def made_increments(
         k = int(np.argmax(~(steps > 0.0)))
         raise InputError(
             f"{source}: the time {stream.time[k + 1]:.9g} s of sample {k + 1} does not come after "
-            f"{stream.time[k]:.9g} s. A clock that was reset must be cut out (from_s, to_s). If the unit samples "
-            'evenly and only its stamps repeat, set stamps = "even".'
+            f"{stream.time[k]:.9g} s. Exclude the reset of a clock by from_s and to_s. If the IMU samples "
+            'evenly and only its time stamps repeat, set stamps = "even".'
         )
     usual = float(np.median(steps))
     wide = np.flatnonzero(steps > _GAP * usual)

@@ -223,7 +223,7 @@ def _reference(
     rows = rows[sound[rows]]
     if not sound.any():
         raise InputError(
-            f"log.reference: {section.file} has no positions. Attitude alone is for `sinssim inspect`: "
+            f"log.reference: {section.file} has no positions; attitude alone is only for `sinssim inspect`: "
             "describe latitude, longitude and height, or remove the table."
         )
     if len(rows) < 2:

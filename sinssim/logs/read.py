@@ -64,7 +64,7 @@ def candidates(path: Path) -> list[str]:
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
         if not head.strip():
-            raise InputError(f"{path} is empty{' but for blanks' if head else ''}; it holds no readings.")
+            raise InputError(f"{path} is empty{' but for blanks' if head else ''}; it contains no data.")
     return [name for name in FORMATS if format_module(name).recognises(path, head)]
 
 

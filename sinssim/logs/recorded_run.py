@@ -171,7 +171,7 @@ class RecordedRun:
             InputError: the run has none of this kind, or they have no increments of angle.
         """
         if kind not in self.inertial:
-            raise unknown_name(f"inertial readings of {self.path}", kind, self.inertial)
+            raise unknown_name(f"inertial data of {self.path}", kind, self.inertial)
         if (self.path / "streams" / "rotation.parquet").exists():
             raise InputError(
                 f"the sensor block of {self.path} rotates in the vehicle, and no format contains its angles, without "
@@ -205,7 +205,7 @@ class RecordedRun:
             InputError: the run has none of this name.
         """
         if name not in self.fixes:
-            raise unknown_name(f"satellite receiver of {self.path}", name, self.fixes)
+            raise unknown_name(f"GNSS receiver of {self.path}", name, self.fixes)
         sigma = ("sigma_n_m", "sigma_e_m", "sigma_d_m")
         rows = self._table(f"aiding_{name}_position", ("time_s", "latitude_rad", "longitude_rad", "height_m", *sigma))
         velocity = velocity_sigma = None

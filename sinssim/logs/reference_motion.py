@@ -44,7 +44,7 @@ class ReferenceMotion:
         if found is None:
             missing = [what for what in ("velocity", "attitude") if what not in self.reference.knows]
             raise InputError(
-                "[aiding] beside [log] is emulated from log.reference, but "
+                "[aiding] with [log] is simulated from log.reference, but "
                 + (
                     f"{self.reference.name} has no {' and no '.join(missing)}."
                     if missing
@@ -61,7 +61,7 @@ class ReferenceMotion:
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
         """Raise InputError: a reference has no angular rates."""
         raise InputError(
-            "[aiding] beside [log] is emulated from log.reference, which has no angular rates: give the emulated "
+            "[aiding] with [log] is simulated from log.reference, which has no angular rates: give the simulated "
             "sensor the lever arm [0, 0, 0]."
         )
 

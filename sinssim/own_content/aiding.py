@@ -42,7 +42,9 @@ def sensor_class(item: Item) -> type[AidingSensor]:
     if not (sensor.__doc__ or "").strip():
         raise InputError(f"{wrong}: {sensor.__name__} needs a docstring, whose first line describes it.")
     if sensor.read is AidingSensor.read and sensor.from_imu is AidingSensor.from_imu:
-        raise InputError(f"{wrong}: {sensor.__name__} needs a method read(self, vehicle) that returns its readings.")
+        raise InputError(
+            f"{wrong}: {sensor.__name__} needs a method read(self, vehicle) that returns its measurements."
+        )
     if not sensor.table:
         sensor.table = item.name
         own: Any = sensor
@@ -60,15 +62,13 @@ def _register_kind(item: Item, found: list[Any], module: str) -> None:
     ]  # fmt: skip
     wrong = f"the {item.words} cannot be used: {item.file}"
     if len(kinds) > 1:
-        raise InputError(f"{wrong} may have one kind of measurement, and has {listed([k.__name__ for k in kinds])}.")
+        raise InputError(f"{wrong} may contain one kind of measurement, not {listed([k.__name__ for k in kinds])}.")
     if not kinds:
         OWN_KINDS.pop(item.name, None)
         return
     kind: Any = kinds[0]
     if item.name in KINDS:
-        raise InputError(
-            f"{wrong}: sinssim itself has the kind of measurement {item.name}; give the file another name."
-        )
+        raise InputError(f"{wrong}: {item.name} is the name of a kind of measurement of sinssim; rename the file.")
     missing = [name for name in ("columns", "axes", "unit") if not hasattr(kind, name)]
     if missing:
         raise InputError(f"{wrong}: {kind.__name__} needs {listed(missing)}, see docs/extending/measurement-kind.md.")
@@ -125,7 +125,9 @@ def _check(readings: Any) -> None:
         return
     value, time = np.asarray(readings.value), np.asarray(readings.time)
     if value.ndim != 2 or len(value) != len(time):
-        raise ValueError(f"the readings have the shape {value.shape}; ({len(time)}, components) is needed")
+        raise ValueError(f"the measurements have the shape {value.shape}; ({len(time)}, components) is needed")
     bad = ~np.isfinite(value).all(axis=1)
     if bad.any():
-        raise ValueError(f"{int(bad.sum())} of {len(bad)} readings are not finite, the first at t = {time[bad][0]:g} s")
+        raise ValueError(
+            f"{int(bad.sum())} of {len(bad)} measurements are not finite, the first at t = {time[bad][0]:g} s"
+        )

@@ -21,8 +21,8 @@ _OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
 """Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
 
 _FROM_READINGS = {
-    "zero_rate": "compares the mean of the gyros' readings with a vehicle that does not turn",
-    "land_vehicle": "has states for the angles between the block and the vehicle",
+    "zero_rate": "compares the mean of the gyro data with zero rotation of the vehicle",
+    "land_vehicle": "has states for the angles between the IMU and the vehicle",
 }
 """Aiding that takes the block's readings for those of the vehicle."""
 
@@ -115,33 +115,33 @@ def check_rotation(
     for name, why in (
         ("log", "contains recorded data without the angles of a rotating IMU"),
         ("one_component", "has no attitude"),
-        ("navigation.alignment", "takes the readings for those of a vehicle at rest, but the block turns in it"),
+        ("navigation.alignment", "assumes the inertial data of a vehicle at rest, but the IMU rotates"),
     ):
         if others[name] is not None:
             raise ValueError(f"[{name}] {why}: remove it, or [imu.rotation]")
     if section is not None:
         if section.alignment_s is not None:
             raise ValueError(
-                f"filter.alignment_s = {section.alignment_s:g} needs readings in the vehicle's axes, but the block "
-                "turns: remove it, or [imu.rotation]"
+                f"filter.alignment_s = {section.alignment_s:g} needs inertial data in the axes of the vehicle, but the "
+                "IMU rotates: remove it, or [imu.rotation]"
             )
         if section.backward:
             raise ValueError(
-                "filter.backward = true navigates in reverse time, which is provided for a block fixed to the vehicle, "
-                "but the block turns: remove it, or [imu.rotation]"
+                "filter.backward = true navigates in reverse time, which requires an IMU fixed to the vehicle, "
+                "but the IMU rotates: remove it, or [imu.rotation]"
             )
         if section.vibration_noise:
             raise ValueError(
-                f"filter.vibration_noise = {section.vibration_noise:g} takes the changes of the readings for "
-                "vibration, and the turning changes them, too: remove it, or [imu.rotation]"
+                f"filter.vibration_noise = {section.vibration_noise:g} treats changes of the inertial data as "
+                "vibration, but the rotation of the IMU changes them: remove it, or [imu.rotation]"
             )
     for name, sensor in (aiding.sensors() if aiding else {}).items():
         if name in _FROM_READINGS:
             raise ValueError(
-                f"[aiding.{name}] {_FROM_READINGS[name]}, but the block turns in it: remove it, or [imu.rotation]"
+                f"[aiding.{name}] {_FROM_READINGS[name]}, but the IMU rotates: remove it, or [imu.rotation]"
             )
         if getattr(sensor, "detect", False):
             raise ValueError(
-                f"aiding.{name}.detect = true finds stops in the block's readings, but the block turns: give during_s, "
+                f"aiding.{name}.detect = true detects stops in the inertial data, but the IMU rotates: give during_s, "
                 "or remove [imu.rotation]"
             )

@@ -91,8 +91,8 @@ def leg_durations(flight: FlightSection) -> list[float]:
         if not math.isfinite(seconds):
             north, east = (round(speed, 2) + 0.0 for speed in plan.wind)  # no negative zero
             raise InputError(
-                f"flight.legs.{number} ({leg.type}) cannot be flown: the wind, {north:g} m/s north and {east:g} m/s "
-                f"east, is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give less wind or more "
+                f"flight.legs.{number} ({leg.type}) cannot be flown: the wind of {north:g} m/s north and {east:g} m/s "
+                f"east is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give less wind or more "
                 "airspeed."
             )
     return durations
@@ -164,7 +164,7 @@ def _check_plane(section: OneComponentSection) -> None:
         )
     if _PLANE_BYTES * intervals > memory:
         raise InputError(
-            f"one_component.rate_hz = {section.rate_hz:g} makes {intervals:.2g} readings in a run of "
+            f"one_component.rate_hz = {section.rate_hz:g} makes {intervals:.2g} samples in a run of "
             f"{section.duration_s:g} s, which need {_PLANE_BYTES * intervals / 1e9:.3g} GB of memory where this "
             f"machine has {memory / 1e9:.3g}; at most {memory / (_PLANE_BYTES * section.duration_s):.3g} would fit."
         )

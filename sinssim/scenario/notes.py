@@ -147,7 +147,7 @@ def barometer_of_the_day(scenario: Scenario) -> Iterator[str]:
     if error > 3.0 * known:
         yield (
             f"aiding.baro.bias_sigma_m = {baro.bias_sigma_m:g}: in the air of [flight.atmosphere] the barometer is "
-            f"wrong by {error:.0f} m at a height of {height:g} m, and the filter will refuse its readings; give "
+            f"wrong by {error:.0f} m at a height of {height:g} m, and the filter will reject its measurements; give "
             f"bias_sigma_m = {error:.0f}."
         )
 

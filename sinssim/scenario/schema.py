@@ -196,7 +196,7 @@ class Scenario(WithOwnContent):
                 "list grades`), and the values of its data sheet that differ; the filter assumes these errors"
             )
         if self.imu.faults:
-            raise ValueError("imu.faults would have no effect: the readings are recorded ([log]); remove them")
+            raise ValueError("imu.faults would have no effect: the data are recorded ([log]); remove them")
         if self.imu.sensor_set.type != "gyros":
             raise ValueError(
                 f"[log] has three gyros and three accelerometers; imu.sensor_set.type = "
@@ -212,7 +212,7 @@ class Scenario(WithOwnContent):
             raise ValueError("[calibration] needs the sequence that it works on: add [turntable]")
         if self.turntable is not None and self.log is not None and self.calibration is None:
             raise ValueError(
-                "[turntable] beside [log] says what a calibration works on: add [calibration], or remove it"
+                "[turntable] with [log] describes the sequence of a calibration: add [calibration], or remove it"
             )
         return self
 

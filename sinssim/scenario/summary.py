@@ -154,7 +154,7 @@ def _plane_lines(scenario: Scenario, section: OneComponentSection) -> Iterator[s
     readings = int(float(f"{section.duration_s * section.rate_hz:.2g}"))
     period = 2.0 * math.pi * math.sqrt(section.radius_m / section.gravity_mps2) / 60.0
     lines.append(
-        ("duration", f"{_clock(section.duration_s)}, {readings:,} readings; the Schuler period is {period:.2f} min")
+        ("duration", f"{_clock(section.duration_s)}, {readings:,} samples; the Schuler period is {period:.2f} min")
     )
     for name in ("accelerometer_x", "accelerometer_y", SENSOR_OF[section.variant]):
         lines.append((name.replace("_", " "), given(getattr(section, name)) or "no errors"))

@@ -99,9 +99,9 @@ def compute_log(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
         float(run.time[0]),
         float(run.time[-1]),
         tuple(
-            FlightEvent(at, f"satellites {word}")
+            FlightEvent(at, f"GNSS {word}")
             for begin, end in log.outages
-            for at, word in ((begin, "withheld"), (end, "back"))
+            for at, word in ((begin, "withheld"), (end, "available again"))
         ),
     )
     trajectory = cast("Trajectory", motion)

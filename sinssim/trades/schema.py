@@ -142,7 +142,7 @@ class TradeStudy(Section):
         default=False, description="budgets of inertial navigation without the filter of the scenario"
     )
     times_s: tuple[Moment, ...] = Field(
-        default=(), description="times since the start at which errors are given, beside the end"
+        default=(), description="times since the start at which errors are given, in addition to the end"
     )
     require: tuple[Annotated[str, AfterValidator(_requirement)], ...] = Field(
         default=(), description='requirements judged in every cell: "r95(3600 s) <= 1852 m"'
@@ -193,7 +193,7 @@ class TradeStudy(Section):
         titles = [axis.label or axis.heading for axis in self.axes]
         for title in titles:
             if titles.count(title) > 1:
-                raise ValueError(f"two axes have the name {title!r}; tell them apart with label = …")
+                raise ValueError(f"two axes have the name {title!r}; distinguish them with label = …")
         if self.size > MOST_CELLS:
             product = " × ".join(str(len(axis.values)) for axis in self.axes)
             raise ValueError(

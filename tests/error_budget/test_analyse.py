@@ -29,7 +29,7 @@ def test_one_component_has_no_budget() -> None:
         ("attitude_sensor", "measured and not integrated"),
         ("gyro_free", "differences of accelerometers"),
         ("redundant_set", "monitoring decides by each run's own errors"),
-        ("parked", "gimbals turn the sensors"),
+        ("parked", "gimbals rotate the sensors"),
     ],
 )
 def test_other_sets_of_sensors_have_no_budget(name: str, reason: str) -> None:

@@ -106,7 +106,7 @@ def test_the_inertial_solution_stays_beside() -> None:
 def test_without_measurements_the_result_is_inertial(loop: str) -> None:
     _, run, given = world(0)
     lost = [replace(m, value=np.full_like(m.value, np.nan)) for m in given]
-    for measurements, remark in ((lost, "No reading was used at all"), ([], "There are no measurements")):
+    for measurements, remark in ((lost, "No measurement was used"), ([], "There are no measurements")):
         result = estimate(run.imu, run.initial, measurements, MODEL, rate_hz=5.0, loop=loop)
         assert any(remark in text and "inertial" in text for text in result.remarks)
         assert result.inertial is not None
@@ -115,7 +115,7 @@ def test_without_measurements_the_result_is_inertial(loop: str) -> None:
             np.testing.assert_array_equal(getattr(result.solution, name), value)
         assert result.divergence is None
         assert all(not i.accepted.any() for i in result.innovations)
-    assert "gnss-position: none of 300 readings was used (300 not a finite number)" in " ".join(
+    assert "gnss-position: none of 300 measurements was used (300 not a finite number)" in " ".join(
         estimate(run.imu, run.initial, lost, MODEL, rate_hz=1.0).remarks
     )
 

@@ -104,7 +104,7 @@ def test_increments_are_recognised(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        ("hello\nworld\n", "no table of numbers"),
+        ("hello\nworld\n", "is not a table of numbers"),
         ("9,2,3\n4,5,6\n7,1,2\n8,2,1\n", "no column increases"),
         ("", "is empty"),
     ],

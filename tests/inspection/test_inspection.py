@@ -37,7 +37,7 @@ def test_a_good_log() -> None:
     assert result.mounting.axes == ("forward", "right", "down")
     # v_b = C_bs v_s: the unit's forward axis is turned by the angles of TO_UNIT
     assert np.degrees(result.mounting.angles) == pytest.approx([0.0, -4.0, 6.0], abs=0.3)
-    assert "Units, signs and handedness are right" in _said(result, "units and axes", "fact")
+    assert "Units, signs and handedness are correct" in _said(result, "units and axes", "fact")
     assert result.quiet is not None
     assert result.quiet.spans[0][0] < 3.0
     assert result.quiet.spans[0][1] == pytest.approx(30.0, abs=3.0)
@@ -107,7 +107,7 @@ def test_times_that_repeat_go_back_or_are_missing() -> None:
     assert "goes back 1 time, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "wrong")
     time = unit.time.copy()
     time[7000] = time[6999]
-    assert "repeat the one before, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "doubt")
+    assert "the preceding one, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "doubt")
 
 
 def test_channels_that_saturate_freeze_or_die() -> None:

@@ -128,7 +128,11 @@ def test_own_aiding_sensors_that_cannot_be_used(tmp_path: Path, old: str, new: s
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("value = height", "value = 0.0 * surface / 0.0 + height", "80 of 80 readings are not finite, the first at"),
+        (
+            "value = height",
+            "value = 0.0 * surface / 0.0 + height",
+            "80 of 80 measurements are not finite, the first",
+        ),
         ("value = height", "value = height[:3]", "radar_altimeter.py, line 31: ValueError: operands could not"),
     ],
 )

@@ -155,7 +155,7 @@ def test_a_wind_that_keeps_a_waypoint_out_of_reach() -> None:
     slow = {**START, "airspeed_kt": 100.0, "heading_deg": 90.0}
     section = {"aircraft": "c172x", "start": slow, "legs": [waypoint(1.0)], "wind": {"east_mps": -60.0}}
     with pytest.raises(
-        InputError, match=r"flight\.legs\.1 \(waypoint\) cannot be flown: the wind, 0 m/s north and -60"
+        InputError, match=r"flight\.legs\.1 \(waypoint\) cannot be flown: the wind of 0 m/s north and -60"
     ):
         leg_durations(FlightSection.model_validate(section))
 

@@ -31,7 +31,7 @@ def command(
             "-o",
             metavar="FILE",
             help="The file, or the folder if the format has several files.",
-            show_default="beside the run",
+            show_default="next to the run",
         ),
     ] = None,
     solution: Annotated[

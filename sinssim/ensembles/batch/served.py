@@ -55,7 +55,7 @@ def served(scenario: Scenario) -> str | None:
     if not isinstance(imu.sensor_set, Gyros):
         return f'imu.sensor_set.type = "{imu.sensor_set.type}"'
     if scenario.compensation is not None:
-        return "its readings are compensated by a calibration of each run"
+        return "its inertial data are compensated by a calibration of each run"
     if scenario.vibration or scenario.motion is not None:
         return "its motion within a sample acts on the errors of each run"
     if scenario.gravity is not None and scenario.gravity.remainder is not None:
@@ -63,7 +63,7 @@ def served(scenario: Scenario) -> str | None:
     if navigation.gravity_degree is not None:
         return "its navigator compensates the disturbance of gravity along its own path"
     if imu.rotation is not None:
-        return "its block turns in the vehicle"
+        return "its IMU rotates in the vehicle"
     if navigation.alignment is not None:
         return "each run aligns itself"
     if imu.faults:

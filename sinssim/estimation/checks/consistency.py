@@ -198,7 +198,7 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
 _MEANING = {
     "optimistic": "the noise is larger than the filter assumes",
     "pessimistic": "the noise is smaller than the filter assumes",
-    "outliers": "more readings are rejected than noise explains, while the others are closer than assumed",
+    "outliers": "more measurements are rejected than noise explains, while the others are closer than assumed",
     "coloured": "the innovations are not white: the model lacks an error that is in them",
 }
 
@@ -219,8 +219,8 @@ def consistency(estimate: Estimate) -> Consistency:
         if s.verdict not in _MEANING:
             continue
         numbers = ", ".join(f"{t.name} {t.value:.3g} (95 % band {t.lower:.3g} … {t.upper:.3g})" for t in s.tests)
-        gate = f"{s.rejected} of {s.count} readings rejected where {s.expected:.2g} are expected"
-        sentences.append(f"{s.sensor}: {s.verdict}, {_MEANING[s.verdict]}: {numbers or 'no reading accepted'}; {gate}.")
+        gate = f"{s.rejected} of {s.count} measurements rejected where {s.expected:.2g} are expected"
+        sentences.append(f"{s.sensor}: {s.verdict}, {_MEANING[s.verdict]}: {numbers or 'none accepted'}; {gate}.")
     if estimate.divergence is not None:
         sentences.append(f"The filter diverged at t = {estimate.divergence.time:.2f} s: {estimate.divergence.reason}.")
     return Consistency(sensors, not sentences, tuple(sentences))

@@ -60,7 +60,7 @@ def vibration_untold(
     if not words:
         return []
     return [
-        f"The gate refused {100.0 * refused / tested:.0f} % of all readings, and the inertial readings shake: "
-        f"{'; '.join(words)}. Vibration adds noise that the filter was not told: set filter.vibration_noise (about "
-        "0.5), or raise filter.inertial_noise_factor."
+        f"The gate rejected {100.0 * refused / tested:.0f} % of all measurements, and the inertial data contain "
+        f"vibration: {'; '.join(words)}. Vibration adds noise that the filter does not model: set "
+        "filter.vibration_noise (about 0.5), or increase filter.inertial_noise_factor."
     ]

@@ -93,8 +93,8 @@ def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
             return Divergence(
                 float(time[begin]),
                 which,
-                f"from this reading on the gate rejected all {end - begin} readings of {lasting:.0f} s: either "
-                "the sensors are wrong, or the filter is overconfident",
+                f"from this measurement on, the gate rejected all {end - begin} measurements in {lasting:.0f} s: "
+                "either the sensors are wrong, or the filter is overconfident",
             )
     return None
 
@@ -114,27 +114,27 @@ def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str
         count = len(i.time)
         if later > max(1, count // 10) or later == count > 0:  # a few readings pending at the end are normal
             found.append(
-                f"{i.sensor}: {later} of {count} readings arrive after the end of the run; the solution known at each "
-                "instant, lacks them, and only the smoothed solution uses them."
+                f"{i.sensor}: {later} of {count} measurements arrive after the end of the run; only the smoothed "
+                "solution uses them."
             )
         rejected = int(np.count_nonzero(~i.accepted & ~np.isnan(i.nis)))
         unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if reason and np.isnan(nis))
         if not count:
-            stood = " (the vehicle never stood still)" if i.kind in ("zero-velocity", "zero-rate") else ""
-            found.append(f"{i.sensor}: there was no reading{stood}, so that it corrects nothing.")
+            stood = " (the vehicle was never at rest)" if i.kind in ("zero-velocity", "zero-rate") else ""
+            found.append(f"{i.sensor}: there was no measurement{stood}; the sensor corrects nothing.")
             continue
         why = ", ".join(f"{number} {reason}" for reason, number in unusable.items())
         if not i.accepted.any():
             detail = "; ".join(filter(None, [why, f"{rejected} rejected by the gate" if rejected else ""]))
             found.append(
-                f"{i.sensor}: none of {count} readings was used{f' ({detail})' if detail else ''}, so that it "
+                f"{i.sensor}: none of {count} measurements was used{f' ({detail})' if detail else ''}; the sensor "
                 "corrects nothing."
             )
             continue
         if why:
-            found.append(f"{i.sensor}: of {count} readings some could not be used ({why}).")
+            found.append(f"{i.sensor}: some of {count} measurements could not be used ({why}).")
         if rejected:
-            found.append(f"{i.sensor}: the gate rejected {rejected} of {count} readings.")
+            found.append(f"{i.sensor}: the gate rejected {rejected} of {count} measurements.")
     if innovations and not any(i.accepted.any() for i in innovations):
-        found.append("No reading was used at all: the result is the inertial solution.")
+        found.append("No measurement was used: the result is the inertial solution.")
     return found

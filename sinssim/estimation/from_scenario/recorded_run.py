@@ -207,8 +207,8 @@ def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
             found += [AidingReadings(m, m.time, {}) for m in own_readings]
     if others and log.reference is None:
         raise InputError(
-            f"[aiding] has {', '.join(others)}, which beside [log] are emulated from a reference: add [log.reference], "
-            "or remove them. Standstill with detect = true and land_vehicle follow from the inertial readings."
+            f"[aiding] has {', '.join(others)}, which are simulated from a reference: add [log.reference], or "
+            "remove them. Standstill with detect = true and land_vehicle follow from the inertial data."
         )
     emulated = found
     if others:
@@ -219,7 +219,7 @@ def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
     own = {readings.measurements.label for readings in log.sensed}
     twice = [readings.measurements.label for readings in emulated if readings.measurements.label in own]
     if twice:
-        raise InputError(f"{twice[0]} is both recorded ([log]) and emulated ([aiding]): remove one of them.")
+        raise InputError(f"{twice[0]} is both recorded ([log]) and simulated ([aiding]): remove one of them.")
     return (*log.sensed, *emulated)
 
 

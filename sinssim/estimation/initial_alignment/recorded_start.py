@@ -233,11 +233,11 @@ def _course(velocity: Measurements | None, least: float, begin: float) -> tuple[
         if len(fast):
             k = int(fast[0])
             return float(velocity.time[k]), float(np.arctan2(velocity.value[k, 1], velocity.value[k, 0]))
-    shown = f"the satellites show no motion of {least:g} m/s or more"
-    shown = "there are no satellites" if velocity is None else shown
+    shown = f"the GNSS velocities do not reach {least:g} m/s"
+    shown = "there are no GNSS velocities" if velocity is None else shown
     raise InputError(
-        f"there is no heading to start from: {shown}. Give log.start.heading_deg, a lower log.start.course_speed_mps, "
-        "or a reference with attitude."
+        f"the initial heading is unknown, because {shown}. Give log.start.heading_deg, a lower "
+        "log.start.course_speed_mps, or a reference with attitude."
     )
 
 

@@ -78,7 +78,7 @@ def guess_files(tables: list[TextTable]) -> Guessed:
                 neither.append(why)
                 continue
             if part is None:
-                text = f"{str(error).rstrip('.')}. Nor are two of its columns a latitude and a longitude."
+                text = f"{str(error).rstrip('.')}. It also has no columns of latitude and longitude."
                 neither.append(InputError(text))
             else:
                 parts.append((table, part))
@@ -87,14 +87,14 @@ def guess_files(tables: list[TextTable]) -> Guessed:
         chosen = _chosen(parts)
         units.append(joined(chosen))
         parts = [part for part in parts if part not in chosen]
-    left = [f"{table.path} has one triad alone, and is not used." for table, _ in parts]
+    left = [f"{table.path} contains only one triad and is not used." for table, _ in parts]
     if not units and (neither or parts):
         if neither:
             raise neither[0]
         joined(parts)  # says what is missing
     if len(units) > 1:
         names = " and ".join(str(table.path) for table, _ in units)
-        raise InputError(f"{names} each hold an inertial unit: inspect one at a time.")
+        raise InputError(f"{names} each contain the data of an IMU: inspect one of them at a time.")
     unit = units[0] if units else None
     near = None
     if unit is not None:
@@ -129,4 +129,4 @@ def fix_words(table: TextTable, layout: FixLayout) -> str:
         columns = of.get("columns", [of.get("column")])
         axes = f", {of['axes']}" if "axes" in of else ""
         words.append(f"{what} {', '.join(str(table.label(k)) for k in columns)} [{of['unit']}{axes}]")
-    return "; ".join(words) + ("; fixes are held until there is a new one" if layout.held else "")
+    return "; ".join(words) + ("; rows repeat a fix until there is a new one" if layout.held else "")

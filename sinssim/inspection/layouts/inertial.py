@@ -200,7 +200,7 @@ def guess_layout(table: TextTable) -> Layout:
     named = [three for three in gyros if _quantity(table, three) == "gyro"]
     unnamed = [three for three in gyros if _quantity(table, three) is None]
     if not (named or unnamed):
-        raise InputError(f"{table.path}: beside the accelerometers no three columns can be gyros.")
+        raise InputError(f"{table.path}: besides the accelerometers, no three columns can be gyros.")
     first = (named or sorted(unnamed, key=lambda three: abs(abs(three[0] - at[0]) - 3)))[0]
     gyro_unit, sure = _gyro_unit(table, first, kind)
     return Layout(kind, time, unit, first, at, gyro_unit, accel_unit, sure)
@@ -251,23 +251,22 @@ def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
     if len(gyros) != 1 or len(accel) != 1:
         names = ", ".join(str(table.path) for table, _ in parts)
         raise InputError(
-            f"{names}: {len(gyros)} files have gyros alone and {len(accel)} accelerometers alone; one of each makes a "
-            "unit. Give the raw ones: readings with gravity, without compensation."
+            f"{names}: {len(gyros)} files contain only gyros and {len(accel)} only accelerometers; one of each is "
+            "needed. Give the files of the raw data, with gravity and without compensation."
         )
     (table, layout), (other, of) = gyros[0], accel[0]
     if (table.label(layout.time), table.layout()) != (other.label(of.time), other.layout()):
         raise InputError(
             f"{table.path} and {other.path}: their times are in the columns {table.label(layout.time)!r} and "
-            f"{other.label(of.time)!r}, but a triad in another file needs the same layout. Rewrite one of them."
+            f"{other.label(of.time)!r}, but both files must have the same layout. Rewrite one of them."
         )
     return table, replace(layout, accel_unit=of.accel_unit, other=(other, of))
 
 
 def _no_gravity(table: TextTable) -> str:
     return (
-        f"{table.path}: no three columns in a row have a median magnitude of gravity in m/s², g, mg or ft/s², as "
-        "rates or as increments. "
-        "Describe the columns in a scenario's table [log.imu], and inspect the scenario."
+        f"{table.path}: no three adjacent columns have the median magnitude of gravity in m/s², g, mg or ft/s², as "
+        "rates or as increments. Describe the columns in the table [log.imu] of a scenario, and inspect the scenario."
     )
 
 
@@ -275,9 +274,9 @@ def _without_gravity(table: TextTable, three: Three) -> str:
     size = float(np.nanmedian(np.linalg.norm(table.values[:, list(three)], axis=1)))
     names = ", ".join(str(table.label(k)) for k in three)
     return (
-        f"{table.path}: the columns {names} have a median magnitude of {size:.3g}, which is gravity in no unit. If the "
-        "recorder has removed gravity (linear or user acceleration), navigation is impossible with them: give the "
-        "readings of the accelerometers with gravity."
+        f"{table.path}: the columns {names} have a median magnitude of {size:.3g}, which is not gravity in any unit. "
+        "If the recorder has removed gravity (linear or user acceleration), navigation with these data is "
+        "impossible: give the accelerometer data with gravity."
     )
 
 
@@ -335,7 +334,7 @@ def _time(table: TextTable) -> tuple[int, str, float]:
     if best[1] < 0:
         raise InputError(
             f"{table.path}: no column increases from row to row by the interval of inertial sensors ({_RATES[0]:g} to "
-            f"{_RATES[1]:g} samples a second) in s, ms, us or ns. Describe the columns in a scenario's [log.imu], "
+            f"{_RATES[1]:g} samples per second) in s, ms, us or ns. Describe the columns in [log.imu] of a scenario, "
             "and inspect the scenario."
         )
     return best[1], best[2], best[3]

@@ -101,7 +101,7 @@ def read_table(path: Path) -> TextTable:
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
     if any(b"\0" in line for line in head):
-        raise InputError(f"{path} is neither a known format nor text.")
+        raise InputError(f"{path} is neither a file of a known format nor a text file.")
     lines = [line.decode("utf-8", "replace").rstrip("\r\n").removeprefix("\ufeff") for line in head if line]
     delimiter = _delimiter(lines)
     widths = [len(_split(line, delimiter)) if line.strip() else 0 for line in lines]
@@ -111,8 +111,8 @@ def read_table(path: Path) -> TextTable:
     ]
     if not any(numeric):
         raise InputError(
-            f"{path} is no table of numbers: none of its first {len(lines)} lines has several numbers. Give a log of "
-            "rows of numbers, or a file of a format of `sinssim list formats`."
+            f"{path} is not a table of numbers: none of its first {len(lines)} lines contains several numbers. Give a "
+            "log with rows of numbers, or a file of a format of `sinssim list formats`."
         )
     first = numeric.index(True)
     fields = _split(lines[first], delimiter)
@@ -193,7 +193,7 @@ def _slow_values(path: Path, delimiter: str, skip: int, width: int, dates: dict[
                 rows.append([float("nan") if j in dates else _number(f) for j, f in enumerate(fields)])
                 stamps.append([fields[j] for j in dates])
     if not rows:
-        raise InputError(f"{path} has no row of {width} numbers after line {skip}.")
+        raise InputError(f"{path} contains no row of {width} numbers after line {skip}.")
     values = np.array(rows)
     for j, column in zip(dates, zip(*stamps, strict=True), strict=True):
         values[:, j] = date_seconds(column)[0]

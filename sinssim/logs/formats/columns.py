@@ -73,7 +73,7 @@ def read(path: Path) -> Streams:
     if position is None and inertial is None:
         raise InputError(
             f"{path}, line 1: it names neither a position (latitude_deg, longitude_deg, height_m) nor inertial "
-            f"readings (gyro_x_radps … accel_z_mps2, or dtheta_x_rad … dvel_z_mps). It has: "
+            f"data (gyro_x_radps … accel_z_mps2, or dtheta_x_rad … dvel_z_mps). It has: "
             f"{shortened(', '.join(names), 300)}."
         )
     solutions: dict[str, SolutionStream] = {}
@@ -126,7 +126,7 @@ class _Columns:
             return None
         if len(have) < len(found):
             missing = stems[[column is None for column in found].index(True)]
-            raise InputError(f"{self.path}, line 1: the column {missing} with its unit is missing beside {stems[0]}.")
+            raise InputError(f"{self.path}, line 1: the column {missing} with its unit is missing next to {stems[0]}.")
         return np.column_stack(have)
 
 

@@ -174,7 +174,7 @@ class Judge:
         arm = np.array(reference.lever_arm)
         if antenna is not None:
             if antenna not in self.run.fixes:
-                raise unknown_name(f"satellite receiver of {self.run.path}", antenna, self.run.fixes)
+                raise unknown_name(f"GNSS receiver of {self.run.path}", antenna, self.run.fixes)
             if np.abs(arm - self.run.lever_arm(antenna)).max() > 1e-9:
                 raise InputError(
                     f"--antenna {antenna}: its lever arm is not that of the reference, which has the positions of "
@@ -211,7 +211,7 @@ class Judge:
         if antenna is None:
             return self.truth.state(time)
         if antenna not in self.run.fixes:
-            raise unknown_name(f"satellite receiver of {self.run.path}", antenna, self.run.fixes)
+            raise unknown_name(f"GNSS receiver of {self.run.path}", antenna, self.run.fixes)
         return self.truth.antenna(time, np.array(self.run.lever_arm(antenna)))
 
     def _on_earth(self, stream: SolutionStream) -> tuple[SolutionStream, list[str]]:

@@ -172,7 +172,7 @@ class Table:
         time, clock = date_seconds(raw.tolist())
         if not np.isfinite(time).all():
             k = int(np.argmin(np.isfinite(time)))
-            raise InputError(f"{self.place(k)}: the column {_short(repr(name))} holds {raw[k]!r}, not a date.")
+            raise InputError(f"{self.place(k)}: the column {_short(repr(name))} contains {raw[k]!r} instead of a date.")
         return time, clock
 
     def _missing(self, name: Column) -> InputError:

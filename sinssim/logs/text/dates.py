@@ -70,7 +70,7 @@ def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
         seconds[known] += _DAY * np.concatenate([[0.0], np.cumsum(steps < -0.5 * _DAY)])
         return seconds + parts, None
     first = int(seconds[known][0])
-    clock = Clock("machine", first, "dates that do not tell their time scale")
+    clock = Clock("machine", first, "dates without a time scale")
     if zoned:
         clock = Clock("utc", int(gps_from_unix(first + EPOCH_UNIX)), "dates in UTC")
     return (seconds - first) + parts, clock
@@ -80,4 +80,4 @@ def _days(year: str, month: str, day: str) -> int:
     try:
         return (datetime(int(year), int(month), int(day)) - _EPOCH).days
     except ValueError as error:
-        raise InputError(f'"{year}-{month}-{day}" is no day: {error}.') from error
+        raise InputError(f'"{year}-{month}-{day}" is not a date: {error}.') from error

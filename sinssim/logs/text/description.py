@@ -57,13 +57,11 @@ class TriadColumns(Section):
         description="three column names or numbers (counted from 1), or one array of three columns (npz)"
     )
     unit: str = Field(description="unit of the numbers")
-    signs: tuple[Sign, Sign, Sign] = Field(
-        default=(1, 1, 1), description="-1 for a column whose numbers have the opposite sign"
-    )
+    signs: tuple[Sign, Sign, Sign] = Field(default=(1, 1, 1), description="sign of each column; -1 reverses a column")
     file: str | None = Field(
         default=None,
-        description="another text file of the same layout that has this triad, for rates; they are interpolated "
-        "linearly to the stamps of the main file",
+        description="another text file of the same layout that contains this triad as rates; they are interpolated "
+        "linearly to the times of the main file",
     )
 
 
@@ -88,7 +86,7 @@ class TextLayout(Section):
         description="number of lines before the line of names, or before the first row of numbers",
     )
 
-    decimal: Literal[".", ","] = Field(default=".", description="the decimal sign of a text file")
+    decimal: Literal[".", ","] = Field(default=".", description="decimal sign of the text file")
 
     @model_validator(mode="after")
     def _delimiter_separates(self) -> Self:

@@ -68,10 +68,11 @@ class FixColumns(TextLayout):
     longitude: Quantity | None = Field(default=None, description="longitude, east positive")
     height: Quantity | None = Field(default=None, description="height")
     velocity: Triple | None = Field(default=None, description="velocity relative to the Earth")
-    speed: Quantity | None = Field(default=None, description="speed over ground, with course and without velocity")
-    course: Quantity | None = Field(default=None, description="course over ground, from north to east")
+    speed: Quantity | None = Field(default=None, description="speed over ground, with course, instead of velocity")
+    course: Quantity | None = Field(default=None, description="course over ground, clockwise from north")
     held: bool = Field(
-        default=False, description="whether rows repeat a fix until there is a new one: only rows with a new one count"
+        default=False,
+        description="whether rows repeat a fix until there is a new one; only new fixes are used",
     )
     position_sigma: Triple | None = Field(default=None, description="1σ of the position")
     velocity_sigma: Triple | None = Field(default=None, description="1σ of the velocity")
@@ -87,7 +88,7 @@ class FixColumns(TextLayout):
         if (self.speed is None) != (self.course is None):
             raise ValueError("speed and course belong together: give both or neither")
         if self.speed is not None and self.velocity is not None:
-            raise ValueError("velocity is given, so that speed and course are not needed: remove them")
+            raise ValueError("speed and course cannot be given together with velocity: remove them")
         return self
 
     def quantities(self) -> Iterator[tuple[str, str, Quantity | Triple]]:

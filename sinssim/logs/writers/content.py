@@ -43,7 +43,7 @@ class Content:
     def imu(self) -> InertialStream:
         """The chosen inertial readings."""
         if self.imu_name is None:
-            raise InputError(f"{self.run.path} has no inertial readings with three gyros; this format needs them.")
+            raise InputError(f"{self.run.path} has no inertial data with three gyros; this format needs them.")
         return self.run.increments(self.imu_name)
 
     @cached_property
@@ -134,7 +134,7 @@ def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: floa
     for name in names:
         if name not in known:
             raise unknown_name(f"stream of {run.path}", name, known)
-        what = "inertial readings" if name in imus else "solution"
+        what = "inertial data" if name in imus else "solution"
         if what in chosen:
             raise InputError(f"--solution {chosen[what]} and --solution {name} both choose the {what}; give one.")
         chosen[what] = name

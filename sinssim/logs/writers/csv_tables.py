@@ -40,11 +40,11 @@ def write(content: Content, place: Path) -> list[str]:
         names = [f"dtheta_{axis}_rad" for axis in "xyz"] + [f"dvel_{axis}_mps" for axis in "xyz"]
         columns = columns_of(imu.time, imu.gyro, imu.accel)
         write_columns(place / "imu.csv", columns, header=_header(["time_s", *names]), delimiter=",")
-        said.append(f"imu.csv: {content.imu_name} readings, increments over the interval that ends at the time.")
+        said.append(f"imu.csv: {content.imu_name} data, increments over the interval that ends at the time.")
     for receiver, fixes in content.fixes.items():
         _write_fixes(fixes, place / f"{receiver}.csv")
         arm = ", ".join(f"{value:g}" for value in content.run.lever_arm(receiver))
-        said.append(f"{receiver}.csv: fixes of the antenna, which is at {arm} m (forward, right, down) of the block.")
+        said.append(f"{receiver}.csv: fixes of the antenna, which is at {arm} m (forward, right, down) of the IMU.")
     return [*said, "time_s is the run's own time."]
 
 

@@ -46,9 +46,9 @@ def write(content: Content, place: Path) -> list[str]:
     return [
         f"Structures: {names}. Angles in rad, heights above the ellipsoid, velocity north-east-down, quaternions "
         "scalar first, body axes forward-right-down.",
-        f"imu holds the {content.imu_name} readings, increments over the interval that ends at time_s."
+        f"imu holds the {content.imu_name} data, increments over the interval that ends at time_s."
         if content.imu_name is not None
-        else "The run has no inertial readings with three gyros.",
+        else "The run has no inertial data with three gyros.",
         f"time_s is the run's own time; its 0 is second {seconds} of the GPS week {week}.",
     ]
 

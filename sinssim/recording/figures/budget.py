@@ -130,7 +130,7 @@ def ranking_figure(result: BudgetResult, t: float | None = None) -> Figure:
     rows = np.arange(len(ranked))[::-1]
     for panel, values, title in (
         (left, np.array([one.gain for one in ranked]), "Decrease of R95 if this source were halved"),
-        (right, np.array([one.alone for one in ranked]), "R95 by this source alone"),
+        (right, np.array([one.alone for one in ranked]), "R95 from this source alone"),
     ):
         unit, metre = suiting(LENGTHS, values) if len(values) else ("m", 1.0)
         panel.barh(rows, values / metre, color=style.css(style.COLORS["aided"]), height=0.7)

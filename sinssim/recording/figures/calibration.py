@@ -44,7 +44,7 @@ def parameters_figure(result: CalibrationResult) -> Figure:
     left.set_xlabel("1σ after the calibration over 1σ before")
     left.set_yticks(place, result.names)
     left.grid(axis="y", visible=False)
-    left.set_title("What the sequence tells" + ("" if seen.all() else " (pink: not observable)"))
+    left.set_title("What the sequence determines" + ("" if seen.all() else " (pink: not observable)"))
     if result.normalised_error is not None:
         right = panels[1]
         right.axvspan(-1.0, 1.0, color=style.GRID)

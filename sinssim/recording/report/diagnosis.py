@@ -35,13 +35,13 @@ def what_to_try(numbers: Mapping[str, Any]) -> Iterator[str]:
         )
         for k, one in enumerate(_by_cause(found))
     ]
-    yield table(("explanation", "gain", "by chance", "size ± 1σ, SI; factor of a σ or a noise"), lines)
+    yield table(("explanation", "gain", "limit", "size ± 1σ, SI; factor of a σ or a noise"), lines)
     yield (
-        '<p class="note">The filter ran again under each explanation, over the time until '
-        f"{round(found['until_s'], 1):g} s. Gain: twice the logarithm of the factor by which the readings become more "
-        f"likely; by chance: what any gain exceeds in {100.0 * found['false_alarm']:g} % of sound runs at most, over "
-        "all explanations. Wrong explanations gain as well where they are like the right one: only the largest gain, "
-        "in bold, names the cause.</p>"
+        '<p class="note">The filter ran again with each explanation, until '
+        f"{round(found['until_s'], 1):g} s. The gain is twice the logarithm of the factor by which the measurements "
+        "become more probable. The limit is the value that the gain of any explanation exceeds in at most "
+        f"{100.0 * found['false_alarm']:g} % of runs with a correct filter. A wrong explanation that resembles the "
+        "correct one has a large gain, too: only the largest gain, in bold, identifies the cause.</p>"
     )
 
 
@@ -55,11 +55,11 @@ def _name(one: Mapping[str, Any]) -> str:
         case "measurement noise":
             return f"σ of {listed(one['name'].split(', '))}"
         case "bias walk":
-            return f"bias walk of the {one['name']}s"
+            return f"random walk of the biases of the {one['name']}s"
         case "inertial noise":
             return "noise of gyros and accelerometers"
         case "initial state":
-            return f"{one['name']} is off"
+            return f"error of the {one['name']}"
         case _:
             return str(one["name"])
 

@@ -134,9 +134,12 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
         ("end", place_text(state, -1)),
         ("height", between_text(state.height, 1, "m")),
         ("ground speed", between_text(speed, 1, "m/s")),
-        ("roll of the block", between_text(roll, 1, "°")),
-        ("pitch of the block", between_text(pitch, 1, "°")),
-        *((f"recorded, {m.label}", f"{len(m)} readings") for m in (one.measurements for one in prepared.log.sensed)),
+        ("roll of the IMU", between_text(roll, 1, "°")),
+        ("pitch of the IMU", between_text(pitch, 1, "°")),
+        *(
+            (f"recorded, {m.label}", f"{len(m)} measurements")
+            for m in (one.measurements for one in prepared.log.sensed)
+        ),
     ]
     listed = table((f"the {name} solution", ""), [(words(k), f'<td class="text">{words(v)}</td>') for k, v in facts])
     yield (
@@ -146,7 +149,7 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
     )
     marks = _outage_marks(run)
     yield from motion_plots(best.time, state, marks, run.scenario.output.angles)
-    yield "<h3>Readings of the inertial unit</h3>" + '<div class="pair">'
+    yield "<h3>Inertial data</h3>" + '<div class="pair">'
     yield from _readings(run, span, marks)
     yield "</div>"
 

@@ -63,7 +63,7 @@ def one_component_report(scenario: Scenario, result: OneComponentResult, summary
     body += [to_svg(one_component_axes(), "axes"), to_svg(one_component_scheme(), "scheme")]
     body += ["<h2>Errors</h2>", _table(found), *_error_plots(result, found)]
     if len(result.by_source) > 1:
-        body += ["<h2>Each source of errors alone</h2>", *_by_source(result, found)]
+        body += ["<h2>Each error source alone</h2>", *_by_source(result, found)]
     body += ["<h2>Error equations</h2>", _FORMULAS, to_svg(schuler_loop(), "loop"), *_differences(result, found)]
     body += ["<h2>Motion</h2>", *_motion(result)]
     body += ["<h2>How the run was computed</h2>", _made(summary)]
@@ -74,7 +74,7 @@ def one_component_report(scenario: Scenario, result: OneComponentResult, summary
 def _in_short(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[str]:
     section, time = result.section, result.truth.time
     yield words(
-        f"One component, variant “{section.variant}”: {WAYS[section.variant]}. {section.rate_hz:g} readings per second "
+        f"One component, variant “{section.variant}”: {WAYS[section.variant]}. {section.rate_hz:g} samples per second "
         f"for {duration_words(float(time[-1] - time[0]))}; R = {section.radius_m / 1e3:g} km, g = "
         f"{section.gravity_mps2:g} m/s², Schuler period {found['schuler_period_s'] / 60.0:.2f} min."
     )
@@ -150,7 +150,7 @@ def _by_source(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator
              ("simulation", source.simulated.coordinate, SIMULATION_COLOR)],
             ARCMIN,
         )  # fmt: skip
-        yield plot.plot(f"Δy by the {source.name} alone", "arcmin ≈ nmi", lines, span, marks=marks)
+        yield plot.plot(f"Δy due to the {source.name} alone", "arcmin ≈ nmi", lines, span, marks=marks)
     yield "</div>"
 
 

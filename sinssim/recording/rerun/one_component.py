@@ -49,9 +49,14 @@ def record(
     """
     time = result.truth.time
     run = RunInfo(
-        scenario.name, float(time[0]), float(time[-1]), (result.section.variant,), labels={"kind": "one-component"}
+        scenario.name,
+        float(time[0]),
+        float(time[-1]),
+        (result.section.variant,),
+        labels={"kind": "one-component"},
+        views=scenario.views,
     )
-    with Recording(path, run.application, all_views(run, own=scenario.views)) as recording:
+    with Recording(path, run.application, all_views(run)) as recording:
         labels = _draw_errors(recording, result) | _draw_pendulum(recording, result)
         _draw_motion(recording, result)
         recording.document("about/scenario", f"```toml\n{scenario.to_toml()}\n```")
@@ -60,7 +65,7 @@ def record(
             recording.stream(stream, thin=scenario.recording.detail == "light")
         run = replace(run, labels={**run.labels, **labels}, ranges=dict(recording.ranges))
         recording.document(RUN_ENTITY, run.to_json())
-        recording.blueprint(all_views(run, own=scenario.views))
+        recording.blueprint(all_views(run))
 
 
 def _draw_errors(recording: Recording, result: OneComponentResult) -> dict[str, str]:
@@ -83,7 +88,7 @@ def _draw_errors(recording: Recording, result: OneComponentResult) -> dict[str, 
         lines = [source.closed.coordinate[k] / ARCMIN, source.simulated.coordinate[k] / ARCMIN]
         _lines(recording, entity, t, lines, [EQUATION_NAMES["closed_form"], "simulation"],
                [EQUATION_COLORS["closed_form"], SIMULATION_COLOR])  # fmt: skip
-        panels.append((entity, f"Δy by the {source.name} alone [arcmin]"))
+        panels.append((entity, f"Δy due to the {source.name} alone [arcmin]"))
     of_speed, of_pitch = suiting(SPEEDS, result.error.velocity), suiting(ANGLES, result.error.pitch)
     for entity, error, equation, (_, scale) in (
         ("velocity_error", result.error.velocity, result.pendulum.velocity, of_speed),

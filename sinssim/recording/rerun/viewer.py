@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -251,23 +251,36 @@ def _middle(client: Any) -> float | None:
     return 0.5e-9 * (min(start for start, _ in spans) + max(end for _, end in spans)) if spans else None
 
 
+def _run_to_show(recording: Path, view: str | None) -> RunInfo | None:
+    """Return what a view needs; None if none is requested and the recording does not say it."""
+    try:
+        run = find_run_info(recording)
+    except InputError:
+        if view is not None:
+            raise
+        return None
+    if run is None and view is not None:
+        raise InputError(
+            f"{recording} does not describe a run (it has no {RUN_ENTITY}), so that the view {view!r} cannot be "
+            "made of it; without --view it opens with the layout that it was recorded with."
+        )
+    return run
+
+
 @contextlib.contextmanager
 def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[str]]:
-    """Yield the files to open: the recording, and a file with the requested layout, if any."""
+    """Yield the files to open: the recording, and a file with its layout.
+
+    A run's layout is recorded at its beginning, and again when all is known of the run. A viewer that has drawn the
+    first one keeps it, but shows the layout of a second file in any case. A run with its own views keeps the recorded
+    layout: their files, which may be another person's, are not executed here.
+    """
     recording = find_recording(path)
-    if view is None and menu:
+    run = _run_to_show(recording, view)
+    if run is None or (run.views and view is None):
         yield [str(recording)]
         return
-    run = find_run_info(recording)
-    if run is None:
-        if view is not None:
-            raise InputError(
-                f"{recording} does not describe a run (it has no {RUN_ENTITY}), so that the view {view!r} cannot be "
-                "made of it; without --view it opens with the layout that it was recorded with."
-            )
-        yield [str(recording)]
-        return
-    layout = all_views(run, view, menu=menu)
+    layout = all_views(replace(run, views=()), view, menu=menu)
     with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
         file = Path(folder) / "view.rbl"
         layout.save(run.application, file)

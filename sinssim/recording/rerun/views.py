@@ -39,6 +39,7 @@ class RunInfo:
         ranges: smallest and largest number of every plotted entity.
         eye: viewpoint of the 3D view and the point it looks at, m in the scene, or () before they are known.
         map_zoom: zoom level of the map.
+        views: files of the run's own views.
     """
 
     name: str
@@ -49,6 +50,7 @@ class RunInfo:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     eye: tuple[tuple[float, float, float], tuple[float, float, float]] | tuple[()] = ()
     map_zoom: float | None = None
+    views: tuple[str, ...] = ()
 
     @property
     def application(self) -> str:
@@ -157,6 +159,7 @@ class RunInfo:
         values["algorithms"] = tuple(values["algorithms"])
         values["ranges"] = {entity: tuple(r) for entity, r in values["ranges"].items()}
         values["eye"] = tuple(tuple(point) for point in values["eye"])
+        values["views"] = tuple(values.get("views", ()))
         return cls(**values)
 
 
@@ -240,7 +243,7 @@ def _warn_once(text: str) -> None:
     logger.warning("%s It is left out.", text)
 
 
-def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True, own: Sequence[str] = ()) -> Any:
+def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> Any:
     """Return one layout with a tab for every view of a run or of a study.
 
     A view that does not work is left out, with a warning, unless it is the one in front.
@@ -249,7 +252,6 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True, own
         run: the run to show.
         active: name of the view in front, or path of a further view; the first view if not given.
         menu: whether the viewer shows its menu and its notices about the machine.
-        own: files of further views; one with the name of another replaces it.
 
     Returns:
         A `rerun.blueprint.Blueprint`.
@@ -260,7 +262,7 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True, own
     import rerun.blueprint as rrb
 
     files = {name: find_content("viz", name) for name in view_names()}
-    files |= _by_name(own)
+    files |= _by_name(run.views)  # one with the name of another replaces it
     front = active
     if active is not None and active not in files and Path(active).is_file():
         front = Path(active).stem

@@ -99,12 +99,12 @@ class RunWriter:
             labels={"height_scale": str(self._scene.height_scale), "events": "yes" if self._events else "no"},
             eye=(self._scene.eye, self._scene.middle),
             map_zoom=map_zoom([truth]),
+            views=scenario.views,
         )
-        self._own_views = scenario.views
         self._kept = scenario.recording
         self._recording: Recording  # missing if none is kept
         if self._kept.has_recording:
-            layout = all_views(self._run, own=self._own_views)
+            layout = all_views(self._run)
             self._recording = Recording(folder / "recording.rrd", self._run.application, layout)
         self._to_rerun = ThreadPoolExecutor(1, "rerun")
         self._to_parquet = ThreadPoolExecutor(1, "parquet")
@@ -371,7 +371,7 @@ class RunWriter:
     def _learn(self, labels: dict[str, str]) -> None:
         """Set the units in the views' titles and the ranges of their axes from the run's numbers."""
         self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
-        self._recording.blueprint(all_views(self._run, own=self._own_views))
+        self._recording.blueprint(all_views(self._run))
         self._recording.document(RUN_ENTITY, self._run.to_json())
 
 

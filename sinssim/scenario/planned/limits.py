@@ -97,12 +97,14 @@ def findings(scenario: Scenario) -> Iterator[Finding]:
             if state.altitude <= ground:
                 yield Finding(
                     True,
-                    f"{name} ends at {state.altitude:g} m, and the ground is at {ground:g} m: at the runway's height "
-                    "after a take-off, otherwise at 0 m. Give a greater height.",
+                    f"{name} ends at {state.altitude:g} m, but the ground is at {ground:g} m. The ground is at the "
+                    "height of the runway after a take-off, otherwise at 0 m. Give a greater height.",
                 )
                 return
             if seconds > _SLACK * leg.timeout_s and not hasattr(leg, "altitude_m"):
-                yield Finding(True, f"{name}: timeout_s = {leg.timeout_s:g}: it takes about {seconds:.0f} s.")
+                yield Finding(
+                    True, f"{name} takes about {seconds:.0f} s, which is longer than timeout_s = {leg.timeout_s:g}."
+                )
 
 
 @dataclass(frozen=True)
@@ -225,8 +227,8 @@ class _Judge:
         yield Finding(
             True,
             f"{name} lies within the turn towards it, whose radius is {radius / 1e3:.1f} km at "
-            f"{plan.airspeed / KNOT:.0f} kt and {bank:g}° of bank: the aircraft circles around it. Give more bank_deg, "
-            f"less airspeed, a larger capture_radius_m than {leg.capture_radius_m:g}, or a place farther away.",
+            f"{plan.airspeed / KNOT:.0f} kt and {bank:g}° of bank: the aircraft would circle it. Give more bank_deg, "
+            f"less airspeed, a capture_radius_m above {leg.capture_radius_m:g}, or a more distant waypoint.",
         )
 
     def _too_steep(self, what: str, speed: float, most: float) -> str:

@@ -62,7 +62,8 @@ class EnsembleSection(Section):
         "[filter], else the first of the algorithms",
     )
     vary: tuple[Variation, ...] = Field(
-        default=(), description="keys that differ from run to run, beside everything that is drawn from the seed"
+        default=(),
+        description="keys that differ from run to run, in addition to the random numbers that depend on the seed",
     )
 
     @model_validator(mode="after")

@@ -109,8 +109,8 @@ class FilterSection(Section):
     diagnose: bool = Field(
         default=False,
         description="whether the program searches for the cause if the innovations are inconsistent with the filter: "
-        "the filter runs up to seventy more times over the first minutes, each time with another lever arm, delay, "
-        "error of a sensor or of the start, or noise",
+        "the filter then runs up to seventy times over the first minutes, each time with another lever arm, delay, "
+        "sensor error, initial error or noise",
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 

@@ -122,7 +122,7 @@ class ImuSection(_Terms):
         default=None, description="physics of the gyros, which determines their random walk and pulse weight"
     )
     faults: tuple[Fault, ...] = Field(default=(), description="faults in the run")
-    rotation: Rotation | None = Field(default=None, description="rotation of the block in the vehicle")
+    rotation: Rotation | None = Field(default=None, description="rotation of the IMU in the vehicle")
 
     @model_validator(mode="before")
     @classmethod

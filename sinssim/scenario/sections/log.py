@@ -61,8 +61,8 @@ class LogFile(Section):
     )
     clock: Literal["gps", "utc", "unix"] = Field(
         default="gps",
-        description="time scale of first_row, and of dates in the column of times without one; unix: the column "
-        "counts from 1970, and first_row is in UTC",
+        description="time scale of first_row, and of dates without a time scale; unix: the column of times counts "
+        "from 1970, and first_row is in UTC",
     )
     first_row: Instant | None = Field(
         default=None,
@@ -173,7 +173,7 @@ class LogReference(_Position, SolutionColumns):
 class Constant(Section):
     """A constant in a unit."""
 
-    value: Positive = Field(description="the number")
+    value: Positive = Field(description="numerical value")
     unit: str = Field(description="unit of the number")
 
 
@@ -188,7 +188,7 @@ class LogOther(LogFile):
     sigma: Quantity = Field(description="column or constant, and unit, of the 1σ of the measurements")
     bias_sigma: Constant | None = Field(
         default=None,
-        description="constant, and unit, of the 1σ of an error that all measurements share; it becomes a state",
+        description="1σ of an error that all measurements share, a constant with a unit; the error becomes a state",
     )
     bias_correlation_time_s: CorrelationTime | None = Field(
         default=None, description="correlation time of that error; default: it is constant"

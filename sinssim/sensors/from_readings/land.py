@@ -47,7 +47,7 @@ def land_velocity(
         InputError: an argument cannot be used.
     """
     checked_increments(imu)
-    step = 1.0 / number("rate_hz", rate_hz, "readings a second", low=POSITIVE)
+    step = 1.0 / number("rate_hz", rate_hz, "measurements per second", low=POSITIVE)
     limit = number("limit", limit, "m/s²", low=POSITIVE)
     sigmas = doubles("sigma", sigma)
     if sigmas.shape != (2,):

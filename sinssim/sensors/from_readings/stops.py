@@ -195,7 +195,7 @@ def standstill(
         scatter of their means at rest.
     """
     velocity_sigma = number("velocity_sigma", velocity_sigma, "m/s", low=POSITIVE)
-    interval = 1.0 / number("rate_hz", rate_hz, "readings a second", low=POSITIVE)
+    interval = 1.0 / number("rate_hz", rate_hz, "measurements per second", low=POSITIVE)
     times = [np.arange(begin + interval, end + 1e-9, interval) for begin, end in stops.spans]
     time = np.concatenate(times) if times else np.zeros(0)
     zero = np.zeros((len(time), 3))

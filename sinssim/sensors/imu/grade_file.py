@@ -120,8 +120,8 @@ _Terms: Any = create_model("_Terms", __base__=Section, **dict[str, Any](_KEYS))
 class _GradeFile(_Terms):  # type: ignore[misc]
     """A grade's file: a sentence, the source of its numbers, and the numbers by the keys of [imu]."""
 
-    description: Sentence = Field(description="a sentence on the unit, which lists and reports show")
-    source: _Source = Field(description="where the numbers come from, for example a data sheet and its page")
+    description: Sentence = Field(description="a sentence about the IMU, shown in lists and reports")
+    source: _Source = Field(description="source of the values, for example a data sheet and its page")
     assumed: tuple[Sentence, ...] = ()
 
     @model_validator(mode="before")

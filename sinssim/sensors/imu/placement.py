@@ -81,7 +81,7 @@ def at_the_elements(ideal: ImuData, arms: Array, delay: float) -> ImuData:
     if delay:
         if abs(delay) > interval.min() * (1.0 + 1e-9):  # the intervals may differ by rounding
             raise InputError(
-                f"the accelerometers' readings lag the gyros' by {delay:g} s, more than one interval of "
+                f"the accelerometer data lag the gyro data by {delay:g} s, more than one interval of "
                 f"{interval.min():g} s."
             )
         # the spline is extrapolated before the first and after the last edge

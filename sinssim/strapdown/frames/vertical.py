@@ -120,7 +120,9 @@ def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, t
         raise InputError(f'vertical="{vertical}" needs height=…: the reference height at every imu.time, (N+1,) m.')
     if isinstance(height, HeightReadings):
         if vertical != "baro-loop":
-            raise InputError(f'vertical="{vertical}" needs a height at every imu.time; readings are for "baro-loop".')
+            raise InputError(
+                f'vertical="{vertical}" needs a height at every imu.time; measurements are for "baro-loop".'
+            )
         return height.at(time), np.empty(0)
     reference = numbers("height", height).copy()  # a copy, because the loop fills in heights without readings
     if reference.shape != time.shape:

@@ -53,7 +53,7 @@ def gyro_free(evidence: Evidence) -> Outcome:
         return undecided(f"a block of six accelerometers with errors, tilted by less than {law.SMALL_TILT_DEG:g}°")
     reason = (
         f"While the tilt is small, below {law.SMALL_TILT_DEG:g}°, the error grows with the power {min(early):.2f} to "
-        f"{max(early):.2f} of time below {law.EARLY:g} s: a bias tilts the block with the square of time, and gravity "
+        f"{max(early):.2f} of time below {law.EARLY:g} s: a bias tilts the IMU with the square of time, and gravity "
         "moves it with the fourth power"
     )
     if late:

@@ -354,8 +354,8 @@ def _wind_words(flight: FlightSection) -> str:
     if not (north or east or down):
         return ""
     return (
-        f"The wind, {_plain(north)} m/s towards north and {_plain(east)} m/s towards east, is the likely cause: "
-        f"it may be too strong for the {flight.aircraft} on its wheels."
+        f"The likely cause is the wind of {_plain(north)} m/s towards north and {_plain(east)} m/s towards east, "
+        f"which may be too strong for the {flight.aircraft} on the ground."
     )
 
 

@@ -64,7 +64,7 @@ class Monitor:
             radius = state.ground_speed**2 / (G * tan(pilot.bank_limit))
             if left < radius:
                 raise LegError(
-                    f"the pole is {left / 1e3:.1f} km away, and no heading can be held within the radius of a turn, "
+                    f"the pole is {left / 1e3:.1f} km away, and a heading cannot be held within the turn radius of "
                     f"{radius / 1e3:.1f} km",
-                    "a path that passes the pole farther away, a waypoint beyond the pole, or [great_circle]",
+                    "a path farther from the pole, a waypoint beyond the pole, or [great_circle]",
                 )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _HEIGHT, _HEADING = 50.0, 5.0 * DEG  # a leg that ends farther from its order than this is not attained [m, rad]
 _SPEED, _SPEED_SHARE = 10.0 * KNOT, 0.05  # the same for the airspeed: farther off than both [m/s, of the order]
 _TURBULENT = 3.0  # factor of these limits in turbulence
-_NOT_ATTAINED = " is not attained: at its end "
+_MISSED = " did not reach its targets: at its end "
 
 
 def shortfall(
@@ -42,7 +42,7 @@ def shortfall(
         found.append(f"the airspeed is {state.cas / KNOT:.0f} kt instead of {pilot.airspeed / KNOT:.0f} kt")
     if "heading" in leg.holds and abs(remainder(state.psi - pilot.heading, 2.0 * pi)) > more * _HEADING:
         found.append(f"the heading is {state.psi / DEG % 360.0:.0f}° instead of {pilot.heading / DEG % 360.0:.0f}°")
-    return FlightEvent(state.time, f"{name}{_NOT_ATTAINED}{', '.join(found)}") if found else None
+    return FlightEvent(state.time, f"{name}{_MISSED}{', '.join(found)}") if found else None
 
 
 def not_attained(events: Iterable[FlightEvent]) -> list[str]:
@@ -54,4 +54,4 @@ def not_attained(events: Iterable[FlightEvent]) -> list[str]:
     Returns:
         Whole sentences.
     """
-    return [f"{event.text} (at {event.time:.0f} s)." for event in events if _NOT_ATTAINED in event.text]
+    return [f"{event.text} (at {event.time:.0f} s)." for event in events if _MISSED in event.text]

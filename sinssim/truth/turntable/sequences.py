@@ -37,7 +37,7 @@ _BACKWARDS = (0.0, 0.0, -1.0)
 
 SEQUENCES: dict[str, Sequence] = {
     "six-positions": Sequence(
-        "each axis of the block up and down",
+        "each axis of the IMU up and down",
         "Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, section 8.3; Syed et al., A "
         "new multi-position calibration method for MEMS inertial navigation systems, Meas. Sci. Technol. 18 (2007) "
         "1897-1907",

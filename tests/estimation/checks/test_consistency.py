@@ -182,7 +182,7 @@ def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
     of_run: Any = SimpleNamespace(innovations=(innovations(white), replace(refused, sensor="baro")), divergence=None)
     (sentence,) = consistency(of_run).sentences
     assert sentence.startswith("baro: optimistic")
-    assert "no reading accepted; 5 of 5 readings rejected where 0.005 are expected" in sentence
+    assert "none accepted; 5 of 5 measurements rejected where 0.005 are expected" in sentence
 
 
 @pytest.mark.parametrize(("probability", "size"), [(0.02, 3), (0.1, 1), (0.3, 3)])

@@ -359,10 +359,10 @@ def test_without_a_single_fix_the_result_is_inertial():
         np.testing.assert_allclose(
             getattr(result.estimate.solution, name)[-1], getattr(inertial, name)[-1], rtol=0, atol=1e-9
         )
-    assert "gnss-position: there was no reading, so that it corrects nothing." in result.estimate.remarks
+    assert "gnss-position: there was no measurement; the sensor corrects nothing." in result.estimate.remarks
     said = list(sentences(filter_numbers(result, s)))
     assert said[0] == "The filter used no measurement; its errors agree with its covariance."
-    assert "No reading was used at all: the result is the inertial solution." in said
+    assert "No measurement was used: the result is the inertial solution." in said
 
 
 def test_readings_that_come_too_late_leave_the_inertial_solution_and_it_is_said():
@@ -374,7 +374,7 @@ def test_readings_that_come_too_late_leave_the_inertial_solution_and_it_is_said(
     said = " ".join(sentences(filter_numbers(result, s)))
     assert "aiding.gnss.latency_s = 100: no reading arrives before the end of the run at 90 s." in said
     assert "aiding.gnss.jumps.1 begins at 95 s, but the run ends at 90 s: it has no effect." in said
-    assert "zero-velocity: there was no reading (the vehicle never stood still)" in said
+    assert "zero-velocity: there was no measurement (the vehicle was never at rest)" in said
     assert "caught" not in said
 
 

@@ -97,7 +97,7 @@ def test_a_whole_reference_gives_the_state(tmp_path: Path) -> None:
 
 def test_what_the_data_do_not_tell_is_asked_for(tmp_path: Path) -> None:
     still = drive(12.0)
-    with pytest.raises(InputError, match=r"no heading to start from.*log\.start\.heading_deg"):
+    with pytest.raises(InputError, match=r"initial heading is unknown.*log\.start\.heading_deg"):
         start_of(tmp_path, still)
     write_rates(tmp_path / "imu.csv", still, np.arange(0.0, 11.9, 0.01))
     section = LogSection.model_validate({"imu": {"file": str(tmp_path / "imu.csv"), **RATES}})

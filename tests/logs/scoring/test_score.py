@@ -173,7 +173,7 @@ def test_antenna(judge: Judge, tmp_path: Path) -> None:
     sigma = judge.run.fix("gnss").position_sigma[0]
     # 100 fixes: the mean is within 4σ/10 with a probability of 0.9999 for each of three axes
     assert (np.abs(at_antenna.position_ned.mean(axis=0)) < 0.4 * sigma).all()
-    with pytest.raises(InputError, match="satellite receiver"):
+    with pytest.raises(InputError, match="GNSS receiver"):
         judge.score(tmp_path / "k" / "gnss.txt", antenna="glonass")
 
 

@@ -43,5 +43,5 @@ def test_times_of_day_go_on_after_midnight() -> None:
 def test_what_is_no_date() -> None:
     assert not is_date("12.5")
     assert not is_date("2025-07-08")
-    with pytest.raises(InputError, match="is no day"):
+    with pytest.raises(InputError, match="is not a date"):
         date_seconds(["2025-02-30 00:00:00"])

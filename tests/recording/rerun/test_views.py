@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,7 +89,7 @@ def test_a_view_of_ones_own_is_found_where_the_user_said(recording, tmp_path, mo
     info = read_run_info(recording)
     own = own_view(tmp_path / "views", "speeds")
     assert "speeds" in tab_names(info, str(own))
-    assert tab_names(info, own=[str(own)]) == [*OWN, "speeds"]
+    assert tab_names(replace(info, views=(str(own),))) == [*OWN, "speeds"]
     assert tab_names(info) == list(OWN)
     own_view(tmp_path / "other", "speeds", VIEW.replace("height", "other"))
     monkeypatch.setenv("SINSSIM_VIEWS", f"{tmp_path / 'views'}{os.pathsep}{tmp_path / 'other'}{os.pathsep}")
@@ -102,7 +103,7 @@ def test_a_view_of_ones_own_is_found_where_the_user_said(recording, tmp_path, mo
 def test_two_views_of_one_name_are_named_with_their_paths(recording, tmp_path, monkeypatch, caplog):
     info = read_run_info(recording)
     one, other = own_view(tmp_path / "one", "twice"), own_view(tmp_path / "other", "twice")
-    assert tab_names(info, own=[str(one), str(other)]) == [*OWN, "twice"]
+    assert tab_names(replace(info, views=(str(one), str(other)))) == [*OWN, "twice"]
     said = f"There are two views named twice: {other} is used, {one} is ignored."
     assert [record.message for record in caplog.records] == [said]
     caplog.clear()

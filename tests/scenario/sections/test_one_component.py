@@ -43,7 +43,7 @@ def test_plan() -> None:
     assert "pitch by one integral of a gyro's rate" in lines[1]
     assert "velocity           0 to 230 m/s, 6 rows" in lines
     assert "gyro               bias_deg_h = -0.01" in lines
-    assert any("160,000 readings; the Schuler period is 84.39 min" in line for line in lines)
+    assert any("160,000 samples; the Schuler period is 84.39 min" in line for line in lines)
     assert any(line.startswith("altitude") for line in lines)
 
 

@@ -79,9 +79,9 @@ def test_loads_and_accepts_its_written_defaults(tmp_path: Path, rotation: str) -
             'type = "continuous"',
             "",
             "[navigation.alignment]\nduration_s = 60.0",
-            ["[navigation.alignment] takes the readings for those of a vehicle at rest", "[imu.rotation]"],
+            ["[navigation.alignment] assumes the inertial data of a vehicle at rest", "[imu.rotation]"],
         ),
-        ('type = "continuous"', "", FILTER + "[aiding.zero_rate]", ["[aiding.zero_rate]", "block turns"]),
+        ('type = "continuous"', "", FILTER + "[aiding.zero_rate]", ["[aiding.zero_rate]", "IMU rotates"]),
     ],
 )
 def test_refused_by_key_value_and_remedy(tmp_path: Path, rotation: str, imu: str, rest: str, words: list[str]) -> None:

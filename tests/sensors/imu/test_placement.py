@@ -93,7 +93,7 @@ def test_without_arms_and_delay_nothing_is_touched() -> None:
 
 def test_what_cannot_be() -> None:
     ideal = inertial_increments(rocking(1.0), 100.0, 1.0)
-    with pytest.raises(InputError, match=r"lag the gyros' by 0\.02 s, more than one interval of 0\.01 s"):
+    with pytest.raises(InputError, match=r"lag the gyro data by 0\.02 s, more than one interval of 0\.01 s"):
         emulate(ideal, ImuErrors(TriadErrors(), TriadErrors(), delay=0.02))
     few = ImuData(ideal.time[:4], ideal.dtheta[:3], ideal.dvel[:3])
     with pytest.raises(InputError, match=r"at least 4 samples.*here are 3"):

@@ -507,7 +507,9 @@ def test_wind_that_is_too_strong_on_the_runway_is_named() -> None:
     flight = FlightSection.model_validate(
         {"aircraft": "c172x", "start": start, "legs": legs, "wind": {"north_mps": 11.0}}
     )
-    said = r"on the runway, .* 11 m/s towards north and 0 m/s towards east, is the likely cause.*Give less wind"
+    said = (
+        r"on the runway, .*The likely cause is the wind of 11 m/s towards north and 0 m/s towards east.*Give less wind"
+    )
     with pytest.raises(InputError, match=said):
         fly_plan(flight)
 

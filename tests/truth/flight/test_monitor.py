@@ -33,9 +33,9 @@ HOLD = {"type": "hold", "duration_s": 20.0}
 def test_a_turn_with_too_much_bank_says_how_far_it_fell() -> None:
     steep = {"type": "turn", "heading_deg": 180.0, "bank_deg": 75.0}  # 3.9 g, and the autopilot pulls 2.2 g
     first, second = not_attained(flown("737", 3000.0, 280.0, steep, HOLD).events)
-    assert first.startswith("leg 1 (turn) is not attained: at its end the height is 22")
+    assert first.startswith("leg 1 (turn) did not reach its targets: at its end the height is 22")
     assert "m instead of 3000 m, the airspeed is 304 kt instead of 280 kt (at 43 s)." in first
-    assert second.startswith("leg 2 (hold) is not attained: at its end the height is 24")
+    assert second.startswith("leg 2 (hold) did not reach its targets: at its end the height is 24")
 
 
 def test_a_flight_within_its_limits_says_nothing() -> None:
@@ -78,10 +78,10 @@ def test_the_737_starts_at_any_speed_above_the_stall() -> None:
         (
             ("c172x", 1000.0, 100.0, {"type": "waypoint", "latitude_deg": 48.0, "longitude_deg": 11.008,
                                       "capture_radius_m": 50.0, "name": "ALPHA"}),
-            r"circles around ALPHA, .* 54 m/s and 20° of bank a turn has a radius of 0.8 km.* a larger capture_radius",
+            r"the aircraft circles ALPHA, .* 54 m/s and 20° of bank a turn has a radius of 0.8 km.* a capture_radius_m",
         ),
         (("737", 9000.0, 280.0, {**HOLD, "duration_s": 300.0}, {"latitude_deg": 89.905}),
-         r"the pole is 10\.\d km away, and no heading can be held .* Use a path that passes the pole farther away"),
+         r"the pole is 10\.\d km away, and a heading cannot be held .* Use a path farther from the pole"),
         (("f16", 60.0, 130.0, {"type": "speed", "airspeed_kt": 105.0}), "the aircraft hit the ground"),
         (("c172x", 0.0, 100.0, HOLD), "The ground below a start in the air is at a height of 0 m"),
         (("737", 3000.0, 150.0, HOLD), "Give an airspeed and a height at which it can fly"),

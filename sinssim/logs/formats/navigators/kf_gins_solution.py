@@ -81,8 +81,10 @@ def _sigma(path: Path, seconds: Array) -> tuple[Array | None, tuple[str, ...]]:
         return None, ()
     rows = read_numbers(beside, _STD_WIDTHS)
     if len(rows) != len(seconds) or not np.array_equal(rows[:, 0], seconds):
-        return None, (f"{STD_FILE} beside it has other times, so that it belongs to another solution; no σ are taken.",)
-    return rows[:, 1:], (f"The σ are those of {STD_FILE} beside it.",)
+        return None, (
+            f"{STD_FILE} in the same folder is not used: it has other times and belongs to another solution.",
+        )
+    return rows[:, 1:], (f"The σ are those of {STD_FILE} in the same folder.",)
 
 
 def _heading_alone(heading: Array) -> Array:

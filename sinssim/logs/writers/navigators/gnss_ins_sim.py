@@ -38,14 +38,14 @@ def write(content: Content, place: Path) -> list[str]:
     assert imu.interval is not None
     rows = np.searchsorted(truth.time, imu.time - 1e-9)
     if len(truth) <= rows.max() or np.abs(truth.time[rows] - imu.time).max() > 1e-9:
-        raise InputError("the truth is not known at the instants of the readings; gnss-ins-sim needs both together.")
+        raise InputError("the truth is not known at the times of the data; gnss-ins-sim needs both.")
     _table(place / "time.csv", ("time (sec)",), rounded(imu.time))
     gyro, accel = imu.gyro / imu.interval[:, :1] / DEG, imu.accel / imu.interval[:, 1:]
     _table(place / "gyro-0.csv", [f"gyro_{a} (deg/s)" for a in _XYZ], gyro)
     _table(place / "accel-0.csv", [f"accel_{a} (m/s^2)" for a in _XYZ], accel)
     _write_truth(truth, rows, place)
     said = [
-        f"gyro-0.csv, accel-0.csv: {content.imu_name} readings as mean rates over the interval that ends at time.csv.",
+        f"gyro-0.csv, accel-0.csv: {content.imu_name} data as mean rates over the interval that ends at time.csv.",
         "ref_pos.csv, ref_vel.csv (north-east-down), ref_att_euler.csv (yaw, pitch, roll): the truth at time.csv.",
     ]
     if "ideal" in content.run.inertial:

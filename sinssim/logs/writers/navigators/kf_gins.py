@@ -44,7 +44,7 @@ def write(content: Content, place: Path) -> list[str]:
             "which KF-GINS does not read. Choose an earlier date with --start."
         )
     write_columns(place / "imu.txt", columns_of(rounded(start + imu.time), imu.gyro, imu.accel))
-    said = [f"imu.txt: {content.imu_name} readings; seconds of week, Δθ [rad], Δv [m/s], forward-right-down."]
+    said = [f"imu.txt: {content.imu_name} increments; seconds of week, Δθ [rad], Δv [m/s], forward-right-down."]
     for name, fixes in content.fixes.items():
         _write_gnss(fixes, start, place / f"{name}.txt")
         said.append(f"{name}.txt: fixes of the antenna; seconds of week, latitude, longitude [°], height [m], σ [m].")
@@ -52,14 +52,14 @@ def write(content: Content, place: Path) -> list[str]:
     _write_solution(content.solution, week, start, place / file)
     said.append(f"{file}: week, seconds, latitude, longitude [°], height [m], velocity, roll, pitch, heading [°].")
     if np.abs(np.diff(content.motion.longitude)).max() > np.pi:
-        said.append("The run crosses the antimeridian: KF-GINS subtracts longitudes, and its solution fails there.")
+        said.append("The run crosses the antimeridian, where KF-GINS fails because it subtracts longitudes.")
     known = noise_of(content.run) is not None
-    noise = "and the noise of the run's sensors" if known else "and the noise of a MEMS unit; set that of your sensors"
+    noise = "and the noise of the run's sensors" if known else "and the noise of a MEMS IMU; set that of your sensors"
     (place / "kf-gins.yaml").write_text(configuration(content, start), encoding="utf-8")
     return [
         *said,
-        f"kf-gins.yaml: initial state of {content.solution_name}, the antenna's lever arm, {noise}.",
-        f"Times are seconds of the GPS week {week}; the run's time 0 is {start}.",
+        f"kf-gins.yaml: initial state of {content.solution_name}, lever arm of the antenna, {noise}.",
+        f"Times are seconds of the GPS week {week}; the time 0 of the run is {start}.",
     ]
 
 

@@ -110,7 +110,7 @@ def start_of(content: Content) -> tuple[float, NavState]:
     time = content.imu.time
     at = time[(time >= known.time[0] - _EDGE) & (time <= known.time[-1])][:1]
     if not len(at):
-        raise InputError(f"{content.solution_name} of {content.run.path} has no state at any inertial reading.")
+        raise InputError(f"{content.solution_name} of {content.run.path} has no state at any inertial sample.")
     return float(at[0]), TruthAt(known, ellipsoid_by_name(content.run.ellipsoid)).state(at)
 
 
@@ -172,7 +172,7 @@ def configuration(content: Content, start: float) -> str:
             'outputpath: "."',
             "imudatalen: 7",
             f"imudatarate: {rate}",
-            f"starttime: {round(start + time, 9)!r}   # the first reading",
+            f"starttime: {round(start + time, 9)!r}   # the first sample",
             "endtime: -1",
             f"initpos: {exact(place)}   # deg, deg, m",
             f"initvel: {exact(state.velocity_ned[0])}   # north, east, down, m/s",

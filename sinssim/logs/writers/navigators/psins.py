@@ -39,7 +39,7 @@ def write(content: Content, place: Path) -> list[str]:
     name = f"{content.solution_name}.avp"
     _write_avp(content.solution, place / name)
     said = [
-        f"imu.imu: {content.imu_name} readings in counts of {_GYRO_ARCSEC:g} arcsec and {_ACCEL_UG_S:g} µg s, "
+        f"imu.imu: {content.imu_name} data in counts of {_GYRO_ARCSEC:g} arcsec and {_ACCEL_UG_S:g} µg s, "
         "right-front-up. The sums of the counts are those of the readings, less than one count off.",
         f"{name}: pitch, roll, yaw (counter-clockwise from north) [°], velocity east, north, up, latitude, longitude "
         "[°], height [m], time [s].",

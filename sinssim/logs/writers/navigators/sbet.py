@@ -44,7 +44,7 @@ def write(content: Content, place: Path) -> list[str]:
         at = np.searchsorted(imu.time, s.time - 1e-9).clip(max=len(imu) - 1)
         rows[:, 11:14] = imu.accel[at] / imu.interval[at, 1:]
         rows[:, 14:17] = imu.gyro[at] / imu.interval[at, :1]
-        said = [f"Specific force and inertial rate are the {content.imu_name} readings, means over the last interval."]
+        said = [f"Specific force and inertial rate are the {content.imu_name} data, means over the last interval."]
     place.write_bytes(rows.tobytes())
     return [
         f"{content.solution_name}: latitude, longitude [rad], height above the ellipsoid, velocity north, east, down "

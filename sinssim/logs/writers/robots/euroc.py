@@ -68,7 +68,7 @@ def write(content: Content, place: Path) -> list[str]:
     columns = columns_of(position, q, velocity(content), np.zeros((len(s), 6)))
     write_columns(folder / "data.csv", [unix_ns(content, s.time), *columns], header=_TRUTH, delimiter=",")
     return [
-        f"mav0/imu0/data.csv: {content.imu_name} readings, mean rates over the interval that ends at the stamp, axes "
+        f"mav0/imu0/data.csv: {content.imu_name} data, mean rates over the interval that ends at the time stamp, axes "
         "forward-left-up.",
         f"mav0/state_groundtruth_estimate0/data.csv: {content.solution_name}, with velocity; the biases are 0.",
         LOCAL,

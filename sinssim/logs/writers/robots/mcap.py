@@ -66,7 +66,7 @@ def write(content: Content, place: Path) -> list[str]:
     streams = []
     if content.imu_name is not None:
         streams.append(_imu(content, types))
-        said.append(f"/imu, sensor_msgs/Imu: {content.imu_name} readings, mean rates over the last interval, "
+        said.append(f"/imu, sensor_msgs/Imu: {content.imu_name} data, mean rates over the last interval, "
                     "forward-left-up.")  # fmt: skip
     for name, fixes in content.fixes.items():
         streams += _fixes(content, types, name, fixes)

@@ -126,7 +126,7 @@ def _rates(run: Run, solution: PlatformSolution, span: tuple[float, float]) -> I
     frame = run.scenario.navigation.frame
     axes = _AXES.get(frame, ("x", "y", "z, down"))
     torqued = [Line(name, time, solution.commanded[:, i] / units.DEG_H, paint[i], 1.4) for i, name in enumerate(axes)]
-    left = plot.plot("Strapped down: true rate of the block", "deg/s", body, span)
+    left = plot.plot("Strapdown: true rate of the IMU", "deg/s", body, span)
     right = plot.plot("Platform: commanded rate", "deg/h", torqued, span)
     yield f'<div class="pair"><div>{left}</div><div>{right}</div></div>'
     yield (

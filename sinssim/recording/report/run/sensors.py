@@ -105,7 +105,7 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         yield f"<h3>Errors of the measurements{strapped}</h3>"
         yield from _plots(kinds)
     elif kinds:
-        yield "<p>All readings are ideal.</p>"
+        yield "<p>All sensors are ideal.</p>"
 
 
 def _null_shift(errors: ImuErrors) -> float:

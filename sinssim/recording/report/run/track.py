@@ -194,7 +194,7 @@ def draw_map(
     entries = list(zip((name, *tracks), colors, widths, dashes, strict=True))
     parts = [projection.plane(*part) for part in _within(time, truth, outages)]
     if parts:
-        entries.append(("no satellites", _OUTAGE, _OUTAGE_WIDTH, ""))
+        entries.append(("no GNSS", _OUTAGE, _OUTAGE_WIDTH, ""))
     legend, top = plot.legend([plot.Line(n, nowhere, nowhere, c, w, d) for n, c, w, d in entries], width, 15)
     top += _TOP
     bottom = top + height

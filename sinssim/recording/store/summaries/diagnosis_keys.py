@@ -95,16 +95,19 @@ def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
         where, (unit, size) = f"log.others.{number}", _OF_KINDS[other.kind]
         if error == "scale":
             told = with_sigma(cause, units.PPM, "ppm")
-            return f"{sensor}: its {_words(error)}, {told}", f"{where}.scale_sigma_ppm = {wide(largest / units.PPM)}"
+            return (
+                f"the {_words(error)} of {sensor} is {told}",
+                f"{where}.scale_sigma_ppm = {wide(largest / units.PPM)}",
+            )
         told = with_sigma(cause, size, "°" if unit == "deg" else unit)
         text = f'{{ value = {wide(largest / size)}, unit = "{unit}" }}'
-        return f"{sensor}: its {_words(error)}, {told}", f"{where}.bias_sigma = {text}"
+        return f"the {_words(error)} of {sensor} is {told}", f"{where}.bias_sigma = {text}"
     if cause.name in _OF_SENSORS:
         key, unit, size = _OF_SENSORS[cause.name]
         told = with_sigma(cause, size, unit)
-        return f"{sensor}: its {_words(error)}, {told}", f"aiding.{key} = {wide(largest / size)}"
+        return f"the {_words(error)} of {sensor} is {told}", f"aiding.{key} = {wide(largest / size)}"
     told = with_sigma(cause, 1.0, "in SI units")
-    return f"{sensor}: its {_words(error)}, {told}", f'a state "{cause.name}" in the method states() of the sensor'
+    return f"the {_words(error)} of {sensor} is {told}", f'a state "{cause.name}" in the method states() of the sensor'
 
 
 def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
@@ -123,9 +126,9 @@ def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
             unit, size = _OF_KINDS[other.kind]
             sigma = (other.bias_sigma.value or 0.0) * other_units(other)[other.bias_sigma.unit]
             tau = 2.0 * (sigma / density) ** 2
-            what = f"the error of {sensor} walks randomly, by {short(density / size)} {unit}/√s"
+            what = f"the error of {sensor} has a random walk of {short(density / size)} {unit}/√s"
             return what, f"log.others.{number}.bias_correlation_time_s = {short(tau, 2)}"
-    return f"the error of {sensor} walks randomly", f"a correlation time of the state {sensor} bias"
+    return f"the error of {sensor} has a random walk", f"a correlation time of the state {sensor} bias"
 
 
 def _parts(name: str) -> tuple[str, str]:
@@ -138,7 +141,7 @@ def _parts(name: str) -> tuple[str, str]:
 
 
 def _words(error: str) -> str:
-    return {"bias": "constant error", "scale": "scale factor's error", "wind": "wind (north, east)"}.get(error, error)
+    return {"bias": "constant error", "scale": "scale factor error", "wind": "wind (north, east)"}.get(error, error)
 
 
 def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
@@ -150,9 +153,9 @@ def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     """
     what, unit, size, axes = _OF_START[cause.name]
     if not cause.value:
-        told = "by more than the filter assumes"
+        told = ""
     else:
-        told = f"by {with_sigma(cause, size, unit)}" + (f" ({axes})" if axes else "")
+        told = f" of {with_sigma(cause, size, unit)}" + (f" ({axes})" if axes else "")
     keys = []
     shown = cause.value or (0.0,)
     if what == "position":
@@ -164,14 +167,14 @@ def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     keys = [f"filter.initial_sigma.{key} = {wide(value)}" for key, value in sides if value > 0.0]
     given = _given_start(cause.name, scenario)
     tried = " and ".join(keys) or "larger keys of filter.initial_sigma"
-    return f"the {cause.name} is off {told}, more than the filter assumes", f"{given}{tried}"
+    return f"the {cause.name} has an error{told}, which is larger than the filter assumes", f"{given}{tried}"
 
 
 def _given_start(name: str, scenario: Scenario) -> str:
     """Return what to look at first for a recorded start."""
     if scenario.log is None or name != "initial heading" or scenario.log.start.heading_deg is None:
         return ""
-    return f"another log.start.heading_deg than {number_text(scenario.log.start.heading_deg, 4)}, or "
+    return f"a value of log.start.heading_deg other than {number_text(scenario.log.start.heading_deg, 4)}, or "
 
 
 def planted(scenario: Scenario, until: float) -> Iterator[str]:

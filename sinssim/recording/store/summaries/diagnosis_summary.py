@@ -50,8 +50,8 @@ _WALKS = {
 _SATELLITES = ("gnss lever arm", "gnss time offset", "gnss-velocity delay")
 
 _MORE = (
-    "To look for the cause (a lever arm, a delay, an error of the start or of a sensor, a noise), set "
-    "filter.diagnose = true."
+    "Set filter.diagnose = true to search for the cause (a lever arm, a delay, an initial error, a sensor error, or "
+    "wrong noise)."
 )
 
 
@@ -114,7 +114,7 @@ def _without_hypotheses(estimate: Estimate) -> dict[str, Any]:
     spans = [span for one in estimate.innovations for span in refusals(one)]
     sizes = {one.sensor: size_of_innovations(one) for one in estimate.innovations}
     larger = [
-        f"{s.sensor}: its innovations are {number_text(sizes[s.sensor], 3)} times as large as assumed, by their median."
+        f"The median of the innovations of {s.sensor} is {number_text(sizes[s.sensor], 3)} times the assumed one."
         for s in judged.sensors
         if s.verdict == "optimistic" and sizes[s.sensor] > 1.0
     ]
@@ -151,7 +151,7 @@ def _refused(sensors: Sequence[str], refused: Sequence[Refusals], kinds: Mapping
             told = ", ".join(f"{r.start:g} … {r.end:g} s ({r.count})" for r in shown)
             more = f", and {len(spans) - _SHOWN} shorter spans" if len(spans) > _SHOWN else ""
             off = _off(spans[0], kinds.get(sensor, "")) if alone else ""
-            yield f"{sensor} was refused reading after reading from {told}{more}{off}."
+            yield f"The gate rejected consecutive measurements of {sensor}: {told}{more}.{off}"
 
 
 def _off(longest: Refusals, kind: str) -> str:
@@ -165,8 +165,10 @@ def _off(longest: Refusals, kind: str) -> str:
         f"{number_text(value / size, 3)} {unit}{f' {axis}' if axis else ''}"
         for value, axis in zip(longest.mean, axes, strict=True)
     ]
-    which = "" if longest.count == 1 else f" from {longest.start:g} s on, on average"
-    return f"; less their prediction the readings are {', '.join(parts)}{which}"
+    one = longest.count == 1
+    differs = "The measurement differs from its prediction" if one else "The measurements differ from their predictions"
+    which = "" if one else f" on average from {longest.start:g} s on"
+    return f" {differs} by {', '.join(parts)}{which}."
 
 
 def _explained(found: Diagnosis, factors: Mapping[str, float], scenario: Scenario) -> Iterator[str]:
@@ -175,30 +177,31 @@ def _explained(found: Diagnosis, factors: Mapping[str, float], scenario: Scenari
     faults = list(planted(scenario, found.until))
     if faults:
         yield (
-            f"The scenario plants faults of which the filter knows nothing: {listed(faults)}. They are the first "
-            "explanation, and no key of the filter mends them. Remove them to look for other causes."
+            f"The scenario contains faults that the filter does not model: {listed(faults)}. They are the most likely "
+            "cause, and no key of the filter corrects them. Remove them to search for other causes."
         )
         return
     if cause is None:
         for sensor, factor in factors.items():
-            yield f"{sensor}: its σ alone would have to be {number_text(factor, 3)} times the assumed one."
+            yield f"The innovations of {sensor} would require a σ of {number_text(factor, 3)} times the assumed one."
         yield (
-            f"No single error of those that a state or a noise describes explains the innovations {within}: "
-            "neither a lever arm, a delay, an error of the start, of the inertial or of another sensor, nor another "
-            "noise. Look for outliers, wrong axes or wrong units (sinssim inspect)."
+            f"No single error explains the innovations {within}. The search included a lever arm, delays, initial "
+            "errors, errors of the inertial and the aiding sensors, and wrong noise. Look for outliers, wrong axes or "
+            "wrong units (sinssim inspect)."
         )
         return
     what, keys = _told(cause, scenario)
     yield (
-        f"Most likely cause: {what}. Try {keys}. (With it the readings {within} are more likely by a gain of "
-        f"{cause.gain:.0f}, twice the logarithm of the ratio of both probabilities; chance exceeds {cause.needed:.0f} "
-        f"in {100.0 * FALSE_ALARM:g} % of sound runs at most. One cause at a time: mend it, and run again.)"
+        f"Most likely cause: {what}. Try {keys}. (The gain is {cause.gain:.0f} for the measurements {within}: twice "
+        "the logarithm of the ratio of their probabilities with and without this cause. A correct filter exceeds "
+        f"{cause.needed:.0f} in at most {100.0 * FALSE_ALARM:g} % of runs. The search finds one cause at a time: "
+        "correct it, and run again.)"
     )
     for other in found.alike:
         what, keys = _told(other, scenario)
         yield (
-            f"As likely on this motion: {what} (gain {other.gain:.0f}). Try {keys}. Turns, and changes of speed, tell "
-            "explanations apart that a straight way at constant speed does not."
+            f"Equally likely for this motion: {what} (gain {other.gain:.0f}). Try {keys}. Explanations that are equal "
+            "on a straight path at constant speed differ in turns and during changes of speed."
         )
 
 
@@ -211,7 +214,7 @@ def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     if cause.kind == "inertial noise":
         factor, told = number_text(cause.value[0], 3), section.inertial_noise_factor * cause.value[0]
         return (
-            f"the noise of gyros and accelerometers is {factor} times the assumed one",
+            f"the noise of gyros and accelerometers is {factor} times the assumed noise",
             f"filter.inertial_noise_factor = {short(told)}, or for vibration filter.vibration_noise = 0.5",
         )
     if cause.kind == "bias walk" and cause.name not in _WALKS:
@@ -219,7 +222,7 @@ def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     if cause.kind == "bias walk":
         key, unit, size = _WALKS[cause.name]
         walk = f"{short(cause.value[0] / size)}"
-        return f"the biases of the {cause.name}s walk randomly, by {walk} {unit}", f"{key} = {walk}"
+        return f"the biases of the {cause.name}s have a random walk of {walk} {unit}", f"{key} = {walk}"
     if cause.kind == "initial state":
         return initial_state(cause, scenario)
     if cause.name in _SATELLITES:
@@ -228,11 +231,14 @@ def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     if triad not in _WALKS:
         return sensor_error(cause, scenario)
     unit, size = _UNITS[error][triad]
-    what = f"the {error} of the {triad}s, {with_sigma(cause, size, unit)}"
+    what = f"the {error} of the {triad}s is {with_sigma(cause, size, unit)}"
     if cause.name in (section.states or ()):
-        return f"{what}, much larger than the filter assumes", "a grade or keys of [imu] with a larger 1σ of this error"
+        return (
+            f"{what}, which is much larger than the filter assumes",
+            "a grade or keys of [imu] with a larger 1σ of this error",
+        )
     states = ", ".join(f'"{name}"' for name in (*(section.states or ()), cause.name))
-    return f"{what}, which is not a state of the filter", f"filter.states = [{states}]"
+    return f"{what}; it is not a state of the filter", f"filter.states = [{states}]"
 
 
 def _sure(cause: Hypothesis) -> tuple[float, ...]:
@@ -244,29 +250,30 @@ def _sure(cause: Hypothesis) -> tuple[float, ...]:
 
 
 def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
-    """Return an error of the satellite receiver's installation in words, and its keys."""
+    """Return an error of the installation of the GNSS receiver in words, and its keys."""
     log = None if scenario.log is None else scenario.log.gnss
     where = "aiding.gnss" if log is None else "log.gnss"
     sure = _sure(cause)
     wide = f"{max(3.0 * abs(v) for v in sure):.2g}"
     match cause.name:
         case "gnss lever arm":
-            what = f"the lever arm of the antenna is off by {with_sigma(cause, 1.0, 'm')} (forward, right, down)"
+            what = f"the lever arm of the antenna has an error of {with_sigma(cause, 1.0, 'm')} (forward, right, down)"
             key, state = "lever_arm_m", f"{where}.lever_arm_sigma_m = {wide}"
             told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, sure, strict=True)]
         case "gnss time offset":
             late = cause.value[0]
-            what = f"the fixes are stamped too {'late' if late > 0.0 else 'early'}, by {with_sigma(cause, 1.0, 's')}"
+            side = "late" if late > 0.0 else "early"
+            what = f"the time stamps of the fixes are too {side} by {with_sigma(cause, 1.0, 's')}"
             key, state = "time_offset_s", f"{where}.time_offset_sigma_s = {wide}"
             told = None if log is None else [log.time_offset_s - late]
         case _:
-            what = f"the velocities of the satellites are older than their stamps, by {with_sigma(cause, 1.0, 's')}"
+            what = f"the GNSS velocities are older than their time stamps by {with_sigma(cause, 1.0, 's')}"
             key, state = "velocity_delay_s", f"{where}.velocity_delay_sigma_s = {wide}"
             told = None if log is None else [log.velocity_delay_s + cause.value[0]]
     if told is None or (key == "velocity_delay_s" and told[0] < 0.0):
-        return what, f"{state}, so that the filter estimates it"
+        return what, f"{state}, with which the filter estimates it"
     text = f"{short(told[0])}" if len(told) == 1 else "[" + ", ".join(f"{short(value)}" for value in told) + "]"
-    return what, f"{where}.{key} = {text}, or {state}, so that the filter estimates it"
+    return what, f"{where}.{key} = {text}, or {state}, with which the filter estimates it"
 
 
 def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
@@ -274,7 +281,7 @@ def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]
     sensors = cause.name.split(", ")
     factors = listed([number_text(factor, 3) for factor in cause.value])
     many = len(sensors) > 1
-    what = f"the σ of {listed(sensors)} {'are' if many else 'is'} {factors} times the assumed one{'s' * many}"
+    what = f"the σ of {listed(sensors)} {'are' if many else 'is'} {factors} times the assumed value{'s' * many}"
     return what, " and ".join(_keys_of_noise(sensors, cause.value, scenario))
 
 
@@ -292,7 +299,7 @@ def _keys_of_noise(sensors: Sequence[str], factors: Sequence[float], scenario: S
         elif log is not None and sensor in own:
             told = log.others[own[sensor] - 1].sigma
             size = "" if told.value is None else f'{{ value = {short(told.value * factor)}, unit = "{told.unit}" }}'
-            keys[f"log.others.{own[sensor]}.sigma"] = size or f"{short(factor)} times the present one"
+            keys[f"log.others.{own[sensor]}.sigma"] = size or f"{short(factor)} times the present value"
         else:
             others.append(factor)
     if others and scenario.filter is not None:

@@ -240,9 +240,9 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     """
     for fault in numbers["faults"]:
         begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
-        what = f"The satellites' {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
-        how = f"it rejected {fault['refused']} of {fault['readings']} readings"
-        far = "" if error is None else f", and the solution was in error by up to {number_text(error)} m meanwhile"
+        what = f"The GNSS {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
+        how = f"it rejected {fault['refused']} of {fault['readings']} measurements"
+        far = "" if error is None else f", and the error of the solution reached {number_text(error)} m"
         if fault["caught"]:
             yield f"{what} was detected by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
             if (again := fault["believed_again_s"]) is not None:

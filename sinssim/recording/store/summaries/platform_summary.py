@@ -87,7 +87,7 @@ def platform_sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapp
     turned = numbers["max_commanded_rate_deg_h"] > 0.0
     yield (
         f"The platform was {f'turned by its gyros at up to {most} deg/h' if turned else 'not turned in inertial space'}"
-        f"; in the strapdown system, they sensed up to {number_text(numbers['max_rate_of_the_vehicle_deg_s'], 3)} "
+        f"; in the strapdown system, they measured up to {number_text(numbers['max_rate_of_the_vehicle_deg_s'], 3)} "
         f"deg/s, and "
         f"{number_text(numbers['turned_deg'], 4)}° in turns."
     )

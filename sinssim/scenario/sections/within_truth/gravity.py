@@ -166,7 +166,7 @@ def check_gravity_of_log(gravity: GravitySection | None, navigation: NavigationS
         return
     if gravity.remainder is not None:
         raise ValueError(
-            "[gravity.remainder] is a random part of the true field, and the readings are recorded ([log]): remove it"
+            "[gravity.remainder] is a random part of the true field, but the data are recorded ([log]): remove it"
         )
     if navigation.gravity_degree is None:
         raise ValueError(

@@ -133,7 +133,7 @@ class LandLeg(LegBase):
             yield
         if abs(offset) > 20.0 or abs(remainder(pilot.heading - state.psi, 2.0 * pi)) > 20.0 * DEG:
             raise LegError(
-                f"the approach is not aligned at the flare: {abs(offset):.0f} m beside the centreline",
+                f"the approach is not aligned at the flare: {abs(offset):.0f} m from the centreline",
                 "a beginning farther out, or less wind",
             )
 
@@ -162,7 +162,7 @@ class LandLeg(LegBase):
         if left > 0.0 or abs(offset) > 30.0:
             raise LegError(
                 f"it touches down {'before the threshold' if left > 0.0 else 'beside the runway'}: {abs(left):.0f} m "
-                f"{'before' if left > 0.0 else 'beyond'} the threshold, {abs(offset):.0f} m beside the centreline",
+                f"{'before' if left > 0.0 else 'beyond'} the threshold, {abs(offset):.0f} m from the centreline",
                 "less wind, or a beginning farther out",
             )
 

@@ -299,11 +299,11 @@ class WaypointLeg(LegBase):
             if abs(turned) > _CIRCLING:
                 radius = state.tas**2 / (G * math.tan(pilot.bank_limit))
                 raise LegError(
-                    f"it circles around {label or 'the waypoint'}, which lies within its turn: at {state.tas:.0f} m/s "
-                    f"and {pilot.bank_limit / DEG:.0f}° of bank a turn has a radius of {radius / 1e3:.1f} km, and the "
-                    f"place was never nearer than {nearest / 1e3:.1f} km",
-                    f"more bank_deg, less airspeed, a larger capture_radius_m than {self.capture_radius_m:g}, or a "
-                    "place farther away",
+                    f"the aircraft circles {label or 'the waypoint'}, which lies within its turn: at "
+                    f"{state.tas:.0f} m/s and {pilot.bank_limit / DEG:.0f}° of bank a turn has a radius of "
+                    f"{radius / 1e3:.1f} km, and the waypoint was never nearer than {nearest / 1e3:.1f} km",
+                    f"more bank_deg, less airspeed, a capture_radius_m above {self.capture_radius_m:g}, or a more "
+                    "distant waypoint",
                 )
             # The heading for this track is the bearing minus the drift angle.
             pilot.heading = atan2(east, north) - remainder(state.track - state.psi, 2.0 * pi)

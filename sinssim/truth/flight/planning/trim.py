@@ -61,7 +61,7 @@ def _filled(rows: list[list[float | None]], heights: list[float]) -> tuple[tuple
     for height, row in zip(heights, rows, strict=True):
         known = [place for place, value in enumerate(row) if value is not None]
         if not known:
-            raise InputError(f"no flight can be trimmed at {height:g} m: give lower heights.")
+            raise InputError(f"the aircraft cannot be trimmed at {height:g} m: give lower heights.")
         nearest = [min(known, key=lambda other, place=place: abs(other - place)) for place in range(len(row))]  # type: ignore[misc]
         filled.append(tuple(round(row[place] or 0.0, 2) for place in nearest))
     return tuple(filled)

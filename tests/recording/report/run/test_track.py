@@ -144,11 +144,11 @@ def test_an_outage_is_marked_on_the_track_and_named():
     svg = draw_map(time, truth, {}, ["#009e73"], WGS84, outages=[(20.0, 40.0), (500.0, 600.0)])
     marks = re.findall(r'<polyline points="([^"]*)" [^>]*stroke-width="11"', svg)
     on_track = [mark for mark in marks if len(mark.split()) > 2]
-    assert "no satellites" in svg
+    assert "no GNSS" in svg
     whole = re.findall(r'<polyline points="([^"]*)" fill="none" stroke="#009e73"', svg)[-1].split()
     (mark,) = on_track
     north = [float(place.split(",")[1]) for place in (mark.split()[0], mark.split()[-1])]
     ends = [float(place.split(",")[1]) for place in (whole[0], whole[-1])]
     along = [(n - ends[0]) / (ends[1] - ends[0]) for n in north]
     assert along == pytest.approx([0.20, 0.39], abs=0.01)  # rows of 20 s to 39 s: the fix of 40 s is back
-    assert "no satellites" not in draw_map(time, truth, {}, ["#009e73"], WGS84)
+    assert "no GNSS" not in draw_map(time, truth, {}, ["#009e73"], WGS84)

@@ -35,7 +35,7 @@ def told(hypotheses: Sequence[Hypothesis], scenario: Scenario, until: float) -> 
     ("name", "kind", "value", "words"),
     [
         ("gnss lever arm", "state", (-2.0, 0.0, 0.0), ("-2 ± 0.1", "log.gnss.lever_arm_m = [0.3, 0, -1]")),
-        ("gnss time offset", "state", (0.2,), ("stamped too late", "log.gnss.time_offset_s = -0.1")),
+        ("gnss time offset", "state", (0.2,), ("too late by", "log.gnss.time_offset_s = -0.1")),
         ("gyro scale", "state", (0.03, 0.0, 0.0), ("30000", 'filter.states = ["gyro bias", "gyro scale"]')),
         ("gyro", "bias walk", (2.424068e-4,), ("3000 °/h/√h", "imu.gyro_rrw_deg_h_sqrt_h = 3000")),
         ("inertial noise", "inertial noise", (10.0,), ("filter.inertial_noise_factor = 10",)),
@@ -46,7 +46,7 @@ def told(hypotheses: Sequence[Hypothesis], scenario: Scenario, until: float) -> 
         ("baro", "bias walk", (0.1,), ("0.1 m/√s", "log.others.1.bias_correlation_time_s = 200")),
         ("magnetometer bias", "state", (0.1,), ("5.73", "aiding.magnetometer.bias_sigma_deg = 17")),
         ("radar bias", "state", (0.1,), ('a state "radar bias"',)),
-        ("initial heading", "initial state", (0.1,), ("5.73", "heading_deg than 310", "heading_arcmin = 1000")),
+        ("initial heading", "initial state", (0.1,), ("5.73", "heading_deg other than 310", "heading_arcmin = 1000")),
         ("initial position", "initial state", (30.0, 0.0, 2.0), ("position_m = 90 and ", "height_m = 6")),
     ],
 )
@@ -73,8 +73,8 @@ def test_causes_that_are_alike_are_both_told(scenario: Scenario) -> None:
     other = Hypothesis("gnss time offset", "state", (0.06,), (0.002,), 1285.5, 14.0)
     far = Hypothesis("gyro bias", "state", (1.0, 0.0, 0.0), (0.1, 0.1, 0.1), 900.0, 14.0)
     first, second = told([other, one, far], scenario, 300.0)
-    assert "Most likely cause: the fixes are stamped too late" in first
-    assert "As likely on this motion: the lever arm" in second
+    assert "Most likely cause: the time stamps of the fixes are too late" in first
+    assert "Equally likely for this motion: the lever arm" in second
 
 
 def test_planted_faults_are_told_before_any_cause() -> None:
