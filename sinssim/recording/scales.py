@@ -37,9 +37,8 @@ def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
         The unit's name, and its size in SI; the largest unit if a value is infinite, or an array is NaN throughout.
         Other NaN do not count.
     """
-    largest = max((float(np.fmax.reduce(np.abs(v), axis=None)) if v.size else 0.0 for v in values), default=0.0)
-    if any(v.size and bool(np.isnan(v).all()) for v in values):
-        largest = np.nan
+    ends = [float(reduce(v, axis=None)) for v in values if v.size for reduce in (np.fmax.reduce, np.fmin.reduce)]
+    largest = np.nan if np.isnan(ends).any() else max(map(abs, ends), default=0.0)
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
 
 
