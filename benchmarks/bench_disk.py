@@ -25,7 +25,7 @@ KINDS = {
 }
 
 
-MODULES = ("numpy", "scipy.interpolate", "numba", "sinssim.scenario.schema", "pyarrow.parquet", "rerun")
+MODULES = ("numpy", "scipy.linalg", "numba", "sinssim.scenario.schema", "pyarrow.parquet", "rerun")
 """Modules that a run loads and that take longest."""
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sinssim.ensembles.running.run import ensemble
     from sinssim.error_budget.analyse import budget
     from sinssim.error_budget.result import BudgetResult
-    from sinssim.errors import InputError, RunError, SinssimError
+    from sinssim.errors import InputError, RunError, SinssimError, SinssimWarning
     from sinssim.estimation.estimate import estimate
     from sinssim.estimation.result import Estimate, Innovations
     from sinssim.frames import FRAMES
@@ -65,6 +65,7 @@ __all__ = [
     "Scenario",
     "SingularityEvent",
     "SinssimError",
+    "SinssimWarning",
     "TradeResult",
     "TradeStudy",
     "Trajectory",
@@ -110,6 +111,7 @@ __getattr__, __dir__ = on_first_use(
         "Scenario": "sinssim.scenario.schema",
         "SingularityEvent": "sinssim.data",
         "SinssimError": "sinssim.errors",
+        "SinssimWarning": "sinssim.errors",
         "TradeResult": "sinssim.trades.result",
         "TradeStudy": "sinssim.trades.schema",
         "Trajectory": "sinssim.truth.trajectory",

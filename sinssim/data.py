@@ -40,7 +40,7 @@ class ImuData:
 @short_repr
 @dataclass(frozen=True)
 class NavState:
-    """Position, velocity and attitude of the sensor block, at one instant or at many.
+    """Position, velocity and attitude of the sensor block, at one time or at many.
 
     Attributes:
         latitude: geodetic latitude, () or (N,) rad.
@@ -90,7 +90,7 @@ class NavSolution:
             |BᵀB - I| for a direction cosine matrix, 0 for Euler angles, (N+1,).
         algorithm: name of the attitude algorithm.
         events: passages through a singular attitude.
-        azimuth: direction of the frame's x axis, clockwise from north, in a frame with an azimuth of its own, (N+1,)
+        azimuth: direction of the frame's x axis, clockwise from north, in a frame with its own azimuth, (N+1,)
             rad; None in other frames.
     """
 

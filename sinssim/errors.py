@@ -1,9 +1,12 @@
-"""The errors that sinssim raises on purpose."""
+"""The errors that sinssim raises on purpose, and its warnings."""
 
 from __future__ import annotations
 
 import difflib
+import sys
+import warnings
 from collections.abc import Collection, Iterable
+from types import FrameType
 
 _COMPARED = 200  # number of characters compared with the known names
 
@@ -25,12 +28,31 @@ class RunError(SinssimError, RuntimeError):
 
     Args:
         message: description of the failure.
-        time: instant of the failure in the run, s, if there is one.
+        time: time of the failure in the run, s, if there is one.
     """
 
     def __init__(self, message: str, *, time: float | None = None) -> None:
         super().__init__(message)
         self.time = time
+
+
+class SinssimWarning(UserWarning):
+    """A remark on input that is used all the same: a plan beyond the limits of its aircraft."""
+
+
+def warn(text: str) -> None:
+    """Issue a warning at the line of the user's program that called sinssim; Python shows it once for each line.
+
+    The command line prints it as a line on standard error.
+
+    Args:
+        text: whole sentences.
+    """
+    frame: FrameType | None = sys._getframe()
+    level = 1
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "sinssim":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, SinssimWarning, stacklevel=level)
 
 
 def shortened(text: str, most: int = 80) -> str:

@@ -48,3 +48,18 @@ def capital(sentence: str) -> str:
         The sentence.
     """
     return sentence[:1].upper() + sentence[1:]
+
+
+def size_text(size: float) -> str:
+    """Return a size with a suitable unit.
+
+    Args:
+        size: bytes.
+
+    Returns:
+        For example "248 MB".
+    """
+    for unit, one in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= one:
+            return f"{size / one:.3g} {unit}"
+    return f"{size:.0f} B"

@@ -214,7 +214,7 @@ def former_names(module: str, now: Mapping[str, str]) -> Callable[[str], Any]:
         if name not in now:
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
         warnings.warn(
-            f"{module}.{name} is now {now[name]}; the former name will go away.", DeprecationWarning, stacklevel=2
+            f"{module}.{name} is now {now[name]}; the former name will be removed.", DeprecationWarning, stacklevel=2
         )
         return getattr(sys.modules[module], now[name])
 

@@ -36,7 +36,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 plot(f"Horizontal error [{length}]", "horizontal"), plot(f"Attitude error [{angle}]", "attitude")
             ),
             rrb.Horizontal(
-                plot("Strapped down: rate that the gyros sense [deg/s]", "sensed"),
+                plot("Strapdown: rate measured by the gyros [deg/s]", "sensed"),
                 plot("Platform: commanded rate [deg/h]", "commanded"),
                 plot("Gimbal angles [deg]", "gimbals"),
             ),

@@ -48,7 +48,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         ("velocity_down", f"Down velocity [{velocity}]"),
         ("tilt_north", f"Tilt φN [{angle}]"),
         ("tilt_east", f"Tilt φE [{angle}]"),
-        ("azimuth", f"Azimuth φD [{angle}]"),
+        ("azimuth", f"Azimuth misalignment φD [{angle}]"),
     )
     return rrb.Blueprint(
         rrb.Horizontal(

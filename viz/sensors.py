@@ -42,13 +42,13 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             return rrb.Vertical(plot(f"{READINGS[key]}, recorded", f"{key}/measured"))
         plots = []
         if key in READINGS:
-            name = f"{READINGS[key]}, measured (thin) on ideal (wide)"
+            name = f"{READINGS[key]}, measured (thin) and ideal (wide)"
             plots.append(plot(name, f"{key}/ideal", f"{key}/measured", legend=False))
         if key == "attitude":
-            plots.append(plot(f"{title}: error of each reading [{total}]", f"{key}/sum"))
+            plots.append(plot(f"{title}: error of each measurement [{total}]", f"{key}/sum"))
             plots.append(plot(f"{title}: error, mean over {window} [{total}]", f"{key}/error"))
         elif left := run.label(f"{key}_left"):
-            how = "compensated (thin) on measured (wide)"
+            how = "compensated (thin) and measured (wide)"
             name = f"{title}: error, mean over {window} [{unit}], {how}"
             plots.append(plot(name, f"{key}/error", f"{key}/error_compensated", legend=False))
             name = f"{title}: error, accumulated [{total}], {how}"

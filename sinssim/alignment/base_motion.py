@@ -60,7 +60,7 @@ class Departure:
         what: beginning of a sentence that the size completes: "its specific force turns by".
         size: size of the departure, rad.
         limit: largest departure that the noise of the sensors explains, rad.
-        time: time of the departure, s; None for a departure without a single instant.
+        time: time of the departure, s; None if it has no single time.
     """
 
     what: str
@@ -76,7 +76,7 @@ class Stillness:
     Attributes:
         departures: departures of all tests.
         graded: whether the limits are based on a known grade.
-        net_turn: d̂ from the first instant to the last about the horizontal axes, forward-right-down, (3,) rad.
+        net_turn: d̂ from the first sample to the last about the horizontal axes, forward-right-down, (3,) rad.
         net_turn_sigma: σ_d of each of its two components, rad.
         net_turn_limit: the largest |d̂| that noise explains, rad.
         duration: T, s.
@@ -135,7 +135,7 @@ def motion_errors(c: Coefficients, still: Stillness) -> Angles:
 
     Returns:
         Heading and latitude by the mean rate; roll and pitch by the turn itself. Half of its mean square lies between
-        the session's mean and its last instant for a sway, a quarter for steady sinking; rad.
+        the session's mean and its end for a sway, a quarter for steady sinking; rad.
     """
     turn = still.turn_covariance
     rate = turn / still.duration**2
@@ -159,7 +159,7 @@ class _Noise(NamedTuple):
 
 
 def determine_session(imu: ImuData, expected: Expected | None = None, start: float = 0.0) -> Determination:
-    """Determine heading, roll, pitch and latitude from a session of a vehicle that stood still, eq. (1).
+    """Determine heading, roll, pitch and latitude from a session of a stationary vehicle, eq. (1).
 
     Args:
         imu: the session's increments; a few hundred seconds reduce the noise by averaging.
@@ -218,7 +218,7 @@ def stillness(imu: ImuData, expected: Expected | None = None, start: float = 0.0
     known = np.sqrt(2.0) * (tilt.known + 0.5 * gyro.known * window) / (1.0 - window / duration)
     largest = float(known) + sigma * float(np.sqrt(-2.0 * np.log(0.5 * FALSE_ALARM)))
     if expected is not None:
-        what = "from the first instant to the last the base turns by"
+        what = "from the first sample to the last the base turns by"
         departures.append(Departure(what, float(np.linalg.norm(net)), largest + _ROUNDING))
         interval = duration / count
         departures += [_of_sums(np.diff(bridge, axis=0), size, interval, gyro, harmless**2, each) for size in octaves]

@@ -206,11 +206,11 @@ def doubt(determination: Determination, sigma: Angles) -> Determination:
 def _checked_vectors(values: ArrayLike, name: str, unit: str) -> Array:
     array = numbers(name, values)
     if array.shape[-1:] != (3,):
-        raise InputError(f"{name} has shape {array.shape}; give mean readings (..., 3) in {unit}, forward-right-down.")
+        raise InputError(f"{name} has shape {array.shape}; give mean values (..., 3) in {unit}, forward-right-down.")
     bad = ~np.isfinite(array).all(axis=-1) if not np.isfinite(array.sum()) else np.False_
     if np.any(bad):
         raise InputError(
-            f"{name} holds NaN or infinity{where(np.asarray(bad))}; every reading must be finite, in {unit}."
+            f"{name} contains NaN or infinity{where(np.asarray(bad))}; every value must be finite, in {unit}."
         )
     return array
 
@@ -228,9 +228,9 @@ def check_lengths(u_m: Array, g_m: Array) -> None:
         bad = (g_m < low) | (g_m > high)
         value = g_m[bad].flat[0]
         raise InputError(
-            f"the measured specific force is {value:.6g} m/s²{where(bad)}; a parked vehicle on the Earth reads {low} "
+            f"the measured specific force is {value:.6g} m/s²{where(bad)}; a parked vehicle on the Earth has {low} "
             f"to {high} m/s²: check the unit (m/s², or m/s per increment), the scale factors, and that the vehicle "
-            "stood still."
+            "was stationary."
         )
     if np.max(u_m, initial=0.0) > LARGEST_RATE:
         bad = u_m > LARGEST_RATE

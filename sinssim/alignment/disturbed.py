@@ -51,10 +51,10 @@ class DisturbedAlignment:
     """Result of the fit of the cone.
 
     Attributes:
-        determination: the angles at the session's last instant, and the latitude.
+        determination: the angles at the end of the session, and the latitude.
         residual: root mean square of the residual velocity, which is heave and sway, m/s.
         time: edges of the session's intervals, (N+1,) s.
-        residual_velocity: residual velocity in the block's axes at the first instant, (N+1, 3) m/s.
+        residual_velocity: residual velocity in the block's axes at the start, (N+1, 3) m/s.
     """
 
     determination: Determination
@@ -74,7 +74,7 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
         The alignment.
 
     Raises:
-        InputError: the increments are unusable, the session is too short, the readings are impossible for a parked
+        InputError: the increments are unusable, the session is too short, the measurements are impossible for a parked
             vehicle, or the latitude is beyond a pole.
         RunError: the fit does not converge.
     """
@@ -131,7 +131,7 @@ def fit_of_session(imu: ImuData, latitude: float) -> ConeFit:
         The fit.
 
     Raises:
-        InputError: the readings are impossible for a parked vehicle.
+        InputError: the measurements are impossible for a parked vehicle.
         RunError: the fit does not converge.
     """
     _, t, v = mean_blocks(imu, inertial_curve(imu)[1])

@@ -176,7 +176,7 @@ def best_headings(
         The headings and their standard deviations; of several equally good sets, the one nearest to north.
 
     Raises:
-        InputError: the count is below 1, the angle is another one, or as for `coefficients`.
+        InputError: the count is below 1, the angle is neither of the two, or as for `coefficients`.
     """
     if count < 1:
         raise InputError(f"a set of {count} headings: there must be at least one.")

@@ -322,7 +322,7 @@ def _align_log(
     doubts = [] if (rare := slow(imu.time)) is None else [rare]
     if np.abs(d.roll) > 0.5 * np.pi:
         doubts.append(
-            f"the sensor block is upside down (roll {float(d.roll) / DEG:.1f} deg). If it is not mounted so, "
+            f"the sensor block is upside down (roll {float(d.roll) / DEG:.1f} deg). If it is not mounted this way, "
             "the axes of the log are wrong, or its accelerometers have the opposite sign "
             "(at rest a specific force points up)."
         )

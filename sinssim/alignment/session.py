@@ -22,7 +22,7 @@ def mean_readings(imu: ImuData) -> tuple[Array, Array]:
         Rate, (3,) rad/s, and specific force, (3,) m/s², forward-right-down.
 
     Raises:
-        InputError: the increments do not fit together, are not finite or not in order of time.
+        InputError: the increments have inconsistent shapes, are not finite or not in order of time.
     """
     imu = check_session(imu)
     duration = imu.time[-1] - imu.time[0]

@@ -56,7 +56,7 @@ class InstrumentErrors:
             if array.shape[-1] != 3:
                 raise InputError(f"{name} has shape {array.shape}; give one number, or (..., 3) forward-right-down.")
             if not np.all(np.isfinite(array)):
-                raise InputError(f"{name} holds NaN or infinity{where(~np.isfinite(array))}.")
+                raise InputError(f"{name} contains NaN or infinity{where(~np.isfinite(array))}.")
             object.__setattr__(self, name, array)
 
     def reading_errors(self, gyro: ArrayLike, accel: ArrayLike) -> tuple[Array, Array]:

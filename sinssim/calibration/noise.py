@@ -1,4 +1,4 @@
-"""The noise of a block that a calibration is told: white, bias instability, and quantisation."""
+"""The noise that a calibration assumes: white noise, bias instability, and quantisation."""
 
 from __future__ import annotations
 

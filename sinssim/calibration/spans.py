@@ -123,7 +123,7 @@ def detected(imu: ImuData, section: TurntableSection) -> Dwells:
         )
     if len(rows) != wanted:
         raise InputError(
-            f"the log has {len(rows)} standing spans, but the sequence of [turntable] has {wanted} dwells. Give the "
+            f"the log has {len(rows)} spans at rest, but the sequence of [turntable] has {wanted} dwells. Give the "
             f"sequence that was run, or the times of the dwells in calibration.dwells_s; found: {_listed(rows, imu)}."
         )
     return Dwells(np.array(rows, dtype=np.intp))

@@ -1,4 +1,4 @@
-"""What a calibration works on: readings, dwells, the nominal sequence, the place, noise and parameters."""
+"""The inputs of a calibration: measurements, dwells, the nominal sequence, the place, noise and parameters."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 _traceback = False
+_quiet = False
 
 
 def traceback_wanted() -> bool:
@@ -43,6 +44,25 @@ def scenario_names(incomplete: str) -> list[str]:
     from sinssim.scenario.content import list_content
 
     return [name for name in list_content("scenarios") if name.startswith(incomplete)]
+
+
+def quiet_wanted() -> bool:
+    """Return whether --quiet was given."""
+    return _quiet
+
+
+def want_quiet(value: bool) -> bool:
+    """Set what `quiet_wanted` returns; the callback of --quiet.
+
+    Args:
+        value: whether only errors are printed.
+
+    Returns:
+        The value.
+    """
+    global _quiet
+    _quiet = value
+    return value
 
 
 ScenarioName = Annotated[
@@ -88,7 +108,7 @@ ColumnsFile = Annotated[
 ]
 FromTime = Annotated[float | None, typer.Option("--from", metavar="S", help="Start of the part to use, s.")]
 ToTime = Annotated[float | None, typer.Option("--to", metavar="S", help="End of the part to use, s.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", callback=want_quiet, help="Print only errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 Debug = Annotated[
     bool, typer.Option("--debug", callback=want_traceback, help="Show Python's traceback if an error occurs.")

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import NoReturn, TypeVar
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any, NoReturn, TypeVar
 
 import typer
 
 from sinssim.cli.app import app
-from sinssim.cli.options import traceback_wanted, want_traceback
+from sinssim.cli.options import quiet_wanted, traceback_wanted, want_quiet, want_traceback
 from sinssim.cli.terminal import notes_of
-from sinssim.errors import SinssimError
+from sinssim.errors import SinssimError, SinssimWarning
 from sinssim.system.encoding import standard_streams
 from sinssim.system.signals import interruptible
 
@@ -33,11 +34,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always, with the exit code.
     """
     want_traceback(False)
+    want_quiet(False)
     standard_streams()
     # A shell's `&` makes a program ignore SIGINT: Ctrl-C is then meant for another program.
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     try:
-        with interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
+        with _warnings_as_lines(), interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
             app(args=None if arguments is None else list(arguments), prog_name="sinssim")
     except KeyboardInterrupt as interrupt:
         _interrupted(interrupt)
@@ -55,10 +57,37 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if traceback_wanted():
             raise
         _fail(f"not enough memory: {error}. A shorter scenario or log, or a lower rate, needs less.", 1)
+    except ImportError as error:
+        name = (error.name or "").partition(".")[0]
+        if traceback_wanted() or name in ("", "sinssim"):
+            raise
+        _fail(
+            f"the package {name}, which this command needs, cannot be loaded: {error}. The installation in "
+            f"{sys.prefix} is incomplete: repeat it, by make setup or by pip.",
+            1,
+        )
     except OSError as error:  # for example standard output on a full disk, no space for temporary files
         if traceback_wanted():
             raise
         _fail(f"the operating system reported an error: {error}.", 1)
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """Print the warnings of sinssim as lines on standard error, without the place in the program; none with --quiet."""
+    with warnings.catch_warnings():
+        usual, said = warnings.showwarning, set[str]()
+
+        def show(message: Warning | str, category: type[Warning], *where: Any, **further: Any) -> None:
+            if not issubclass(category, SinssimWarning):
+                usual(message, category, *where, **further)
+            elif not (quiet_wanted() or str(message) in said):
+                said.add(str(message))
+                print(f"WARNING: {message}", file=sys.stderr)
+
+        warnings.simplefilter("always", SinssimWarning)
+        warnings.showwarning = show
+        yield
 
 
 def _interrupted(interrupt: BaseException) -> NoReturn:

@@ -138,7 +138,7 @@ def make_plan(
         )
     if scenario.log is not None:
         raise InputError(
-            f"the scenario {scenario.name} has [log]; a recording exists once, and an ensemble has many runs of a "
+            f"the scenario {scenario.name} has [log]; a recording is a single run, but an ensemble has many runs of a "
             "simulation."
         )
     section = scenario.ensemble

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.errors import SinssimError
+from sinssim.errors import SinssimError, SinssimWarning
 from sinssim.scenario.sections.ensemble import EnsembleSection
 
 _FEW = 20
@@ -34,7 +35,9 @@ def predicted_sigma(plan: Plan) -> Array | None:
 
     elapsed = plan.epochs - plan.start
     try:
-        found = budget(plan.scenario, times=elapsed.tolist(), solution="filter" if plan.filtered else "inertial")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SinssimWarning)  # the ensemble itself has warned
+            found = budget(plan.scenario, times=elapsed.tolist(), solution="filter" if plan.filtered else "inertial")
     except SinssimError:
         return None
     rows = np.abs(found.time[:, None] - elapsed).argmin(axis=0)

@@ -266,7 +266,7 @@ class EnsembleResult:
 
     @cached_property
     def nis(self) -> dict[str, MeanSquare]:
-        """NIS by aiding sensor, averaged over the runs and the readings since the previous epoch."""
+        """NIS by aiding sensor, averaged over the runs and the measurements since the previous epoch."""
         return _mean_squares(self.errors, "nis")
 
     @cached_property
@@ -289,7 +289,7 @@ class EnsembleResult:
         """
         if isinstance(number, bool) or not np.any(self.errors.number == number):
             have = f"{len(self)} runs from {self.errors.number.min()} to {self.errors.number.max()}"
-            raise InputError(f"run {number}: the ensemble has {have}, and not this one.")
+            raise InputError(f"run {number}: the ensemble has {have}, but not this one.")
         return member(self.plan.scenario, int(number))
 
     def command(self, number: int, program: str = "sinssim", scenario: str | None = None) -> str:

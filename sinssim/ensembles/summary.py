@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DEFINITIONS = {
     "horizontal error r": "distance between the solution and the true position, along the ground, at each epoch",
-    "CEP, R95": "50th and 95th percentile of r over the runs, median-unbiased; a failed run is infinitely far off",
+    "CEP, R95": "50th and 95th percentile of r over the runs, median-unbiased; the error of a failed run is infinite",
     "band": "95 % confidence, from order statistics (binomial); no normality assumed",
     "rate by the line": f"of each run: {LINE}; 1 nmi = 1852 m",
     "rate at the end": f"of each run: {END}; 1 nmi = 1852 m",

@@ -52,14 +52,14 @@ def alone_because(plan: Plan, truths: TruthCache) -> str | None:
     if plan.keys:
         return "keys vary from run to run"
     if truth_key(plan.scenario) != truth_key(plan.scenario.model_copy(update={"seed": plan.scenario.seed + 1})):
-        return "every run has a motion of its own"
+        return "each run has its own motion"
     if (reason := served(by_one(plan.scenario, plan.solution))) is not None:
         return reason
     samples, runs = len(truths.of(plan.scenario).ideal), (plan.scenario.ensemble or EnsembleSection()).runs
     if samples < WINDOW:
         return f"there are fewer than {WINDOW} samples"
     if (samples + _BEGIN) * runs < PAYS:
-        return f"{samples * runs:.3g} samples do not pay for compiling the batch"
+        return f"{samples * runs:.3g} samples are too few to compensate for compiling the batch"
     return None
 
 

@@ -83,12 +83,14 @@ class TruthCache:
         self._kept: OrderedDict[str, Truth] = OrderedDict()
         self._lock = threading.Lock()
         self._each: dict[str, threading.Lock] = {}
+        self._unrounded: tuple[Truth, ImuData] | None = None
 
     def forget(self) -> None:
         """Free all true motions; they are computed again when they are wanted."""
         with self._lock:
             self._kept.clear()
             self._each.clear()
+            self._unrounded = None
 
     def keep(self, scenario: Scenario, truth: Truth) -> None:
         """Keep a true motion that another process has computed.
@@ -136,13 +138,17 @@ class TruthCache:
 
     def _in_drawn_gravity(self, scenario: Scenario) -> Truth:
         """Return the true motion in a gravity that is drawn in each run; the motion itself is that of all runs."""
+        from sinssim.sensors.imu.emulate import digital
         from sinssim.truth.gravity.from_scenario import in_true_gravity
 
         base = self.of(scenario.model_copy(update={"gravity": None}))
         trajectory = in_true_gravity(scenario, base.trajectory)
-        ideal = base.ideal
-        dvel = ideal.dvel - trajectory.felt(ideal.time, ideal.dtheta)
-        return Truth(trajectory, ImuData(ideal.time, ideal.dtheta, dvel), base.state, trajectory)
+        known = self._unrounded
+        if known is None or known[0] is not base:
+            known = self._unrounded = base, base.block.increments(scenario.imu.rate_hz)
+        own = known[1]
+        dvel = own.dvel - trajectory.felt(own.time, own.dtheta)
+        return Truth(trajectory, digital(ImuData(own.time, own.dtheta, dvel)), base.state, trajectory)
 
 
 def has_remainder(scenario: Scenario) -> bool:
@@ -158,10 +164,11 @@ def has_remainder(scenario: Scenario) -> bool:
 
 
 def _truth(scenario: Scenario) -> Truth:
+    from sinssim.sensors.imu.emulate import digital
     from sinssim.truth.motions.turning_block import block_of
-    from sinssim.truth.source import fly
+    from sinssim.truth.source import true_motion
 
-    trajectory = fly(scenario)
+    trajectory = true_motion(scenario)
     block = block_of(trajectory, scenario.imu)
-    ideal = block.increments(scenario.imu.rate_hz)
+    ideal = digital(block.increments(scenario.imu.rate_hz))
     return Truth(trajectory, ideal, trajectory.state(ideal.time), block)

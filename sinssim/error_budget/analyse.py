@@ -35,6 +35,7 @@ from sinssim.errors import InputError
 from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.duration import check_times
 from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.imu.emulate import digital
 from sinssim.sensors.imu.errors import warm_up
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.truth.gravity.disturbed import Disturbed
@@ -120,7 +121,7 @@ def budget(
         The budget, at 501 times and at `times`.
 
     Raises:
-        InputError: the scenario has no budget, or an instant lies outside the run.
+        InputError: the scenario has no budget, or one of the times lies outside the run.
     """
     say = progress or (lambda stage, fraction: None)
     kind = check_kind(scenario, solution)
@@ -139,7 +140,7 @@ def budget(
     for one in wanted:
         one.check_within(trajectory.end - trajectory.start)
     block = truth.block if truth else block_of(trajectory, scenario.imu)
-    ideal = truth.ideal if truth else block.increments(scenario.imu.rate_hz)
+    ideal = truth.ideal if truth else digital(block.increments(scenario.imu.rate_hz))
     state = truth.state if truth and block is trajectory else block.state(ideal.time)
     motion = TrueMotion(block, ideal, state, warm_up(scenario.imu), scenario.navigation.gravity)
     say("truth", 1.0)
@@ -309,7 +310,7 @@ def _sensed(scenario: Scenario, ideal: ImuData) -> ImuData:
     from sinssim.sensors.sets.true_errors import draw_true_errors
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
-    imu = emulate(ideal, errors.imu, scenario.seed)
+    imu = emulate(ideal, errors.imu, scenario.seed, rounded=True)
     return imu if errors.calibration is None else compensate(imu, errors.calibration)
 
 

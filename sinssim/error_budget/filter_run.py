@@ -1,4 +1,4 @@
-"""What a filter is told in a budget: `FilterRun`."""
+"""The inputs of a filter in a budget: `FilterRun`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads a budget backwards: whether requirements are met, and how large each source may be.
+"""Tests requirements by a budget, and finds the largest size of each source that meets them.
 
 The covariance is quadratic in the size of each source, P(f) = P + (f² − 1) P_j, and an error that is the same in every
 run is linear in it. The largest factor f is therefore the root of one equation in one unknown, found to rounding;

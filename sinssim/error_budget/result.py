@@ -91,12 +91,12 @@ class BudgetResult:
     Attributes:
         scenario: the scenario.
         solution: "inertial" or "filter".
-        time: instants, (E,) s, in the run's time.
+        time: epochs of the results, (E,) s, in the run's time.
         sources: the sources.
         covariance: by name of each random source, position, velocity (north, east, down) and attitude φ, (E, 9, 9) SI.
         mean: by name of each source that is the same in every run, its error with its sign, (E, 9) SI.
         filter_covariance: the filter's own covariance of the navigation errors, (E, 9, 9); None without a filter.
-        added: what the intervals between the instants `marks` of `budget` add; None without them.
+        added: what the intervals between the times `marks` of `budget` add; None without them.
     """
 
     scenario: Scenario
@@ -109,7 +109,7 @@ class BudgetResult:
     added: Added | None = None
 
     def first(self) -> Added:
-        """Return the errors at the first instant as one interval that begins without errors."""
+        """Return the errors at the first epoch as one interval that begins without errors."""
         covariance = {name: p[:1] for name, p in self.covariance.items()}
         return Added(self.time[:1], self.time[:1], covariance, {name: mean[:1] for name, mean in self.mean.items()})
 
@@ -135,7 +135,7 @@ class BudgetResult:
         """Judge requirements, and say how large each source may be.
 
         Args:
-            requirements: such as "r95(3600 s) <= 1852 m", one or several. A time that is none of `time` has to be among
+            requirements: such as "r95(3600 s) <= 1852 m", one or several. A time that is not in `time` must be among
                 the `require` or `times` of `sinssim.budget`.
             free: names of sources that share one factor.
 
@@ -143,7 +143,7 @@ class BudgetResult:
             One answer for each requirement, see `sinssim.error_budget.limits.Answer`.
 
         Raises:
-            InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not there.
+            InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not an epoch.
         """
         found: tuple[Any, ...] = from_later_stage("sinssim.error_budget.limits", "answers")(self, requirements, free)
         return found
@@ -190,10 +190,10 @@ class BudgetResult:
         raise unknown_name("source of errors", name, [source.name for source in self.sources])
 
     def row(self, t: float) -> int:
-        """Return the number of an instant.
+        """Return the row of an epoch.
 
         Args:
-            t: the instant, s.
+            t: its time, s.
 
         Returns:
             Its row in the arrays.
@@ -204,16 +204,16 @@ class BudgetResult:
         row = int(np.argmin(np.abs(self.time - t)))
         if abs(float(self.time[row]) - t) > 1e-6:
             raise InputError(
-                f"the budget has no instant t = {t:g} s; give it to budget(times=…) beforehand. The nearest is "
+                f"the budget has no time t = {t:g} s; add it to the argument times of budget(). The nearest is "
                 f"{self.time[row]:g} s."
             )
         return row
 
     def table_rows(self, extra: Sequence[float] = ()) -> list[int]:
-        """Return the numbers of the instants that tables show: six evenly spread ones, and others.
+        """Return the rows of the epochs that tables show: six evenly spaced ones, and others.
 
         Args:
-            extra: other instants, s.
+            extra: times of the others, s.
 
         Returns:
             Rows in order.
@@ -255,7 +255,7 @@ class BudgetResult:
         return np.asarray(np.hypot(self.sigma(), self.bias))
 
     def radius(self, share: float, source: str | None = None) -> Array:
-        """Return the radius of the circle that holds a share of the horizontal errors.
+        """Return the radius of the circle that contains a share of the horizontal errors.
 
         Args:
             share: 0.5 for CEP, 0.95 for R95.
@@ -286,7 +286,7 @@ class BudgetResult:
 
     @property
     def instants_to_rank(self) -> tuple[float, ...]:
-        """Instants at which sources are ranked: the end, and that of the largest R95 if it is far larger, s."""
+        """Times at which sources are ranked: the end, and that of the largest R95 if it is far larger, s."""
         r95, end = self.r95, len(self.time) - 1
         worst = int(np.argmax(r95))
         also = (float(self.time[worst]),) if r95[worst] > _FAR_LARGER * r95[end] else ()
@@ -296,7 +296,7 @@ class BudgetResult:
         """Rank the sources by the gain in R95 if each alone were halved.
 
         Args:
-            t: instant, s; the end by default.
+            t: time, s; the end by default.
 
         Returns:
             The sources, the largest gain first.
@@ -318,7 +318,7 @@ class BudgetResult:
 
     @staticmethod
     def r95_of(covariance: Array, mean: Array) -> Array:
-        """Return the radius of the circle that holds 95 % of the horizontal errors.
+        """Return the radius of the circle that contains 95 % of the horizontal errors.
 
         Args:
             covariance: (N, 9, 9) SI.

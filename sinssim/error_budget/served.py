@@ -14,8 +14,8 @@ _OTHER_SETS = {
     "the budget's error equations do",
     "attitude-sensor": "its attitude is measured and not integrated, so that the budget's error equations of the "
     "attitude do not hold",
-    "redundant": "its monitoring decides by each run's own errors which sensors count, which is not linear, and its "
-    "errors are those of more than three axes",
+    "redundant": "its monitoring selects the sensors by the errors of each run, which is not linear, and its errors "
+    "are those of more than three axes",
     "platform": "its gimbals rotate the sensors relative to the sensor block, and the budget takes the inputs of the "
     "sensors from the motion of the block",
 }

@@ -89,23 +89,23 @@ def estimate(
             replaces the diagonal of the model's sigma.
         loop: "closed" feeds errors back into engine and compensator, "open" only corrects the output.
         rate_hz: rate at which the covariance is predicted.
-        gate: probability that the χ² test of the innovation rejects a correct reading; None accepts all.
+        gate: probability that the χ² test of the innovation rejects a correct measurement; None accepts all.
         feedback_s: longest time between feedbacks in the closed loop, s.
         smooth: whether to smooth as well.
         history: whether to keep the history that observability is computed from.
         row_s: least time between stored rows of the history and covariances, s; by default there is one at every
-            reading and every second. Each row holds six n × n matrices.
+            measurement and every second. Each row holds six n × n matrices.
         algorithm: attitude algorithm of the engine, any but functional-iteration.
         frame, gravity, ellipsoid, curvature, rates_hz, slow_quantities, route: of the engine, as for `navigate`. With
-            rates_hz, or an algorithm of several samples, the engine is corrected at its rows, and readings between two
-            rows are compared with a state between them.
+            rates_hz, or an algorithm of several samples, the engine is corrected at its rows, and measurements between
+            two rows are compared with a state between them.
         axes: axes of the errors, see `ErrorModel.axes`; by default those of `sinssim.strapdown.polar.axes_of` for the
-            pure inertial solution and the position readings.
+            pure inertial solution and the position measurements.
         added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
             (`sinssim.sensors.from_readings.vibration`).
         field: disturbing field that the engine knows beside normal gravity.
-        encoders: of a block that turns in the vehicle: the state is that of the block, the readings are those of the
-            vehicle.
+        encoders: of a block that turns in the vehicle: the state is that of the block, the measurements are those of
+            the vehicle.
 
     Returns:
         The estimate; if the filter diverges, it ends there.

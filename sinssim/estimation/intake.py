@@ -180,7 +180,7 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
     labels = [m.label for m in measurements]
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
-        raise InputError(f"two sensors are called {twice!r}; give each a name of its own.")
+        raise InputError(f"two sensors are called {twice!r}; give each a unique name.")
     for block in model.blocks:
         if block.name in BLOCKS:
             continue
@@ -196,7 +196,7 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
         if block.size != sizes.get(what):
             fitting = ", ".join(f"{sensor}{error!s} ({size})" for error, size in sizes.items())
             raise InputError(
-                f"block {block.name!r} has {block.size} states; readings of {sensor!r} are of kind {name!r}, whose "
+                f"block {block.name!r} has {block.size} states; measurements of {sensor!r} are of kind {name!r}, whose "
                 f"blocks of states are {fitting}."
             )
 
@@ -215,7 +215,7 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
     if found != shapes:
         raise InputError(
             f"measurements of {label!r}: time, arrival, value, sigma and lever_arm have the shapes {found}; {count} "
-            f"readings of kind {m.kind!r} have {shapes}."
+            f"measurements of kind {m.kind!r} have {shapes}."
         )
     for name, array in (("time", time), ("arrival", arrival), ("lever_arm", arm)):
         row = first_not_finite(array)
@@ -233,8 +233,8 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
     if np.any(arrival < time):
         row = int(np.argmax(arrival < time))
         raise InputError(
-            f"measurements of {label!r}: reading {row} is valid at t = {time[row]:.6f} s and arrives at "
-            f"{arrival[row]:.6f} s, which is earlier; a reading must not arrive before it is valid."
+            f"measurements of {label!r}: measurement {row} is valid at t = {time[row]:.6f} s and arrives at "
+            f"{arrival[row]:.6f} s, which is earlier; a measurement must not arrive before it is valid."
         )
     if np.any(time[1:] < time[:-1]):
         order = np.argsort(time, kind="stable")
@@ -277,7 +277,7 @@ def _check_correlation(correlation: Array, label: str, shape: tuple[int, ...]) -
     if bad.any():
         row = int(np.argmax(bad))
         raise InputError(
-            f"measurements of {label!r}: correlation[{row}] is no correlation matrix: it must be symmetric and "
+            f"measurements of {label!r}: correlation[{row}] is not a correlation matrix: it must be symmetric and "
             "positive definite, with ones on the diagonal."
         )
 
@@ -304,7 +304,7 @@ def _reasons(data: Measurements, imu_time: Array) -> Reasons:
         elif t > imu_time[-1] + _SAME:
             reason = "valid after the inertial data end"
         elif t - last <= _SAME:
-            reason = "a second reading at the same instant"
+            reason = "a second measurement at the same time"
         else:
             reason = kind.fault(data.value[k])
             last = last if reason else t

@@ -119,7 +119,7 @@ class Block:
 
     @property
     def unit(self) -> str:
-        """SI unit of the states; "" for pure numbers and for a sensor's block, which has the unit of its readings."""
+        """SI unit of the states; "" for pure numbers and for a sensor's block, which has its measurements' unit."""
         return BLOCKS[self.name][1] if self.name in BLOCKS else ""
 
     @property

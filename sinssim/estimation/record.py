@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
@@ -36,7 +36,7 @@ class InnovationGate:
         self._triangle = np.tril_indices(k)
         self._lower = np.full((count, len(self._triangle[0])), np.nan)
         self._nis = np.full(count, np.nan)
-        self._bound = math.inf if probability is None else float(chdtri(k, probability))
+        self._bound = math.inf if probability is None else float(scipy.special.chdtri(k, probability))
 
     def passes(self, row: int, innovation: Innovation) -> bool:
         """Decide whether a reading may update the filter, and record the decision."""

@@ -60,7 +60,7 @@ class Innovations:
     Attributes:
         sensor: name of the sensor, or else its kind.
         kind: kind of measurement.
-        time: instants of validity, (M,) s.
+        time: times of validity, (M,) s.
         value: measurement predicted by inertial navigation and the estimate, minus the measurement, (M, k); NaN for a
             skipped measurement.
         lower: lower triangle of its covariance S, row by row, (M, k (k + 1)/2); see `covariance`.
@@ -82,17 +82,17 @@ class Innovations:
 
     @property
     def covariance(self) -> Array:
-        """The covariance S of every reading, (M, k, k); made anew at each access, as it is large."""
+        """The covariance S of every measurement, (M, k, k); made anew at each access, as it is large."""
         return self.covariance_at(slice(None))
 
     def covariance_at(self, rows: Rows) -> Array:
-        """Return the covariance S of some readings.
+        """Return the covariance S of some measurements.
 
         Args:
             rows: which R of them.
 
         Returns:
-            (R, k, k), in the square of the readings' units.
+            (R, k, k), in the square of the measurements' units.
         """
         lower, k = self.lower[rows], self.value.shape[1]
         full = np.empty((len(lower), k, k))
@@ -101,13 +101,13 @@ class Innovations:
         return full
 
     def sigma_at(self, rows: Rows) -> Array:
-        """Return 1σ of the innovation of some readings.
+        """Return 1σ of the innovation of some measurements.
 
         Args:
             rows: which R of them.
 
         Returns:
-            (R, k), in the readings' units.
+            (R, k), in the measurements' units.
         """
         first, second = np.tril_indices(self.value.shape[1])
         return np.asarray(np.sqrt(self.lower[rows][:, first == second]))
@@ -119,8 +119,8 @@ class Divergence:
 
     Attributes:
         time: time at which it was detected, s.
-        measurement: the reading at which it was detected, for example "gnss-position 17 (valid at 17.000 s)", or the
-            last one processed before; "" for none.
+        measurement: the measurement at which it was detected, for example "gnss-position 17 (valid at 17.000 s)", or
+            the last one processed before; "" for none.
         reason: one sentence.
     """
 
@@ -161,11 +161,11 @@ class History:
         time: times of the rows, (R,) s.
         transition: Φ from the previous row, (R, n, n); the unit matrix for the first row.
         noise: Q from the previous row, (R, n, n).
-        covariance: P after all of the row's readings, late ones included, (R, n, n).
+        covariance: P after all of the row's measurements, late ones included, (R, n, n).
         state: x̂ after them and after the feedback, (R, n).
         fed_back: feedback since the previous row and at the row, as an error at the row, (R, n).
-        information: sum of ΨᵀHᵀR⁻¹HΨ of the accepted readings since the previous row, with Ψ the transition from that
-            row to each of them, (R, n, n).
+        information: sum of ΨᵀHᵀR⁻¹HΨ of the accepted measurements since the previous row, with Ψ the transition from
+            that row to each of them, (R, n, n).
         decay: factor by which an error at the previous row remains, the product of all Φ and I − KH in between, (R, n,
             n); the unit matrix for the first row.
         navigation: inertial navigation after the feedback, R rows.

@@ -62,7 +62,7 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
     """Return findings on one channel."""
     if float(np.ptp(axis)) == 0.0:
         text = f"The {name} channel of the {subject} never changes ({axis[0] / scale:.6g} {unit})."
-        return [wrong(subject, text, "The column is another one, or the sensor is dead.")]
+        return [wrong(subject, text, "The column is wrong, or the sensor is dead.")]
     found = []
     spread = float(np.std(np.diff(axis)))
     longest, start = _longest_run(axis)

@@ -120,11 +120,10 @@ def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
 def _scatter(curve: Pushed, fixes: Seen, value: float, own: Match) -> float:
     """Return the 1σ of the offset from the best ones of parts of the log: parabolas through three residuals, s."""
     h = 0.05
-    each = np.array(
-        [match(curve, fixes, value + d, window=own.window, bias=own.bias, rounds=0).each ** 2 for d in (-h, 0.0, h)]
-    )
-    if len({len(row) for row in each}) > 1 or each.shape[1] < 2 * _PARTS:
+    rows = [match(curve, fixes, value + d, window=own.window, bias=own.bias, rounds=0).each ** 2 for d in (-h, 0.0, h)]
+    if len({len(row) for row in rows}) > 1 or len(rows[0]) < 2 * _PARTS:
         return float("nan")
+    each = np.array(rows)
     low, mid, high = (np.array([part.sum() for part in np.array_split(row, _PARTS)]) for row in each)
     bend = low - 2.0 * mid + high
     if not (bend > 0.0).all():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -46,7 +47,7 @@ def suggested_scenario(
         f'name = "{_name(path)}"',
         f'description = "Recorded by {path.name}"',
         "",
-        *_begin(inspection),
+        *_begin(inspection, of_reference=fixes is None and reference is not None),
         "[log.imu]",
         f"file = {_text(_relative(path, folder))}",
     ]
@@ -55,6 +56,8 @@ def suggested_scenario(
     stated = inspection.inertial.axes if inspection.inertial else None
     if axes is not None and stated is None:
         lines.append(f"axes = {list(axes)!r}  # from the direction of motion and gravity".replace("'", '"'))
+    if inspection.drift:
+        lines.append(f"clock_drift_ppm = {1e6 * inspection.drift:.1f}  # match with the fixes, over the whole log")
     lines += _clock_keys(inspection, clock, fixes[2] if fixes else reference[2] if reference else None)
     lines += list(_tables("log.imu", keys))
     if fixes is not None:
@@ -89,22 +92,36 @@ def _since(inspection: Inspection, time: float) -> float:
     return time + (inspection.offset or 0.0) - float(inspection.inertial.time[0])
 
 
-def _starts(inspection: Inspection) -> float:
-    """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late."""
+def _starts(inspection: Inspection, *, of_reference: bool = False) -> float:
+    """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late.
+
+    Args:
+        inspection: what was found.
+        of_reference: whether a reference gives the start, which has to contain the first instant.
+    """
     if inspection.fixes is None or inspection.offset is None:
         return 0.0
     fixes = inspection.fixes
     known = fixes.time[np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)]
     first = _since(inspection, float(known[0])) if len(known) else 0.0
+    if of_reference and inspection.inertial is not None:
+        steps = np.diff(inspection.inertial.time)
+        late = first > 0.0 or bool((steps == 0.0).any())  # even stamps begin a little before the first one
+        return max(first, 0.0) + 2.0 * float(np.mean(steps)) if late else 0.0
     return first if first > _LATEST_FIX_S else 0.0
 
 
-def _begin(inspection: Inspection) -> Iterator[str]:
-    """Yield the beginning of the run if the satellites come later."""
-    late = _starts(inspection)
+def _begin(inspection: Inspection, *, of_reference: bool) -> Iterator[str]:
+    """Yield the beginning of the run if the satellites or the reference come later."""
+    late = _starts(inspection, of_reference=of_reference)
     if late:
+        what = (
+            "the reference gives the initial state"
+            if of_reference
+            else "time of the first fix, which gives the initial position"
+        )
         yield "[log]"
-        yield f"from_s = {late:.3f}  # time of the first fix, which gives the initial position"
+        yield f"from_s = {late:.3f}  # {what}"
         yield ""
 
 
@@ -155,6 +172,8 @@ def _value(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return _text(value) if value != "\t" else '"\\t"'
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_text(key)} = {_value(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(_value(item) for item in value) + "]"
     return repr(value)
@@ -169,7 +188,11 @@ def _tables(name: str, keys: dict[str, Any]) -> Iterator[str]:
         if isinstance(value, dict):
             yield ""
             yield f"[{name}.{key}]"
-            yield from (f"{inner} = {_value(item)}" for inner, item in value.items())
+            yield from (f"{_key(inner)} = {_value(item)}" for inner, item in value.items())
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _text(name)
 
 
 def _clock_keys(inspection: Inspection, clock: Clock, receiver: Clock | None) -> Iterator[str]:
@@ -186,7 +209,7 @@ def _clock_keys(inspection: Inspection, clock: Clock, receiver: Clock | None) ->
         return
     stated = 0 if clock.origin_gps_s is None or receiver is None else (receiver.origin_gps_s or 0) - clock.origin_gps_s
     late = offset - stated
-    doubted = any(f.subject == "clocks" and f.grade == "doubt" for f in inspection.findings)
+    doubted = any("imu_clock_minus_gnss_clock_s" in f.numbers and f.grade == "doubt" for f in inspection.findings)
     if doubted and abs(late) > 1e-3:  # a smaller offset is as uncertain as it is large
         yield f"time_offset_s = {-late:.3f}  # the unit's stamps are {'late' if late > 0.0 else 'early'}"
 
@@ -265,11 +288,23 @@ def _quality(inspection: Inspection) -> Iterator[str]:
         yield f"quality_factors = {{ {used} }}  # steps of the position contradict the σ of the other codes"
 
 
+_WHEELS = (
+    "rate_hz = 5.0",
+    "sigma_lateral_mps = 0.05  # tyres and suspension, independent from update to update",
+    "sigma_vertical_mps = 0.1",
+    "drift_lateral_mps = 0.02  # camber and wind, for seconds",
+    "drift_vertical_mps = 0.05  # the body pitches on its suspension",
+)
+"""How well the wheels of a car hold its direction. The noise of the updates has the density of a tenth of a metre per
+second over a tenth of a second. A slow error of 0.05 m/s is 0.2° of pitch at 14 m/s, the pitch of a car's body at an
+acceleration of 0.1 g (Gillespie, Fundamentals of Vehicle Dynamics, 1992, chapter 7)."""
+
+
 def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     """Yield the table [filter], and what a land vehicle adds."""
     yield "[filter]"
     if _shaken(inspection):
-        yield "vibration_noise = 0.5  # the inertial data vibrate more in motion than at rest"
+        yield "vibration_noise = 0.4  # the inertial data vibrate more in motion than at rest"
     yield "smooth = true"
     if inspection.mounting is None:
         return
@@ -281,7 +316,7 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     off = "" if land else "# "
     if not land:
         yield "# For a land vehicle (--vehicle land), see docs/estimation.md:"
-    wheels = ("mounting_sigma_deg = 2.0", "lever_arm_sigma_m = 1.0", "slip_sigma_deg_per_g = 3.0")
+    wheels = (*_WHEELS, "mounting_sigma_deg = 2.0", "lever_arm_sigma_m = 1.0", "slip_sigma_deg_per_g = 3.0")
     yield from ("", f"{off}[aiding.land_vehicle]", *(f"{off}{key}" for key in wheels))
     if stop is None:
         yield ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,6 +12,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.inspection.description import suggested_scenario
+from sinssim.inspection.drift import even_times
 from sinssim.inspection.finding import doubt, fact
 from sinssim.inspection.inspection import Described, Inspection, inspect_streams
 from sinssim.inspection.layouts.guess import Guessed, fix_words, guess_files
@@ -66,7 +67,7 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
     said = Described()
     tables: list[TextTable] = []
     unread: list[InputError] = []
-    for path in map(Path, paths):
+    for path in _whole_folders([Path(path) for path in paths]):
         if path.suffix == ".toml":
             described, said = _described(path)
             files += described
@@ -77,7 +78,7 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
                 tables.append(read_table(path))
             except InputError as error:
                 unread.append(error)
-    guessed = guess_files(tables)
+    guessed = guess_files(tables, unit_known=any(one.inertial for one in files))
     files += guessed.streams()
     if unread and not any(one.inertial for one in files):
         raise unread[0]
@@ -91,6 +92,16 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
     left = (*guessed.left, *(f"{error} The file is not used." for error in unread))
     result.findings += [doubt("files", text, "Omit the file.") for text in left]
     return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
+
+
+def _whole_folders(paths: Sequence[Path]) -> list[Path]:
+    """Return the paths, with the folder in place of the files of a format that is a folder."""
+    found: list[Path] = []
+    for path in paths:
+        folder = next((up for up in (path.parent, path.parent.parent) if path.is_file() and candidates(up)), path)
+        if folder not in found:
+            found.append(folder)
+    return found
 
 
 def _with_fixes(files: list[Streams]) -> list[Streams]:
@@ -119,7 +130,8 @@ def _described(path: Path) -> tuple[list[Streams], Described]:
     if log is None:
         raise InputError(f"{path} has no table [log]: inspect recorded files, or a scenario that describes them.")
     stream, clock, notes = inertial_stream(log.imu)
-    clock, stream = _on_described_clock(log.imu, clock, stream)
+    own = even_times(stream.time, 1e-6 * log.imu.clock_drift_ppm)
+    clock, stream = _on_described_clock(log.imu, clock, replace(stream, time=own))
     found = [Streams(Path(log.imu.file), "text", clock, inertial={"imu": stream}, notes=notes)]
     if log.gnss is not None:
         fixes, clock, notes = fix_stream(log.gnss)
@@ -205,14 +217,25 @@ def _scenario(result: Inspection, files: list[Streams], guessed: Guessed, folder
     unit = next((f for f in files if f.inertial), None)
     if unit is None or (unit.format == "text" and guessed.unit is None):  # described already
         return None
-    keys: dict[str, Any] = {"format": unit.format}
+    keys: dict[str, Any] = {"format": unit.format, **_stream_key(unit.inertial)}
+    if guessed.unit is None and (np.diff(next(iter(unit.inertial.values())).time) == 0.0).any():
+        keys["stamps"] = "even"
     if guessed.unit is not None:
         keys |= guessed.unit[1].description(guessed.unit[0], folder)
     receiver = next((f for f in files if f.fixes), None)
     of_receiver = None
     if receiver is not None:
         of_fixes = next((layout.description(table) for table, layout in guessed.fixes), {})
-        of_receiver = receiver.path, {"format": receiver.format, **of_fixes}, receiver.clock
+        of_receiver = (
+            receiver.path,
+            {"format": receiver.format, **_stream_key(receiver.fixes), **of_fixes},
+            receiver.clock,
+        )
     solution = next((f for f in files if any(np.isfinite(one.latitude).any() for one in f.solutions.values())), None)
     reference = None if solution is None else (solution.path, solution.format, solution.clock)
     return suggested_scenario(result, (unit.path, keys, unit.clock), of_receiver, folder, reference, land=land)
+
+
+def _stream_key(streams: Mapping[str, object]) -> dict[str, str]:
+    """Return the key that names the first of several streams of a file, which is the inspected one."""
+    return {"stream": next(iter(streams))} if len(streams) > 1 else {}

@@ -13,6 +13,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.inspection.channels import channel_findings
 from sinssim.inspection.clocks import NEAR, Offset, coarse_offset, fine_offset, velocity_delay
+from sinssim.inspection.drift import clock_drift, even_times
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.fixes import fix_findings
 from sinssim.inspection.hypotheses import judge_reading
@@ -43,6 +44,7 @@ class Inspection:
         fixes: the fixes; None without.
         quiet: readings in quiet spans.
         offset: the unit's clock minus that of the positions, s; None if unknown.
+        drift: how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none.
         velocity_delay: age of the velocities at their stamps, s; None if unknown.
         mounting: the unit in its vehicle; None if unknown.
         reading: matrices from the stated readings of gyros and accelerometers to the right ones, (3, 3); None if the
@@ -54,6 +56,7 @@ class Inspection:
     fixes: FixStream | None = None
     quiet: AtRest | None = None
     offset: float | None = None
+    drift: float = 0.0
     velocity_delay: float | None = None
     mounting: Mounting | None = None
     reading: tuple[Array, Array] | None = None
@@ -72,6 +75,7 @@ class Inspection:
                 for f in self.findings
             ],
             "imu_clock_minus_gnss_clock_s": self.offset,
+            "imu_clock_drift_ppm": 1e6 * self.drift,
             "velocity_delay_s": self.velocity_delay,
             "axes": None if self.mounting is None else list(self.mounting.axes),
             "mounting_deg": None if self.mounting is None else np.degrees(self.mounting.angles).tolist(),
@@ -226,6 +230,7 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
             )
         )
         return
+    time, offset = _without_drift(result, (time, rate, force), curve_of_fixes, offset)
     reading = judge_reading(time, rate, force, curve_of_fixes, offset.value, about)
     if reading.gyro is not None and reading.accel is not None:
         result.reading = reading.gyro, reading.accel
@@ -245,6 +250,30 @@ def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams
         curve, q_nb = pushed(time, rate, force), reference[1].q_nb
         found = attitude_finding(curve, curve_of_fixes, offset.match, offset.value, given.time + shift, q_nb)
         result.findings += [] if found is None else [found]
+
+
+def _without_drift(
+    result: Inspection, readings: tuple[Array, Array, Array], fixes: Seen, offset: Offset
+) -> tuple[Array, Offset]:
+    """Return times that run as fast as those of the receiver, with the offset of these times; add the finding."""
+    time = readings[0]
+    found = clock_drift(readings, fixes, offset, _GOOD * fixes.sigma)
+    if found is None:
+        return time, offset
+    even = even_times(time, found.value)
+    late = found.value * float(time[-1] - time[0])
+    better = fine_offset(pushed(even, *readings[1:]), fixes, offset.value - 0.5 * late)
+    if better is None or better.match.residual > offset.match.residual:
+        return time, offset
+    result.drift = found.value
+    ppm, sigma = 1e6 * found.value, 1e6 * found.sigma
+    text = (
+        f"The unit's clock runs {'fast' if ppm > 0.0 else 'slow'} by {abs(ppm):.0f} ± {sigma:.0f} ppm relative to that "
+        f"of the fixes: {abs(late):.3f} s over the log."
+    )
+    fix = f"Describe it: clock_drift_ppm = {ppm:.0f}, and the offset at the first row."
+    result.findings.append(doubt("clocks", text, fix, imu_clock_drift_ppm=ppm, sigma_ppm=sigma))
+    return even, better
 
 
 _GOOD = 5.0

@@ -140,7 +140,7 @@ def attitude_finding(
     numbers = {"tilt_deg": tilt, "heading_deg": heading, "uncertain_deg": own, "windows": count}
     if max(tilt, heading) < max(_AGREES, 3.0 * own):
         return fact("reference", text, **numbers)
-    fix = "Its axes or its clock are other ones than described, or it is wrong: do not judge attitudes by it."
+    fix = "Its axes or its clock differ from the description, or it is wrong: do not judge attitudes by it."
     return doubt("reference", text, fix, **numbers)
 
 

@@ -31,7 +31,7 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
     steps = np.diff(time)
     forward = steps[steps > 0.0]
     if not len(forward):
-        return [wrong(subject, f"No time of {subject} comes after the one before.", "The time column is another one.")]
+        return [wrong(subject, f"No time of {subject} follows the preceding one.", "The time column may be wrong.")]
     interval = float(np.median(forward))
     low, high = np.percentile(forward[forward < GAP * interval], (1.0, 99.0))
     found = [

@@ -175,7 +175,7 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
     return wrong(
         "accelerometers",
         text,
-        "No common unit explains this: the columns, their unit, or the time are other ones than stated.",
+        "No common unit explains this: the columns, their unit, or the time differ from the description.",
         **numbers,
     )
 

@@ -69,8 +69,8 @@ def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator
         if claimed < _CLAIM:
             codes_text = ", ".join(f'"{code}" = 10.0' for code in floats)
             yield (
-                f"Float fixes claim {claimed:.2g} m (1σ, median), but float ambiguities may be wrong by decimetres. "
-                f"Every fix counts as it claims; quality_factors = {{ …, {codes_text} }} would trust them less."
+                f"Float fixes state {claimed:.2g} m (1σ, median), but float ambiguities may be wrong by decimetres. "
+                f"The filter uses the stated 1σ; quality_factors = {{ …, {codes_text} }} would increase it."
             )
 
 

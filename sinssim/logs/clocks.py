@@ -43,7 +43,7 @@ def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Inst
     try:
         whole = datetime.fromisoformat(date)
     except ValueError as error:
-        raise InputError(f'"{text}" is no date and time of day: {error}.') from error
+        raise InputError(f'"{text}" is not a date with a time of day: {error}.') from error
     seconds = round((whole - _ORIGIN).total_seconds())
     if scale != "gps":
         seconds += leap_seconds(date[:10])

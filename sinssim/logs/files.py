@@ -47,9 +47,11 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         axes = section.axes if "axes" in section.model_fields_set or stream.axes is None else stream.axes
         matrix = LogDescription.model_validate({"axes": axes}).matrix
         return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
-    apart = [name for name in TRIADS if (triad := section.triad(name)) is not None and triad.file is not None]
+    apart = [name for name in TRIADS if (triad := section.triad(name)) is not None and triad.apart]
     if len(apart) == len(TRIADS):
-        raise InputError(f"{path}: gyro and accel both have a file; give one of these files as log.imu.file.")
+        raise InputError(
+            f"{path}: gyro and accel both have a file or rows of their own; give those of one of them in log.imu."
+        )
     samples = read_samples(path, section, [name for name in TRIADS if name not in apart])
     # the axes are already turned; a copy of the first interval stands before the first stamp
     time, triads, notes = samples.time[1:], samples.triads, tuple[str, ...]()
@@ -57,6 +59,8 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         time, triads, notes = _joined(section, samples, name)
     if samples.repeated:
         notes += (f"{path.name}: {samples.repeated} copies of the preceding row are skipped.",)
+    if samples.empty:
+        notes += (f"{path.name}: {samples.empty} rows have no readings of the IMU and are skipped.",)
     time, clock = _on_clock(section, time, samples.clock)
     return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
 
@@ -67,8 +71,9 @@ def _joined(
     """Return the samples of the main file with the triad of another one, where both have some."""
     triad = section.triad(name)
     assert triad is not None
-    assert triad.file is not None
-    other = read_samples(Path(triad.file), section, [name])
+    other_file = triad.file or section.file
+    layout = section if triad.rows is None else section.model_copy(update={"rows": triad.rows})
+    other = read_samples(Path(other_file), layout, [name])
     shift = 0.0
     if samples.clock is not None and other.clock is not None:
         shift = float((other.clock.origin_gps_s or 0) - (samples.clock.origin_gps_s or 0))
@@ -76,7 +81,7 @@ def _joined(
     both = (time >= at[0]) & (time <= at[-1])
     if int(both.sum()) < 2:
         raise InputError(
-            f"{section.file} and {triad.file} do not overlap: {time[0]:.9g} to {time[-1]:.9g} s and {at[0]:.9g} to "
+            f"{section.file} and {other_file} do not overlap: {time[0]:.9g} to {time[-1]:.9g} s and {at[0]:.9g} to "
             f"{at[-1]:.9g} s."
         )
     read = np.stack([np.interp(time[both], at, axis) for axis in other.triads[name].T], axis=1)
@@ -84,11 +89,13 @@ def _joined(
     if longest > section.max_gap_s:
         k = int(np.diff(at).argmax())
         raise InputError(
-            f"{triad.file}: no samples for {longest:.6g} s from {at[k]:.9g} s on, more than max_gap_s = "
+            f"{other_file}: no samples for {longest:.6g} s from {at[k]:.9g} s on, more than max_gap_s = "
             f"{section.max_gap_s:g}."
         )
     triads: dict[TriadName, Array] = {key: value[both] for key, value in samples.triads.items()}
-    note = f"The data of {Path(triad.file).name} are interpolated linearly to the times of {section.file}."
+    which = "" if triad.rows is None else f" with {', '.join(f'{k} = {v}' for k, v in triad.rows.items())}"
+    main = "the gyros" if name == "accel" else "the accelerometers"
+    note = f"The data of {Path(other_file).name}{which} are interpolated linearly to the times of {main}."
     return time[both], {**triads, name: read}, (note,)
 
 
@@ -322,7 +329,7 @@ def _fresh(table: Table, stream: FixStream, columns: FixColumns) -> NDArray[np.i
     if len(steps) and not np.min(steps) > 0.0:
         k = int(np.argmax(~(steps > 0.0))) + 1
         raise InputError(
-            f"{table.place(int(rows[k]))}: the time {time[k]:.9g} s does not come after {time[k - 1]:.9g} s."
+            f"{table.place(int(rows[k]))}: the time {time[k]:.9g} s is not later than {time[k - 1]:.9g} s."
         )
     if not len(rows):
         raise InputError(f"{table.path}: no row contains a position.")

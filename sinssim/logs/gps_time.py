@@ -115,7 +115,7 @@ def parse_date(text: str, key: str) -> int:
         date = datetime.fromisoformat(re.sub(r"[zZ]$", "+00:00", given))
     except ValueError as error:
         raise InputError(
-            f"{key}: {shortened(repr(text))} is no date; give one such as 2026-01-01T00:00:00Z (UTC)."
+            f"{key}: {shortened(repr(text))} is not a date; give one such as 2026-01-01T00:00:00Z (UTC)."
         ) from error
     if date.tzinfo is None:
         date = date.replace(tzinfo=UTC)

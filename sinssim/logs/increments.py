@@ -70,7 +70,7 @@ def made_increments(
     if not np.min(steps) > 0.0:
         k = int(np.argmax(~(steps > 0.0)))
         raise InputError(
-            f"{source}: the time {stream.time[k + 1]:.9g} s of sample {k + 1} does not come after "
+            f"{source}: the time {stream.time[k + 1]:.9g} s of sample {k + 1} is not later than "
             f"{stream.time[k]:.9g} s. Exclude the reset of a clock by from_s and to_s. If the IMU samples "
             'evenly and only its time stamps repeat, set stamps = "even".'
         )

@@ -87,7 +87,8 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
     """
     stream, clock, notes = inertial_stream(section.imu)
     own = _clock(section.imu, clock, stream.time)
-    stream, zero = replace(stream, time=stream.time - stream.time[0]), float(stream.time[0] + section.imu.time_offset_s)
+    zero = float(stream.time[0] + section.imu.time_offset_s)
+    stream = replace(stream, time=(stream.time - stream.time[0]) / (1.0 + 1e-6 * section.imu.clock_drift_ppm))
     whole = (0.0, float(stream.time[-1]))
     made = made_increments(
         _between(stream, section.from_s, section.to_s, section.imu.file),
@@ -225,6 +226,14 @@ def _reference(
         raise InputError(
             f"log.reference: {section.file} has no positions; attitude alone is only for `sinssim inspect`: "
             "describe latitude, longitude and height, or remove the table."
+        )
+    rows = rows[np.append(True, np.diff(at[rows]) != 0.0)] if len(rows) else rows  # the first row of each instant
+    back = np.diff(at[rows]) < 0.0
+    if back.any():
+        k = int(rows[int(np.argmax(back)) + 1])
+        raise InputError(
+            f"log.reference: {section.file}, row {k + 1}: the time {stream.time[k]:.9g} s goes back. Sort the rows, or "
+            "remove them."
         )
     if len(rows) < 2:
         raise InputError(f"log.reference: {section.file} has {len(rows)} usable rows during the run; two are needed.")

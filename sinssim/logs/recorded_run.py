@@ -13,7 +13,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.stored.error_rule import ERROR_COLUMNS, STATE_COLUMNS
-from sinssim.logs.stored.streams import StoredStreams
+from sinssim.logs.stored.made_by import reason_of, warn_of_version
+from sinssim.logs.stored.streams import StoredStreams, first_line
 from sinssim.logs.streams import FixStream, InertialStream, SolutionStream
 
 AXES = ("forward", "right", "down")
@@ -34,12 +35,15 @@ class RecordedRun:
         if self.of_log:
             if not self.streams("nav_"):
                 raise InputError(f"{self.path} has no solution: streams/nav_*.parquet are missing.")
+            warn_of_version(self.path)
             return
         if not (self.path / "streams" / "truth.parquet").is_file():
             what = "does not exist" if not self.path.exists() else "holds no run: streams/truth.parquet is missing"
             raise InputError(f"{self.path} {what}. Give the directory of a run, for example runs/first_flight.")
-        if "latitude_rad" not in self._names("truth"):
+        names = self._names("truth")
+        if "coordinate_rad" in names and "latitude_rad" not in names:
             raise InputError(f"{self.path} is a run of the one-component system, which has no position on the Earth.")
+        warn_of_version(self.path)
 
     @property
     def name(self) -> str:
@@ -258,7 +262,7 @@ class RecordedRun:
         try:
             return self._stored.columns(name)
         except (OSError, ArrowException) as error:
-            raise InputError(f"{self._stored.path(name)} cannot be read: {_first_line(error)}.") from error
+            raise InputError(f"{self._stored.path(name)} cannot be read: {first_line(error)}.") from error
 
     def _table(self, name: str, columns: tuple[str, ...]) -> list[Array]:
         """Return columns of a stream."""
@@ -267,14 +271,10 @@ class RecordedRun:
         known = self._names(name)
         missing = [column for column in columns if column not in known]
         if missing:
-            raise InputError(
-                f"{self._stored.path(name)} has no column {missing[0]}; a run of this kind does not have it."
-            )
+            raise InputError(f"{self._stored.path(name)} has no column {missing[0]}. {reason_of(self.path)}")
         try:
             return self._stored.read(name, columns)
-        except (OSError, ArrowException) as error:
-            raise InputError(f"{self._stored.source(name)} cannot be read: {_first_line(error)}.") from error
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).split("\n", 1)[0][:200].rstrip(".")
+        except (OSError, KeyError, ArrowException) as error:
+            raise InputError(
+                f"{self._stored.source(name)} cannot be read: {first_line(error)}. {reason_of(self.path)}"
+            ) from error

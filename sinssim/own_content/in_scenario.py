@@ -188,7 +188,7 @@ def warn_of_changes(scenario_file: Path, use: Any) -> None:
         else:
             how = f"--set 'use=[\"{copies}\"]'"
         logger.warning(
-            "%s %s the run in %s: the numbers will differ. %s takes the copy of that run.",
+            "%s %s the run in %s: the numbers will differ. %s uses the copy of that run.",
             entry["file"], what, scenario_file.parent, how,
         )  # fmt: skip
 

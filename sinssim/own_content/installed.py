@@ -70,7 +70,7 @@ def _of_packages() -> tuple[Item, ...]:
         except Exception as error:  # whatever importing the package's parent raises
             said = str(error).rstrip(".")
             warn_once(
-                f"The installed package {package} brings content ({entry.name} = {entry.value!r} in the entry points "
+                f"The installed package {package} provides content ({entry.name} = {entry.value!r} in the entry points "
                 f"{GROUP}) that cannot be used: {type(error).__name__}: {said}. It is left out."
             )
     return tuple(found)
@@ -103,5 +103,5 @@ def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
             continue
         first = found.setdefault(item.name, item)
         if first.file != item.file:
-            warn_once(f"There are two of the {item.words}: {first.file} is used, {item.file} is ignored.")
+            warn_once(f"Two files define the {item.words}: {first.file} is used, {item.file} is ignored.")
     return found

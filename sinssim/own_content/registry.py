@@ -128,7 +128,8 @@ def _algorithm(item: Item, found: Outline) -> Algorithm:
 
 def _frame(item: Item, found: Outline) -> Frame:
     truths = {one.name: found.constant(one.name.upper(), one.default) for one in fields(Frame) if one.type == "bool"}
-    return Frame(sentence_of(item, found), item.file.stem, **{**truths, "has_three_rates": False}, path=str(item.file))
+    truths["has_three_rates"] = "solve_three_rates" in found.names
+    return Frame(sentence_of(item, found), item.file.stem, **truths, path=str(item.file))
 
 
 def registered(kind: str, name: str) -> Item | None:

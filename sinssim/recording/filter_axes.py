@@ -1,4 +1,4 @@
-"""What the report and the recording of a filter have alike: components, scales and limits of the drawings."""
+"""What the report and the recording of a filter share: components, scales and limits of the drawings."""
 
 from __future__ import annotations
 

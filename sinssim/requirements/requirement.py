@@ -2,7 +2,7 @@
 
     QUANTITY(WHEN) <= NUMBER UNIT
 
-A quantity is `cep` or `r95`, the radius of the circle that holds 50 or 95 % of all runs; `rate`, R95 divided by the
+A quantity is `cep` or `r95`, the radius of the circle that contains 50 or 95 % of all runs; `rate`, R95 divided by the
 time since the start; or a component of the error, whose root mean square over all runs counts (1σ if its mean is zero).
 WHEN is a time, `end`, or `run` for every instant of the run; without it, `run`, and `end` for a rate.
 """
@@ -22,8 +22,8 @@ SHARES = {"cep": 0.5, "r95": 0.95, "rate": 0.95}
 """Shares of all runs in the circles of these quantities."""
 
 QUANTITIES: dict[str, tuple[str, str]] = {
-    "cep": ("length", "radius of the circle that holds half of all runs"),
-    "r95": ("length", "radius of the circle that holds 95 % of all runs"),
+    "cep": ("length", "radius of the circle that contains half of all runs"),
+    "r95": ("length", "radius of the circle that contains 95 % of all runs"),
     "rate": ("speed", "R95 divided by the time since the start"),
     "position_north": ("length", "position error to the north"),
     "position_east": ("length", "position error to the east"),

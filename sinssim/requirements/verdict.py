@@ -127,7 +127,7 @@ def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[
     instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     if found.ndim != 2 or found.shape[1:] != instants.shape or not len(found) or not len(instants):
         raise InputError(
-            f"errors have the shape {found.shape}; N runs at {len(instants)} instants need (N, {len(instants)})."
+            f"errors have the shape {found.shape}; N runs at {len(instants)} times need (N, {len(instants)})."
         )
     counted = np.ones(found.shape, np.bool_) if counts is None else counts
     distance = np.where(np.isfinite(found), np.abs(found), np.inf)
@@ -215,7 +215,7 @@ def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:
     column = int(np.argmin(np.abs(instants - requirement.time)))
     if abs(float(instants[column]) - requirement.time) > 1e-6:
         raise InputError(
-            f"requirement {requirement.text!r}: the runs have no errors at {requirement.time:g} s; the nearest instant "
+            f"requirement {requirement.text!r}: the runs have no errors at {requirement.time:g} s; the nearest time "
             f"is {instants[column]:g} s."
         )
     return np.array([column])

@@ -35,7 +35,7 @@ def heading_in(range_: str, heading: ArrayLike) -> Array:
 
 
 def shown_heading(choice: str | None, heading: ArrayLike) -> Array:
-    """Return consecutive headings as a scenario wants to see them.
+    """Return consecutive headings in the range that a scenario requests.
 
     Args:
         choice: one of `HEADING_RANGES`, "continuous" for headings that count full turns, None for 0…360°.

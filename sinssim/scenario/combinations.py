@@ -1,4 +1,4 @@
-"""What the tables of a scenario need of each other: a filter, a platform, a block that turns."""
+"""Tables of a scenario that require or exclude each other: a filter, a platform, a block that turns."""
 
 from __future__ import annotations
 

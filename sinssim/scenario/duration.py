@@ -92,8 +92,8 @@ def leg_durations(flight: FlightSection) -> list[float]:
             north, east = (round(speed, 2) + 0.0 for speed in plan.wind)  # no negative zero
             raise InputError(
                 f"flight.legs.{number} ({leg.type}) cannot be flown: the wind of {north:g} m/s north and {east:g} m/s "
-                f"east is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give less wind or more "
-                "airspeed."
+                f"east is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give a weaker wind or a "
+                "higher airspeed."
             )
     return durations
 
@@ -137,7 +137,7 @@ def check_times(scenario: Scenario) -> None:
         if begin > longest or (begin == longest and fault.type != "spike"):
             raise InputError(
                 f"imu.faults.{number}.{name} = {begin:g} lies outside the run, which {about} {lasts:.6g} s; a "
-                f"{fault.type} begins before it ends."
+                f"{fault.type} must begin before the run ends."
             )
     if longest * imu.rate_hz < 1.0:
         raise InputError(
@@ -149,8 +149,8 @@ def check_times(scenario: Scenario) -> None:
     if needed > memory:
         raise InputError(
             f"imu.rate_hz = {imu.rate_hz:g} makes {imu.rate_hz * lasts:.2g} samples in a run that {about} {lasts:.6g} "
-            f"s, which need {needed / 1e9:.3g} GB of memory where this machine has {memory / 1e9:.3g}; at most "
-            f"{imu.rate_hz * memory / needed:.3g} would fit."
+            f"s, which need {needed / 1e9:.3g} GB of memory; this machine has {memory / 1e9:.3g} GB. Use at most "
+            f"{imu.rate_hz * memory / needed:.3g}."
         )
 
 
@@ -159,14 +159,14 @@ def _check_plane(section: OneComponentSection) -> None:
     intervals, memory = section.duration_s * section.rate_hz, machine_memory()
     if intervals < 1.0:
         raise InputError(
-            f"one_component.rate_hz = {section.rate_hz:g} gives no reading in a run of {section.duration_s:g} s; at "
+            f"one_component.rate_hz = {section.rate_hz:g} gives no sample in a run of {section.duration_s:g} s; at "
             f"least {1.0 / section.duration_s:.3g} would give one."
         )
     if _PLANE_BYTES * intervals > memory:
         raise InputError(
             f"one_component.rate_hz = {section.rate_hz:g} makes {intervals:.2g} samples in a run of "
-            f"{section.duration_s:g} s, which need {_PLANE_BYTES * intervals / 1e9:.3g} GB of memory where this "
-            f"machine has {memory / 1e9:.3g}; at most {memory / (_PLANE_BYTES * section.duration_s):.3g} would fit."
+            f"{section.duration_s:g} s, which need {_PLANE_BYTES * intervals / 1e9:.3g} GB of memory; this machine "
+            f"has {memory / 1e9:.3g} GB. Use at most {memory / (_PLANE_BYTES * section.duration_s):.3g}."
         )
 
 

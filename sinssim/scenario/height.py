@@ -23,7 +23,7 @@ def height_words(scenario: Scenario) -> str:
     navigation, aiding = scenario.navigation, scenario.aiding
     if navigation.vertical == "free":
         return (
-            f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and in time degrade the horizontal "
+            f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and eventually degrade the horizontal "
             'solution, too (navigation.vertical = "baro-loop" stabilises it)'
         )
     if navigation.vertical == "truth":

@@ -209,7 +209,8 @@ def _sentence(
     if kind == "string_too_long":
         return f"{name} must have at most {context['max_length']} characters, and has {len(value)}"
     if kind == "string_pattern_mismatch":
-        return f"{name} = {_show(value)}: only letters, digits, '.', '-' and '_', a letter or digit first"
+        allowed = "may contain only letters, digits, '.', '-' and '_', and must begin with a letter or digit"
+        return f"{name} = {_show(value)} {allowed}"
     if kind in ("literal_error", "enum", "union_tag_invalid"):
         given = shortened(str(context["tag"] if kind == "union_tag_invalid" else value))
         known = re.findall(r"'([^']*)'", str(context.get("expected", context.get("expected_tags", ""))))

@@ -102,7 +102,7 @@ def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
                 yield f"aiding.{name}.{key} begins at {begin:g} s, but the run ends at {end:.0f} s: it has no effect."
         if sensor.latency_s >= end:
             yield (
-                f"aiding.{name}.latency_s = {sensor.latency_s:g}: no reading arrives before the end of the run at "
+                f"aiding.{name}.latency_s = {sensor.latency_s:g}: no measurement arrives before the end of the run at "
                 f"{end:.0f} s."
             )
 
@@ -119,8 +119,8 @@ def earth_of_the_navigator(scenario: Scenario) -> Iterator[str]:
     own, true = scenario.navigation.ellipsoid, scenario.truth.ellipsoid
     if own not in (OF_TRUTH, true):
         yield (
-            f'navigation.ellipsoid = "{own}" over a true Earth "{true}": both give the start the same latitude, '
-            "longitude and height, and the position error is the difference of these numbers."
+            f'navigation.ellipsoid = "{own}" differs from truth.ellipsoid = "{true}": the start has the same latitude, '
+            "longitude and height on both, and the position error is the difference of these coordinates."
         )
 
 
@@ -146,8 +146,8 @@ def barometer_of_the_day(scenario: Scenario) -> Iterator[str]:
     known = math.hypot(baro.bias_sigma_m, PPM * math.hypot(baro.scale_sigma_ppm, baro.scale_ppm or 0.0) * height)
     if error > 3.0 * known:
         yield (
-            f"aiding.baro.bias_sigma_m = {baro.bias_sigma_m:g}: in the air of [flight.atmosphere] the barometer is "
-            f"wrong by {error:.0f} m at a height of {height:g} m, and the filter will reject its measurements; give "
+            f"aiding.baro.bias_sigma_m = {baro.bias_sigma_m:g}: in the atmosphere of [flight.atmosphere] the barometer "
+            f"has an error of {error:.0f} m at a height of {height:g} m; the filter will reject its measurements. Give "
             f"bias_sigma_m = {error:.0f}."
         )
 

@@ -43,12 +43,12 @@ _SOURCES = (
 """The tables of which a scenario has exactly one."""
 
 _MOVING = ("flight", "great_circle", "track", "drive", "voyage")
-"""Those whose vehicle goes somewhere, which holds its height by the baro loop by default."""
+"""Sources of motion whose vehicle travels; their default height channel is the baro loop."""
 
 _NOT_OF_A_LOG = {
     "vibration": "would add a motion to a recorded one",
     "isolator": "would change a recorded motion",
-    "ensemble": "has many runs of a simulation, and a recording exists once",
+    "ensemble": "makes many runs of a simulation, but a recording is a single run",
 }
 """Tables that do not apply to recorded sensors, with the reason."""
 
@@ -72,16 +72,16 @@ _IN_SPACE = (
 
 
 class Scenario(WithOwnContent):
-    """One run: a true motion, the IMU that measures it, and the algorithms that navigate on its readings.
+    """One run: a true motion, the IMU that measures it, and the algorithms that navigate with its measurements.
 
     Exactly one of `flight`, `parked`, `great_circle`, `motion`, `track`, `drive`, `voyage` and `turntable` gives the
-    true motion, or `log` has recorded sensors, or `one_component` describes a run in a vertical plane, with sensors of
-    its own.
+    true motion, or `log` has recorded sensors, or `one_component` describes a run in a vertical plane, with its own
+    sensors.
     """
 
     name: Name = Field(description="short name, also the name of the run directory")
     description: Sentence = Field(default="", description="one sentence")
-    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of everything random: same seed, same numbers")
+    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of the random numbers")
     use: Use = Field(
         default=(),
         description="own content: files (.py) and project folders, relative to this file; see own-content.md",
@@ -192,8 +192,8 @@ class Scenario(WithOwnContent):
         check_gravity_of_log(self.gravity, self.navigation)
         if "grade" not in self.imu.model_fields_set:
             raise ValueError(
-                "imu.grade: give the grade of the IMU that recorded the log, which is the nearest grade (`sinssim "
-                "list grades`), and the values of its data sheet that differ; the filter assumes these errors"
+                "imu.grade: give the grade of the IMU that recorded the log, or the nearest grade (`sinssim list "
+                "grades`) and the values of its data sheet that differ; the filter assumes these errors"
             )
         if self.imu.faults:
             raise ValueError("imu.faults would have no effect: the data are recorded ([log]); remove them")
@@ -267,7 +267,7 @@ class Scenario(WithOwnContent):
             raise ValueError(f'filter.alignment = "{how}" needs [aiding.gnss] with position and velocity')
         if how == "in-motion" and gnss is not None and gnss.velocity_averaging_s:
             raise ValueError(
-                'filter.alignment = "in-motion" needs positions and velocities of the same instants: set '
+                'filter.alignment = "in-motion" needs positions and velocities at the same times: set '
                 "aiding.gnss.velocity_averaging_s = 0"
             )
         source = self.parked or self.great_circle or self.motion or self.turntable

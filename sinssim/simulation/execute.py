@@ -83,6 +83,9 @@ def run(
     Raises:
         InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
         RunError: navigation failed with every algorithm.
+
+    Warns:
+        SinssimWarning: a leg of the flight is beyond the limits of the aircraft.
     """
     check_own_files(scenario.navigation.algorithms, scenario.navigation.frame)
     stages = Stages(progress or (lambda stage, fraction: None))
@@ -195,6 +198,9 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             if writer is not None:
                 with stages("record"):
                     writer.filtered(run.aided, filter_markdown(of_filter))
+        if folder is not None and kept.has_report and drawn is None:
+            with stages("record"):
+                drawn = draw_sections(run)  # while the writer's threads write
         if writer is not None:
             with stages("record"):
                 writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
@@ -258,8 +264,10 @@ def _about_gravity(trajectory: Trajectory) -> dict[str, Any]:
 
 def _follow(run: Run, trajectory: Trajectory) -> None:
     """Fill in the true motion and its ideal increments."""
+    from sinssim.sensors.imu.emulate import digital
+
     run.trajectory = trajectory
-    ideal = run.block.increments(run.scenario.imu.rate_hz)
+    ideal = digital(run.block.increments(run.scenario.imu.rate_hz))
     run.time, run.ideal, run.truth = ideal.time, ideal, trajectory.state(ideal.time)
 
 
@@ -281,7 +289,7 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
         recorded: whether the run will be recorded.
     """
     if recorded:
-        from sinssim.recording.rerun import writer  # noqa: F401
+        from sinssim.recording.rerun import rrd, writer  # noqa: F401
     from sinssim.truth.curve import Curve
 
     interval = 1.0 / scenario.imu.rate_hz

@@ -1,4 +1,4 @@
-"""Judges injected outages of recorded satellites: those of the run, or those of further passes of its filter."""
+"""Evaluates injected GNSS outages of recorded data: those of the run, or those of further passes of its filter."""
 
 from __future__ import annotations
 

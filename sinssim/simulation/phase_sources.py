@@ -1,4 +1,4 @@
-"""Which sources made what the phases of a mission added: the covariance budget of the run's solutions, by phase."""
+"""Sources of the errors that each phase of a mission adds: the covariance budget of the run's solutions, by phase."""
 
 from __future__ import annotations
 

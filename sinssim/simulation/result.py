@@ -130,19 +130,21 @@ class Run:
 
     @cached_property
     def block(self) -> Trajectory:
-        """The motion that the sensors feel: that of the rotating IMU with [imu.rotation], else `trajectory`."""
+        """The motion of the sensors: that of the rotating IMU with [imu.rotation], else `trajectory`."""
         from sinssim.truth.motions.turning_block import block_of
 
         return block_of(self.trajectory, self.scenario.imu)
 
     @cached_property
     def ideal(self) -> ImuData:
-        """Ideal increments."""
-        return replace(self.block.increments(self.scenario.imu.rate_hz), time=self.time)
+        """Ideal increments, in the steps of `digital`."""
+        from sinssim.sensors.imu.emulate import digital
+
+        return replace(digital(self.block.increments(self.scenario.imu.rate_hz)), time=self.time)
 
     @cached_property
     def perfect(self) -> Readings:
-        """What the sensors would have read without errors."""
+        """Measurements of the same sensors without errors."""
         from sinssim.sensors.sets.reading import Readings, read
 
         if all(one is None for one in (self.readings.accelerometers, self.readings.attitude, self.readings.single)):
@@ -151,7 +153,7 @@ class Run:
 
     @cached_property
     def sensed(self) -> Sequence[SensorComparison]:
-        """What the sensors read by kinds of sensors, as report and view draw it, of a run that is recorded."""
+        """Measurements by kind of sensor, as drawn in the report and the views; only of a recorded run."""
         from sinssim.recording.sensor_comparison import compare_sensors
 
         if not (self.recorded and self.has("compensated")):
@@ -230,6 +232,7 @@ class Run:
         """
         from sinssim.errors import RunError
         from sinssim.sensors.imu.compensation import compensate
+        from sinssim.sensors.imu.emulate import digital
         from sinssim.sensors.sets.reading import read
         from sinssim.simulation.navigation import height_reference, solve
         from sinssim.strapdown.nav_error import navigation_error
@@ -240,7 +243,7 @@ class Run:
         alone = self.scenario.navigation.model_copy(update={"algorithms": tuple(self.solutions)[:1]})
         scenario = self.scenario.model_copy(update={"imu": imu_section, "navigation": alone})
         true = self.true_errors
-        ideal = self.trajectory.increments(imu_section.rate_hz)
+        ideal = digital(self.trajectory.increments(imu_section.rate_hz))
         imu = read(self.trajectory, ideal, imu_section, scenario.seed, true)[1].imu
         imu = imu if true.calibration is None else compensate(imu, true.calibration)
         height = height_reference(self.scenario, self.trajectory, self.truth.height)
@@ -266,7 +269,7 @@ class Run:
 
     @cached_property
     def without_errors_of_turns(self) -> NavError | None:
-        """Errors of `strapdown` beside a platform if its gyros had no errors that act on what they sense.
+        """Errors of `strapdown` beside a platform if its gyros had no errors that depend on the sensed rate.
 
         These are scale factor, misalignment and non-linearity, which a platform does not have. None without a platform
         or such a solution.
@@ -281,7 +284,7 @@ class Run:
         if self.true_errors.platform is None or self.strapdown is None:
             return None
         errors = without_errors_of_turns(self.true_errors.imu)
-        imu = emulate(rectified(self.trajectory, self.ideal, errors), errors, self.scenario.seed)
+        imu = emulate(rectified(self.trajectory, self.ideal, errors), errors, self.scenario.seed, rounded=True)
         alone = self.scenario.navigation.model_copy(update={"algorithms": (self.strapdown[0],)})
         scenario = self.scenario.model_copy(update={"navigation": alone})
         height = height_reference(self.scenario, self.trajectory, self.truth.height)

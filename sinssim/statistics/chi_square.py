@@ -25,7 +25,7 @@ class Band:
 
     Attributes:
         low, high: ends of the band; NaN without a degree of freedom.
-        confidence: probability of a value within it, for a sound filter.
+        confidence: probability of a value within it, for a correct filter.
     """
 
     low: Array
@@ -37,7 +37,7 @@ def mean_square_band(freedom: Any, confidence: float = 0.95) -> Band:
     """Return the band of a mean normalised square per degree of freedom.
 
     Args:
-        freedom: degrees of freedom in all: runs times states (NEES) or runs times components of readings (NIS); any
+        freedom: degrees of freedom in all: runs times states (NEES), or runs times measured components (NIS); any
             shape, not negative.
         confidence: probability of the band.
 
@@ -65,8 +65,8 @@ def share_inside(values: Any, band: Band) -> float:
         band: its band, of one value or of K.
 
     Returns:
-        0…1; NaN if no epoch counts. Neighbouring epochs are correlated: a sound filter's share varies about the band's
-        confidence.
+        0…1; NaN if no epoch counts. Neighbouring epochs are correlated: the share of a correct filter varies about the
+        band's confidence.
 
     Raises:
         InputError: values is not an array of numbers.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtr
+import scipy
 
 from sinssim.data import Array
 from sinssim.statistics.circles import circle_radius, share_in_circle
@@ -24,7 +24,9 @@ def _inside(radius: Array, mean: Array, sigma: Array) -> Array:
     t = 0.5 * (high + low)[:, None] + 0.5 * (high - low)[:, None] * _NODES
     x, half = radius[:, None] * np.sin(t), radius[:, None] * np.cos(t)
     density = np.exp(-0.5 * ((x - mean[:, :1]) / sigma[:, :1]) ** 2) / (np.sqrt(2.0 * np.pi) * sigma[:, :1])
-    across = ndtr((half - mean[:, 1:]) / sigma[:, 1:]) - ndtr((-half - mean[:, 1:]) / sigma[:, 1:])
+    across = scipy.special.ndtr((half - mean[:, 1:]) / sigma[:, 1:]) - scipy.special.ndtr(
+        (-half - mean[:, 1:]) / sigma[:, 1:]
+    )
     return np.asarray(0.5 * (high - low) * ((density * across * half) @ _WEIGHTS))
 
 
@@ -59,7 +61,7 @@ def _along_axes(covariance: Array, mean: Array) -> tuple[Array, Array]:
 
 
 def radius_about_mean(covariance: Array, mean: Array, share: float) -> Array:
-    """Return the radius of the circle about zero that holds a share of a normal distribution in the plane.
+    """Return the radius of the circle about zero that contains a share of a normal distribution in the plane.
 
     Args:
         covariance: (N, 2, 2).

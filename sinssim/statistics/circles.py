@@ -55,7 +55,7 @@ def share_in_circle(covariance: Any, radius: Any) -> Array:
 
 
 def circle_radius(covariance: Any, share: float) -> Array:
-    """Return the radius of the circle about zero that holds a share of a zero-mean normal distribution.
+    """Return the radius of the circle about zero that contains a share of a zero-mean normal distribution.
 
     Args:
         covariance: of north and east, (…, 2, 2) m².

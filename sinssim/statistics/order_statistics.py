@@ -59,10 +59,10 @@ def percentile(values: Any, share: float, confidence: float = 0.95) -> Percentil
     statistical packages, The American Statistician 50, 1996, definition 8; numpy's "median_unbiased").
 
     Args:
-        values: one error of each run, (N,), or its course over K epochs, (N, K). A failed run is infinite: it counts as
-            infinitely far off. NaN does not count, for example after the end of a shorter run.
+        values: one error of each run, (N,), or its course over K epochs, (N, K). The error of a failed run is
+            infinite. NaN does not count, for example after the end of a shorter run.
         share: share of the runs, between 0 and 1.
-        confidence: probability of the band to hold the true percentile.
+        confidence: probability that the band contains the true percentile.
 
     Returns:
         The percentile, of the shape () or (K,); NaN where no run counts.

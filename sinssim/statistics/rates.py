@@ -31,7 +31,7 @@ def mean_rate(time: Any, errors: Any) -> Array:
         m/s, (N,), or () for one run; NaN for a run without an epoch after zero. See `to_nmi_h`.
 
     Raises:
-        InputError: the arrays do not belong together.
+        InputError: the arrays have inconsistent shapes.
     """
     t, r = _pair(time, errors)
     weight = np.where(np.isnan(r), 0.0, t)
@@ -51,7 +51,7 @@ def end_rate(time: Any, errors: Any) -> Array:
         m/s, (N,), or () for one run; NaN for a run without an epoch after zero.
 
     Raises:
-        InputError: the arrays do not belong together.
+        InputError: the arrays have inconsistent shapes.
     """
     t, r = _pair(time, errors)
     there = ~np.isnan(r)

@@ -33,8 +33,8 @@ def spread(values: Any) -> Spread:
     """Return mean and standard deviation over runs.
 
     Args:
-        values: errors of N runs, (N, …). A value that is not finite does not count: σ describes the runs that worked;
-            name the number of failed runs beside it.
+        values: errors of N runs, (N, …). A value that is not finite does not count: σ describes the successful runs;
+            state the number of failed runs with it.
 
     Returns:
         Arrays of the shape (…); NaN where fewer than two runs count.

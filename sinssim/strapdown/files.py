@@ -82,6 +82,15 @@ class ThreeRateFile(Protocol):
         """
 
 
+class OwnThreeRateFile(Protocol):
+    """The function in the file of a frame outside the package, if it has a three-rate schedule."""
+
+    def solve_three_rates(
+        self, problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool
+    ) -> None:
+        """As `ThreeRateFile.solve`."""
+
+
 @cache
 def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
     """Return the file of an attitude algorithm.
@@ -158,6 +167,10 @@ def three_rate_file(frame: str) -> ThreeRateFile:
         InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
     """
     what = f"three-rate schedule of the frame {frame}"
+    if path := FRAME_REGISTRY[frame].path:
+        own = _own("frames", frame)
+        _check(what, own, path, OwnThreeRateFile, compiled=False)
+        return cast(ThreeRateFile, SimpleNamespace(solve=_explained(frame, path, own.solve_three_rates)))
     module, path = _loaded(what, f"sinssim.strapdown.three_rate.{FRAME_REGISTRY[frame].file}")
     _check(what, module, path, ThreeRateFile, compiled=False)
     return cast(ThreeRateFile, module)
@@ -171,13 +184,15 @@ def check_own_files(algorithms: Iterable[str], frame: str) -> None:
         frame: name of the navigation frame.
 
     Raises:
-        InputError: as for `algorithm_file` and `frame_file`.
+        InputError: as for `algorithm_file`, `frame_file` and `three_rate_file`.
     """
     for name in algorithms:
         if name in REGISTRY and REGISTRY[name].path:
             algorithm_file(name)
     if FRAME_REGISTRY[frame].path:
         frame_file(frame)
+        if FRAME_REGISTRY[frame].has_three_rates:
+            three_rate_file(frame)
 
 
 def _explained(frame: str, path: str, function: Callable[..., None]) -> Callable[..., None]:
@@ -238,4 +253,4 @@ def _check(what: str, module: ModuleType, path: str, protocol: type, *, compiled
         raise InputError(f"the {what} cannot be used: {path}: {'; '.join(wrong)}.")
 
 
-on_change += [algorithm_file.cache_clear, frame_file.cache_clear]
+on_change += [algorithm_file.cache_clear, frame_file.cache_clear, three_rate_file.cache_clear]

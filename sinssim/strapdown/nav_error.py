@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,12 @@ from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
 from sinssim.frames import AXES
+from sinssim.jit import strict_kernel
+from sinssim.rotation.kernels import multiply_k, rotation_vector_from_quaternion_k
 from sinssim.strapdown.polar import turn_of_north, turned, turned_attitude
 from sinssim.system.short_repr import short_repr
 
-_BLOCK = 65536  # rows per block, to avoid a temporary as long as the run
+_BLOCK = 16384  # rows per block: the temporaries stay in the cache of the processor
 
 
 @short_repr
@@ -78,7 +81,7 @@ def navigation_error(
 
     North and east come from the difference of the Earth-fixed positions, resolved at the true position: no wrap of
     longitude, no division by cos φ at a pole. Velocity and attitude are compared component by component, as in the
-    error equations; within kilometres of a pole, where the direction of north changes, so do the components, unless
+    error equations; within kilometres of a pole, the components change with the direction of north, unless
     the axes are transported.
 
     Args:
@@ -135,17 +138,30 @@ def _fill(error: NavError, truth: NavState, solution: NavSolution, ellipsoid: El
     latitude, longitude, height = truth.latitude[part], truth.longitude[part], truth.height[part]
     difference = geodetic_to_ecef(solution.latitude[part], solution.longitude[part], solution.height[part], ellipsoid)
     difference -= geodetic_to_ecef(latitude, longitude, height, ellipsoid)
-    x, y, z = difference.T
-    sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
-    sin_lon, cos_lon = np.sin(longitude), np.cos(longitude)
-    position = error.position_ned[part]
-    position[:, 0] = cos_lat * z - sin_lat * (cos_lon * x + sin_lon * y)
-    position[:, 1] = cos_lon * y - sin_lon * x
-    position[:, 2] = height - solution.height[part]
+    _place_errors(latitude, longitude, height, solution.height[part], difference, error.position_ned[part])
     np.subtract(solution.velocity_ned[part], truth.velocity_ned[part], out=error.velocity_ned[part])
-    error.attitude[part] = rotation.rotation_vector_from_quaternion(
-        rotation.multiply(truth.q_nb[part], rotation.conjugate(solution.q_nb[part])),
-    )
+    _attitude_errors(truth.q_nb[part], solution.q_nb[part], error.attitude[part])
+
+
+@strict_kernel
+def _place_errors(latitude: Array, longitude: Array, height: Array, own: Array, xyz: Array, ned: Array) -> None:
+    """Resolve differences of Earth-fixed positions at the true positions; down is from the heights."""
+    for k in range(len(latitude)):
+        x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
+        sin_lat, cos_lat = sin(latitude[k]), cos(latitude[k])
+        sin_lon, cos_lon = sin(longitude[k]), cos(longitude[k])
+        ned[k, 0] = cos_lat * z - sin_lat * (cos_lon * x + sin_lon * y)
+        ned[k, 1] = cos_lon * y - sin_lon * x
+        ned[k, 2] = height[k] - own[k]
+
+
+@strict_kernel
+def _attitude_errors(true: Array, own: Array, phi: Array) -> None:
+    """Set the rotation vectors of q_true ⊗ q_solution*."""
+    for k in range(len(phi)):
+        t0, t1, t2, t3 = true[k, 0], true[k, 1], true[k, 2], true[k, 3]
+        q = multiply_k(t0, t1, t2, t3, own[k, 0], -own[k, 1], -own[k, 2], -own[k, 3])
+        phi[k, 0], phi[k, 1], phi[k, 2] = rotation_vector_from_quaternion_k(*q)
 
 
 def _norm(rows: Array) -> Array:

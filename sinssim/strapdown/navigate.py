@@ -65,20 +65,20 @@ def navigate(
         ellipsoid: name of the reference ellipsoid, one of `ELLIPSOIDS`.
         curvature: radii of curvature, one of `sinssim.frames.CURVATURES`: "exact", "simplified" (8.16), or with e² or
             the height dropped.
-        rates_hz: rates of the fast, medium and slow part, Hz; each is a whole fraction of the one before, the fast one
-            of the data's rate. Two rates are those of attitude, and of velocity and position. None runs everything at
+        rates_hz: rates of the fast, medium and slow part, Hz; each divides the previous one, and the first divides
+            the data's rate. Two rates are those of attitude, and of velocity and position. None computes everything at
             the data's rate, to a higher order. See `three_rate`.
         vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
         height: reference height above the ellipsoid at every imu.time, (N+1,) m, for the last two; for the loop also
-            the readings of an altimeter, which apply from their arrival on.
+            the measurements of an altimeter, which apply from their arrival on.
         baro_time_constant: time constant τ of the baro loop, s; k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.
         route: for the transverse frame, latitude and longitude of A and of B, rad: its equator is the great circle from
             A to B; None for the great circle along the initial velocity.
-        slow_quantities: with rates_hz, treatment of slow quantities between slow instants, one of `SLOW_QUANTITIES`.
+        slow_quantities: with rates_hz, treatment of slow quantities between slow updates, one of `SLOW_QUANTITIES`.
 
     Returns:
         The solution at every imu.time, N+1 rows, the first of which is the initial state. An algorithm that advances by
-        n samples has a row at every n-th imu.time, and with rates_hz there is a row at every slow instant; remaining
+        n samples has a row at every n-th imu.time, and with rates_hz there is a row at every slow update; remaining
         samples at the end are not navigated.
 
     Raises:

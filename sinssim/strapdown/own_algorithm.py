@@ -128,7 +128,7 @@ def check_parts(algorithm: str, path: str, file: ModuleType) -> None:
         raise wrong(f"step_k must return what start_k returns, {_words(attitude)}, and returns {_words(later)}")
     kept = numbers("quaternion_k", call("quaternion_k", later), 5)[:4]
     if abs(abs(sum(a * b for a, b in zip(kept, _QUATERNION, strict=True))) - 1.0) > _SAME:
-        raise wrong(f"step_k without any turn makes {_words(kept)} of the quaternion {_QUATERNION}")
+        raise wrong(f"step_k without rotation changes the quaternion {_QUATERNION} to {_words(kept)}")
 
 
 def _words(value: Any) -> str:

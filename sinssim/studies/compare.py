@@ -277,7 +277,7 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
     from sinssim.sensors.sets.reading import read
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
-    report(f"Moving: {motion.label}", 0.0)
+    report(f"Motion: {motion.label}", 0.0)
     trajectory = motions.make(motion)
     _check_length(part, motion, trajectory.end - trajectory.start)
     ideal = trajectory.increments(part.highest_hz)

@@ -1,4 +1,4 @@
-"""The instants of a navigation at which a study takes errors, and those that it keeps for plots over time."""
+"""The times of a navigation at which a study computes errors, and those that it keeps for plots over time."""
 
 from __future__ import annotations
 

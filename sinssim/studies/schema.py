@@ -137,7 +137,7 @@ class Part(Section):
 
     title: str = Field(description="the question, as a heading")
     text: str = Field(default="", description="a few sentences on the result")
-    decides: tuple[Claim, ...] = Field(default=(), description="claims that this part has the numbers for")
+    decides: tuple[Claim, ...] = Field(default=(), description="claims that the numbers of this part decide")
     motions: tuple[StudyMotion, ...] = Field(min_length=1, description="true motions")
     variants: tuple[Variant, ...] = Field(default=("rate-gyros",), min_length=1, description="sets of sensors (8.1)")
     sensors: tuple[str, ...] = Field(

@@ -64,7 +64,7 @@ class TradeResult:
 
     Attributes:
         study: the study.
-        cells: what became of each cell, the last axis changing fastest.
+        cells: result of each cell; the last axis changes fastest.
         status: "finished", "interrupted" or "failed".
         directory: directory of the study; None if nothing is kept.
         seconds: duration of the computation, s, of this call alone.
@@ -240,7 +240,7 @@ class TradeResult:
         return command_of(self.study, self._cell(number).cell, program)
 
     def digest(self, number: int) -> str:
-        """Return the digest of a cell's scenario and of what is asked for.
+        """Return the digest of a cell's scenario and of the requested results.
 
         Args:
             number: its number, from 1.
@@ -260,7 +260,7 @@ class TradeResult:
         """Return a row for each cell as a `pyarrow.Table`.
 
         Returns:
-            The columns of `rows`; values of an axis that are no numbers are texts.
+            The columns of `rows`; values of an axis that are not numbers are texts.
         """
         import pyarrow as pa
 

@@ -226,7 +226,7 @@ class TradeStudy(Section):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Every quantity of a cell: the standard ones at the end and at the study's times, and those asked for."""
+        """Every quantity of a cell: the standard ones at the end and at the study's times, and the requested ones."""
         instants = [("end", 0.0), *(("at", t) for t in self.times_s)]
         standard = [Quantity(name, when, t) for when, t in instants for name in STANDARD  # type: ignore[arg-type]
                     if not (name == "rate" and when == "at" and t == 0.0)]  # fmt: skip
@@ -234,7 +234,7 @@ class TradeStudy(Section):
 
     @property
     def instants(self) -> tuple[float, ...]:
-        """Times since the start at which errors are wanted, s."""
+        """Times since the start at which errors are computed, s."""
         return tuple(sorted({q.time for q in self.quantities if q.when == "at"}))
 
     def with_requirements(self, texts: Iterable[str]) -> TradeStudy:
@@ -272,7 +272,7 @@ class TradeStudy(Section):
         for number, axis in enumerate(self.axes):
             if name == axis.title or name in axis.paths:
                 return number
-        raise InputError(f"{shortened(name)!r} is no axis of the study {self.name}: {', '.join(self._names)}.")
+        raise InputError(f"{shortened(name)!r} is not an axis of the study {self.name}: {', '.join(self._names)}.")
 
     @property
     def _names(self) -> list[str]:

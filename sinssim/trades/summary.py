@@ -31,13 +31,13 @@ _NAMED = 3
 MARKS = {"met": "met", "not met": "NOT MET", "undecided": "undecided"}
 
 DEFINITIONS = {
-    "CEP, R95": "radius of the circle that holds half, or 95 %, of all runs",
+    "CEP, R95": "radius of the circle that contains half, or 95 %, of all runs",
     "velocity, tilt, heading": "root mean square over all runs of the error; 1σ where its mean is zero",
 }
 _OF_KIND = {
     "budget": {"rate": "R95 divided by the time since the start; 1 nmi = 1852 m"},
     "ensemble": {
-        "CEP, R95": "50th and 95th percentile over the runs; a failed run is infinitely far off",
+        "CEP, R95": "50th and 95th percentile over the runs; the error of a failed run is infinite",
         "rate": f"R95 of {END}, of each run; 1 nmi = 1852 m",
         "velocity, tilt, heading": "root mean square over the runs that did not fail; 1σ where its mean is zero",
         "band": "95 % confidence: of percentiles by order statistics, of a root mean square by χ² for normal errors",

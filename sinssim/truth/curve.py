@@ -28,13 +28,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.arguments import numbers, quaternion, vector
+from sinssim.arguments import quaternion, vector
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
-from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
 from sinssim.rotation.kernels import Quaternion, Vector
-from sinssim.truth.panels import DEGREE, panels_through
+from sinssim.truth.panels import KnotDerivatives, checked_knots, knot_derivatives, panels_through
 from sinssim.truth.sample_times import check_instants, in_blocks, sample_edges
 from sinssim.truth.trajectory import Channel, FlightEvent
 
@@ -42,9 +41,6 @@ from sinssim.truth.trajectory import Channel, FlightEvent
 # at 10 rad/s. Four points reach it on pieces of at most 20 ms on which the attitude turns by at most 0.1 rad.
 _POINTS, _FEW_POINTS = 6, 4
 _SHORT, _SMALL_TURN = 0.02, 0.1
-# Limit of the angle between neighbouring attitudes (cosine of its half), beyond which they do not define a smooth
-# curve.
-_LEAST_COSINE = np.cos(np.pi / 8)
 
 
 class _Curve(NamedTuple):
@@ -209,41 +205,6 @@ def _rates(
         force[k, 0], force[k, 1], force[k, 2] = fx, fy, fz
 
 
-def _checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -> tuple[Array, Array, Array]:
-    t, r, q = numbers("time", time), numbers("position_ecef", position_ecef), numbers("q_eb", q_eb)
-    if t.ndim != 1 or r.shape != (len(t), 3) or q.shape != (len(t), 4):
-        raise InputError(
-            f"a curve needs K times, (K, 3) positions and (K, 4) quaternions; got arrays of shapes "
-            f"{t.shape}, {r.shape} and {q.shape}."
-        )
-    if len(t) <= DEGREE:
-        raise InputError(f"a curve needs at least {DEGREE + 1} knots, got {len(t)}.")
-    for name, values in (("time", t), ("position", r), ("quaternion", q)):
-        finite = np.isfinite(values.reshape(len(t), -1)).all(axis=1)
-        if not finite.all():
-            raise InputError(f"knot {int(np.argmin(finite))}: its {name} is not a finite number.")
-    if not (np.diff(t) > 0.0).all():
-        worst = int(np.argmin(np.diff(t) > 0.0))
-        raise InputError(
-            f"knot {worst + 1} at {t[worst + 1]!s} s does not come after the one before, at {t[worst]!s} s."
-        )
-    norm = np.linalg.norm(q, axis=1)
-    if not (np.abs(norm - 1.0) < 1e-6).all():
-        worst = int(np.argmax(np.abs(norm - 1.0)))
-        raise InputError(f"knot {worst} at {t[worst]!s} s: its quaternion has norm {norm[worst]:g}, it must be 1.")
-    q = q / norm[:, None]
-    cosine = np.einsum("ij,ij->i", q[1:], q[:-1])
-    if np.abs(cosine).min() < _LEAST_COSINE:
-        worst = int(np.argmin(np.abs(cosine)))
-        raise InputError(
-            f"between the knots at {t[worst]!s} s and {t[worst + 1]!s} s the attitude turns by "
-            f"{2.0 * np.degrees(np.arccos(abs(cosine[worst]))):.0f}°; it must turn by less than 45°: "
-            "use more closely spaced knots."
-        )
-    q[1:] *= np.cumprod(np.where(cosine < 0.0, -1.0, 1.0))[:, None]
-    return t, r, q
-
-
 class Curve:
     """The true motion of a sensor block along a smooth curve through knots; see the module's text.
 
@@ -257,6 +218,8 @@ class Curve:
         ellipsoid: reference ellipsoid.
         events: events along the motion.
         channels: other logged quantities.
+        derivatives: of position and attitude at the knots, if they are known; they do not serve a block that is turned
+            in the body.
 
     Raises:
         InputError: the knots do not define a curve; the message names the knot.
@@ -273,8 +236,9 @@ class Curve:
         ellipsoid: Ellipsoid = WGS84,
         events: tuple[FlightEvent, ...] = (),
         channels: Mapping[str, Channel] | None = None,
+        derivatives: KnotDerivatives | None = None,
     ) -> None:
-        t, r, q_eb = _checked_knots(time, position_ecef, q_eb)
+        t, r, q_eb = checked_knots(time, position_ecef, q_eb)
         q_bs, lever_arm = quaternion("q_bs", q_bs), vector("lever_arm", lever_arm, 3, "m")
         self.events = events
         self.gravity = gravity
@@ -286,7 +250,10 @@ class Curve:
 
         # The mounting is a constant factor on the right, so the block's quaternions are interpolated.
         q_es = rotation.multiply(q_eb, rotation.normalize(q_bs))
-        panels = panels_through(t, r - r[0], q_es)
+        position = r - r[0]
+        if derivatives is None or not np.array_equal(q_es, q_eb):
+            derivatives = knot_derivatives(t, position, q_es)
+        panels = panels_through(t, position, q_es, derivatives)
         cosine = np.einsum("ij,ij->i", q_eb[1:], q_eb[:-1])
         self._fastest = float(np.max(2.0 * np.arccos(np.minimum(cosine, 1.0)) / np.diff(t)))  # rad/s
         lever = rotation.rotate(rotation.conjugate(rotation.normalize(q_bs)), lever_arm)
@@ -303,13 +270,13 @@ class Curve:
         """Return position, velocity and attitude of the sensor block; see `Trajectory.state`.
 
         Args:
-            t: instants, () or (N,) s.
+            t: times, () or (N,) s.
 
         Returns:
-            The state at those instants, in arrays of the same leading shape.
+            The state at those times, in arrays of the same leading shape.
 
         Raises:
-            InputError: an instant lies outside [start, end].
+            InputError: a time lies outside [start, end].
         """
         instants = check_instants(t, self.start, self.end)
         times = np.atleast_1d(instants)
@@ -345,13 +312,13 @@ class Curve:
         """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`.
 
         Args:
-            t: instants, () or (N,) s.
+            t: times, () or (N,) s.
 
         Returns:
             Angular rate, (3,) or (N, 3) rad/s, and specific force, (3,) or (N, 3) m/s², in the block's axes.
 
         Raises:
-            InputError: an instant lies outside [start, end].
+            InputError: a time lies outside [start, end].
         """
         instants = check_instants(t, self.start, self.end)
         times = np.atleast_1d(instants)

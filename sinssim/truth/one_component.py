@@ -1,4 +1,4 @@
-"""The motion of the one-component system in the vertical plane, and what ideal sensors read along it.
+"""The motion of the one-component system in the vertical plane, and the outputs of ideal sensors along it.
 
 V(t), H(t) and the pitch ϑ(t) of the body are curves through the rows of [one_component.motion]. They give the pitch of
 the accelerometers α = ϑ + α_a0 and, as in the chapter's equations,

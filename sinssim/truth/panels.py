@@ -8,13 +8,22 @@ derivative is a cubic spline; from its values a and its second derivatives s at 
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.arguments import numbers
 from sinssim.data import Array
+from sinssim.errors import InputError
 from sinssim.jit import inline, strict_kernel
 
 DEGREE = 5
 """Degree of the splines through the knots."""
+
+# Limit of the angle between neighbouring attitudes (cosine of its half), beyond which they do not define a smooth
+# curve.
+_LEAST_COSINE = np.cos(np.pi / 8)
 
 
 @inline
@@ -51,8 +60,70 @@ def _join(time: Array, q: Array, a: Array, s: Array, panels: Array) -> None:
             panels[k, 2, 3 + j], panels[k, 3, 3 + j], panels[k, 4, 3 + j], panels[k, 5, 3 + j] = c2, c3, c4, c5
 
 
-def panels_through(time: Array, position: Array, q: Array) -> Array:
-    """Return the polynomials between knots.
+def checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -> tuple[Array, Array, Array]:
+    """Return the knots of a curve as arrays, with unit quaternions of continuous sign.
+
+    Args:
+        time: the knots, increasing, (K,) s.
+        position_ecef: positions at the knots, (K, 3) m.
+        q_eb: attitude at the knots, v_e = C_eb v_b, (K, 4).
+
+    Returns:
+        Times, positions and quaternions.
+
+    Raises:
+        InputError: the knots do not define a curve; the message names the knot.
+    """
+    t, r, q = numbers("time", time), numbers("position_ecef", position_ecef), numbers("q_eb", q_eb)
+    if t.ndim != 1 or r.shape != (len(t), 3) or q.shape != (len(t), 4):
+        raise InputError(
+            f"a curve needs K times, (K, 3) positions and (K, 4) quaternions; got arrays of shapes "
+            f"{t.shape}, {r.shape} and {q.shape}."
+        )
+    if len(t) <= DEGREE:
+        raise InputError(f"a curve needs at least {DEGREE + 1} knots, got {len(t)}.")
+    for name, values in (("time", t), ("position", r), ("quaternion", q)):
+        finite = np.isfinite(values.reshape(len(t), -1)).all(axis=1)
+        if not finite.all():
+            raise InputError(f"knot {int(np.argmin(finite))}: its {name} is not a finite number.")
+    if not (np.diff(t) > 0.0).all():
+        worst = int(np.argmin(np.diff(t) > 0.0))
+        raise InputError(
+            f"knot {worst + 1} at {t[worst + 1]!s} s is not later than the previous knot, at {t[worst]!s} s."
+        )
+    norm = np.linalg.norm(q, axis=1)
+    if not (np.abs(norm - 1.0) < 1e-6).all():
+        worst = int(np.argmax(np.abs(norm - 1.0)))
+        raise InputError(f"knot {worst} at {t[worst]!s} s: its quaternion has norm {norm[worst]:g}, it must be 1.")
+    q = q / norm[:, None]
+    cosine = np.einsum("ij,ij->i", q[1:], q[:-1])
+    if np.abs(cosine).min() < _LEAST_COSINE:
+        worst = int(np.argmin(np.abs(cosine)))
+        raise InputError(
+            f"between the knots at {t[worst]!s} s and {t[worst + 1]!s} s the attitude turns by "
+            f"{2.0 * np.degrees(np.arccos(abs(cosine[worst]))):.0f}°; it must turn by less than 45°: "
+            "use more closely spaced knots."
+        )
+    q[1:] *= np.cumprod(np.where(cosine < 0.0, -1.0, 1.0))[:, None]
+    return t, r, q
+
+
+class KnotDerivatives(NamedTuple):
+    """Derivatives at the knots, which determine the panels; they take longer to compute than the panels.
+
+    Attributes:
+        second: second derivatives of x, y, z, q0, q1, q2, q3, (K, 7).
+        fourth: fourth derivatives, (K, 7).
+        velocity: first derivative of x, y, z at the first knot, (3,) m/s.
+    """
+
+    second: Array
+    fourth: Array
+    velocity: Array
+
+
+def knot_derivatives(time: Array, position: Array, q: Array) -> KnotDerivatives:
+    """Return the derivatives of the splines through the knots.
 
     Args:
         time: the knots, (K,) s.
@@ -60,17 +131,34 @@ def panels_through(time: Array, position: Array, q: Array) -> Array:
         q: quaternions at the knots, of continuous sign, (K, 4).
 
     Returns:
-        (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's first knot.
+        The derivatives, by which the integrals of the acceleration pass through the positions.
     """
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(time, np.concatenate([position, q], axis=1), k=DEGREE)
     a, s, v0 = spline(time, 2), spline(time, 4), spline(time[0], 1)[:3]
-    panels = np.empty((len(time), 6, 7))  # a row more than panels, for the last knot
+    panels = np.empty((len(time), 6, 7))
     _integrate(time, a, s, position[0], v0, panels)
     rest = make_interp_spline(time, position - panels[:, 0, :3], k=DEGREE)  # what the integrals miss
     a[:, :3] += rest(time, 2)
     s[:, :3] += rest(time, 4)
-    _integrate(time, a, s, position[0], v0 + rest(time[0], 1), panels)
+    return KnotDerivatives(a, s, v0 + rest(time[0], 1))
+
+
+def panels_through(time: Array, position: Array, q: Array, derivatives: KnotDerivatives) -> Array:
+    """Return the polynomials between knots.
+
+    Args:
+        time: the knots, (K,) s.
+        position: positions at the knots, (K, 3) m.
+        q: quaternions at the knots, of continuous sign, (K, 4).
+        derivatives: of position and quaternions at the knots.
+
+    Returns:
+        (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's first knot.
+    """
+    a, s, v0 = derivatives
+    panels = np.empty((len(time), 6, 7))  # a row more than panels, for the last knot
+    _integrate(time, a, s, position[0], v0, panels)
     _join(time, q, a, s, panels)
     return panels[:-1]

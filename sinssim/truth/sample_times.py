@@ -1,4 +1,4 @@
-"""Sample edges and instants on a trajectory with their checks; work split over threads."""
+"""Sample edges and times on a trajectory with their checks; work split over threads."""
 
 from __future__ import annotations
 
@@ -95,21 +95,21 @@ def check_instants(t: ArrayLike, start: float, end: float) -> Array:
 
     Args:
         t: instants, () or (N,) s.
-        start, end: first and last instant of the trajectory, s.
+        start, end: first and last time of the trajectory, s.
 
     Returns:
-        The same instants, () or (N,).
+        The same times, () or (N,).
 
     Raises:
-        InputError: an instant lies outside [start, end] or is not a number, or the array has more than one axis.
+        InputError: a time lies outside [start, end] or is not a number, or the array has more than one axis.
     """
     instants = numbers("t", t)
     if instants.ndim > 1:
-        raise InputError(f"instants must be one number or one row of numbers, not an array of shape {instants.shape}.")
+        raise InputError(f"the times must be one number or one row of numbers, not an array of shape {instants.shape}.")
     outside = ~((instants >= start - _SLACK) & (instants <= end + _SLACK))
     if np.any(outside):
         raise InputError(
-            f"instant {np.atleast_1d(instants)[np.argmax(outside)]!s} s lies outside the trajectory, "
+            f"the time {np.atleast_1d(instants)[np.argmax(outside)]!s} s lies outside the trajectory, "
             f"which runs from {start!s} s to {end!s} s."
         )
     return instants

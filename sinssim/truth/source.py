@@ -48,6 +48,35 @@ def fly(
         InputError: the scenario is a one-component run, there is no such aircraft, the source of truth is invalid, or
             the flight cannot be flown; the message names the leg.
         RunError: JSBSim failed.
+
+    Warns:
+        SinssimWarning: a leg is beyond the limits of the aircraft.
+    """
+    if scenario.flight is not None:
+        from sinssim.scenario.planned.warning import warn_of_limits
+
+        warn_of_limits(scenario)
+    return true_motion(scenario, progress, meanwhile)
+
+
+def true_motion(
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> Trajectory:
+    """Return what `fly` returns, without its warnings: for one of many runs of a plan.
+
+    Args:
+        scenario: as for `fly`.
+        progress: as for `fly`.
+        meanwhile: as for `fly`.
+
+    Returns:
+        As for `fly`.
+
+    Raises:
+        InputError: as for `fly`.
+        RunError: as for `fly`.
     """
     if scenario.one_component is not None:
         raise InputError(
@@ -128,6 +157,7 @@ def _source(
             ellipsoid,
             log.events,
             log.channels,
+            log.derivatives,
         )
         return curve if scenario.flight.atmosphere is None else _in_air(curve, scenario.flight.air())
 

@@ -84,8 +84,8 @@ class Trajectory(Protocol, metaclass=_Made):
     """The true motion of a sensor block, known at all times between `start` and `end`.
 
     Attributes:
-        start: first instant, s.
-        end: last instant, s.
+        start: first time, s.
+        end: last time, s.
         events: events along the motion, in order of time.
         gravity: name of the gravity model of the specific force.
         ellipsoid: reference ellipsoid of heights and gravity.
@@ -109,13 +109,13 @@ class Trajectory(Protocol, metaclass=_Made):
         """Return position, velocity and attitude of the sensor block.
 
         Args:
-            t: instants, () or (N,) s.
+            t: times, () or (N,) s.
 
         Returns:
-            The state at those instants, in arrays of the same leading shape.
+            The state at those times, in arrays of the same leading shape.
 
         Raises:
-            InputError: an instant lies outside [start, end].
+            InputError: a time lies outside [start, end].
         """
         ...
 
@@ -134,16 +134,16 @@ class Trajectory(Protocol, metaclass=_Made):
         ...
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return the readings of ideal rate sensors at an instant.
+        """Return the outputs of ideal rate sensors at given times.
 
         Args:
-            t: instants, () or (N,) s.
+            t: times, () or (N,) s.
 
         Returns:
             Inertial angular rate ω_ib^b, (..., 3) rad/s, and specific force f^b, (..., 3) m/s², both in the
             sensor block's axes.
 
         Raises:
-            InputError: an instant lies outside [start, end].
+            InputError: a time lies outside [start, end].
         """
         ...

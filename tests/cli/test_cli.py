@@ -208,7 +208,7 @@ def test_a_run_warns_of_what_check_refuses(
     def stop(*_: object, **__: object) -> None:
         raise InputError("the run began.")
 
-    monkeypatch.setattr("sinssim.simulation.execute.run", stop)
+    monkeypatch.setattr("sinssim.truth.flight.cache.cached_flight", stop)
     (folder / "plan.toml").write_text(FLIGHT)
     steep = ("--set", "flight.legs.1.altitude_m=14000.0")
     assert call("check", "plan.toml", *steep) == 2
@@ -221,6 +221,20 @@ def test_a_run_warns_of_what_check_refuses(
     assert "the run began." in refusal
     assert call("run", "plan.toml") == 2
     assert "WARNING" not in capsys.readouterr().err
+
+
+def test_a_missing_package_is_named(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "plan.toml").write_text(FLIGHT)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "sinssim.recording.figures.canvas", None)
+    monkeypatch.delitem(sys.modules, "sinssim.recording.figures.canvas")
+    assert call("check", "plan.toml", "--plot", "plan.png") == 1
+    said = capsys.readouterr().err
+    assert "the package matplotlib, which this command needs, cannot be loaded" in said
+    assert "make setup or by pip" in said
+    assert "Traceback" not in said
 
 
 def test_check_estimates_the_duration(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -277,7 +291,7 @@ def test_bad_scenario(folder: Path, capsys: pytest.CaptureFixture[str], command:
         (["run", "plan.toml", "--set", "imu.rate=5"], "use 'rate_hz' (set from outside the file)"),
         (["run", "plan.toml", "--view", "navigatoin"], "unknown view 'navigatoin'. Did you mean 'navigation'?"),
         (["view", "nowhere"], "nowhere does not exist"),
-        (["view", "."], "has no recording.rrd in it"),
+        (["view", "."], "contains no recording.rrd"),
         (["view", "plan.toml", "--view", "flight"], "plan.toml is not a recording"),
     ],
 )

@@ -78,6 +78,7 @@ OWN_TESTS = {
     "docs/api.md": "tests/test_api_page.py",
     "docs/budgets.md": "tests/error_budget/test_page.py",
     "docs/ensembles.md": "tests/test_docs.py",
+    "docs/tasks.md": "tests/test_tasks.py",
     "docs/estimation.md": "tests/test_docs.py",
     "docs/logs.md": "tests/logs/test_page.py",
     "docs/trades.md": "tests/trades/test_docs.py",

@@ -27,7 +27,7 @@ from sinssim.studies.load import load_study
 from sinssim.trades.load import load_trade_study
 from tests.documentation.fences import NOT_RUN, OWN_TESTS, PAGES, ROOT, Block, blocks, name
 
-LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml"}
+LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml", "octave"}
 _PARKED = "[parked]\nlatitude_deg = 50.0\nduration_s = 60.0\n"
 _PLANE = '[one_component]\nvariant = "one-integral"\nduration_s = 60.0\n[one_component.gyro]\n'
 _FILES = ("drive.gpx", "imu.csv", "gnss.csv", "runs/calibration_table-calibration/compensation.toml")
@@ -102,7 +102,7 @@ def test_commands_can_be_given(page: Path, block: Block) -> None:
                 "utf-8"
             )
         else:
-            assert program in ("cd", "pip", "KF-GINS"), words
+            assert program in ("cd", "pip", "KF-GINS", "octave-cli"), words
 
 
 @cache

@@ -86,7 +86,7 @@ def test_a_run_that_leaves_the_batch_is_computed_alone(monkeypatch: pytest.Monke
         (AIDED, {}, "it has a filter"),
         (GREAT_CIRCLE, {"navigation": {"algorithms": ("euler",)}}, "euler has attitude variables of its own kind"),
         (GREAT_CIRCLE, {"navigation": {"frame": "wander"}}, 'navigation.frame = "wander"'),
-        (GREAT_CIRCLE, {}, "2.4e+04 samples do not pay for compiling the batch"),
+        (GREAT_CIRCLE, {}, "2.4e+04 samples are too few to compensate for compiling the batch"),
         (
             GREAT_CIRCLE,
             {

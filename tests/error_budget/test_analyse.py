@@ -28,7 +28,7 @@ def test_one_component_has_no_budget() -> None:
     [
         ("attitude_sensor", "measured and not integrated"),
         ("gyro_free", "differences of accelerometers"),
-        ("redundant_set", "monitoring decides by each run's own errors"),
+        ("redundant_set", "monitoring selects the sensors by the errors of each run"),
         ("parked", "gimbals rotate the sensors"),
     ],
 )
@@ -91,7 +91,7 @@ def test_the_instants_that_are_asked_for() -> None:
     assert result.time[result.row(7.35)] == pytest.approx(7.35)
     assert result.time[0] == 0.0
     assert np.all(np.diff(result.time) > 0.0)
-    with pytest.raises(InputError, match="the budget has no instant"):
+    with pytest.raises(InputError, match="the budget has no time"):
         result.row(7.33)
     with pytest.raises(InputError, match="gyro_bias"):
         result.source("gyro_bius")

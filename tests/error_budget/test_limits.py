@@ -111,7 +111,7 @@ def test_halving_a_source(result: BudgetResult) -> None:
 def test_what_cannot_be_answered_is_refused_by_name(result: BudgetResult) -> None:
     with pytest.raises(InputError, match="3600 s lies outside the run, which lasts 1200 s"):
         answers(result, parse_requirements(["r95(1 h) <= 1 m"]))
-    with pytest.raises(InputError, match=r"the budget has no instant t = 606\.5 s"):
+    with pytest.raises(InputError, match=r"the budget has no time t = 606\.5 s"):
         answers(result, parse_requirements(["r95(606.5 s) <= 1 m"]))
     with pytest.raises(InputError, match=r"free: .*gyro_bais.*gyro_bias"):
         answers(result, parse_requirements(["r95(end) <= 1 m"]), ["gyro_bais"])

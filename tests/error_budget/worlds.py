@@ -11,7 +11,7 @@ from sinssim.data import Array, NavSolution
 from sinssim.error_budget.result import BudgetResult
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulate import digital, emulate
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation.navigation import height_reference, solve
 from sinssim.strapdown.nav_error import navigation_error
@@ -67,7 +67,7 @@ def _tuples(value: Any) -> Any:
 def ensemble(plan: Scenario, result: BudgetResult, runs: int, first: int = 1000) -> Array:
     """Return the errors of unaided runs with the seeds first, first + 1, …, (N, E, 9); the motion is computed once."""
     trajectory = sinssim.fly(plan)
-    ideal = trajectory.increments(plan.imu.rate_hz)
+    ideal = digital(trajectory.increments(plan.imu.rate_hz))
     height = trajectory.state(ideal.time).height
     rows = np.searchsorted(ideal.time, result.time + ideal.time[0] - 1e-6)
     truth = trajectory.state(ideal.time[rows])
@@ -75,7 +75,7 @@ def ensemble(plan: Scenario, result: BudgetResult, runs: int, first: int = 1000)
     for seed in range(first, first + runs):
         one = plan.model_copy(update={"seed": seed})
         errors = draw_true_errors(one.imu, one.seed, one.compensation)
-        imu = emulate(ideal, errors.imu, one.seed)
+        imu = emulate(ideal, errors.imu, one.seed, rounded=True)
         if errors.calibration is not None:
             imu = compensate(imu, errors.calibration)
         (s,) = solve(one, trajectory, imu, None, height_reference(one, trajectory, height))[0].values()

@@ -73,7 +73,7 @@ def test_single_readings_that_cannot_be_used_say_why() -> None:
     assert list(readings.reason) == [
         "valid before the inertial data begin",
         "",
-        "a second reading at the same instant",
+        "a second measurement at the same time",
         "not a finite number",
         "not a finite number",
         "valid after the inertial data end",
@@ -155,7 +155,7 @@ PLACE = Measurements("gnss-position", GOOD.time, GOOD.time, np.zeros((2, 3)), np
         ([replace(GOOD, sigma=np.array([[1.0], [0.0]]))], r"sigma\[1\] = \[0.\] at t = 2 s.*positive definite"),
         ([replace(GOOD, sigma=np.array([[1.0], [-1.0]]))], "positive definite"),
         ([replace(GOOD, sigma=np.array([[np.nan], [1.0]]))], "positive definite"),
-        ([replace(GOOD, arrival=np.array([1.0, 1.9]))], "reading 1 is valid at t = 2.0.*must not arrive before"),
+        ([replace(GOOD, arrival=np.array([1.0, 1.9]))], "measurement 1 is valid at t = 2.0.*must not arrive before"),
         ([replace(GOOD, time=np.array([1.0, np.nan]))], r"time\[1\] = nan"),
         ([replace(GOOD, lever_arm=np.array([np.inf, 0.0, 0.0]))], "lever_arm"),
         ([replace(GOOD, value=np.full((2, 1), "high"))], "not an array of numbers"),
@@ -203,7 +203,7 @@ def test_correlations_are_part_of_the_noise() -> None:
     np.testing.assert_allclose(readings.covariance(0, variance[0]), expected, rtol=1e-12)  # in the order of time
     np.testing.assert_allclose(readings.covariance(1, variance[1]), np.diag([1.0, 4.0, 9.0]), rtol=1e-12)
     for wrong in (2.0 * rho, np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]])):
-        with pytest.raises(InputError, match="no correlation matrix"):
+        with pytest.raises(InputError, match="not a correlation matrix"):
             take_in([replace(given, correlation=np.array([rho, wrong]))], MODEL, IMU_TIME, 10.0)
     with pytest.raises(InputError, match="has the shape"):
         take_in([replace(given, correlation=np.eye(3))], MODEL, IMU_TIME, 10.0)

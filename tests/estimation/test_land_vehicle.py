@@ -49,7 +49,11 @@ def driven(seed: int, tables: dict[str, dict[str, Any]], **options: Any) -> tupl
     plain = replace(model, blocks=model.blocks[:5])
     run = one_run(trajectory, ideal, plain, MEMS, seed)
     found = estimate(run.imu, run.initial, [given.measurements for given in sensed], model, gate=None, **options)
-    true = dict(run.parameters) | {name: value for given in sensed for name, value in given.parameters.items()}
+    true = dict(run.parameters) | {
+        name: value if value.ndim == 1 else np.column_stack([np.interp(found.time, given.time, v) for v in value.T])
+        for given in sensed
+        for name, value in given.parameters.items()
+    }
     return found, state_errors(model, found, trajectory.state(found.time), true, WGS84)
 
 
@@ -72,6 +76,8 @@ CONSTRAINED = {
         "lever_arm_sigma_m": 0.3,
         "mounting_sigma_deg": 5.0,
         "slip_sigma_deg_per_g": 3.0,
+        "drift_lateral_mps": 0.03,
+        "drift_vertical_mps": 0.06,
     },
 }
 HEADED = {"gnss": RTK, "dual_antenna": {"baseline_m": (0.6, -0.8, 0.1), "bias_sigma_deg": 1.0}}

@@ -175,8 +175,10 @@ def test_a_vehicle_on_wheels_that_shakes(tmp_path: Path) -> None:
     told = tomllib.loads(found.scenario)
     calm = np.hypot(np.radians(0.05), 0.0004) * np.sqrt(0.01)  # rad/√s, of the axes that hardly shake
     assert told["imu"]["gyro_arw_deg_sqrt_h"] == pytest.approx(np.degrees(calm) * 60.0, rel=0.1)
-    assert told["filter"]["vibration_noise"] == 0.5
+    assert told["filter"]["vibration_noise"] == 0.4
     assert set(told["aiding"]) == {"land_vehicle", "zero_velocity", "zero_rate"}
+    wheels = told["aiding"]["land_vehicle"]
+    assert 0.0 < wheels["drift_lateral_mps"] < wheels["drift_vertical_mps"] < wheels["sigma_vertical_mps"]
     assert told["imu"]["gyro_flicker_deg_h"] > 0.0
     assert load_scenario(str(_written(tmp_path / "drive.toml", found.scenario))).aiding is not None
     without = inspect([log, _pos(tmp_path / "gnss.pos", 0.0)], tmp_path).scenario

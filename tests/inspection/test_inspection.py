@@ -32,6 +32,7 @@ def test_a_good_log() -> None:
     result = _inspect(worlds.readings(late=0.08), worlds.fixes(delay=0.125))
     assert result.usable
     assert result.offset == pytest.approx(0.08, abs=0.01)
+    assert result.drift == 0.0
     assert result.velocity_delay == pytest.approx(0.125, abs=0.01)
     assert result.mounting is not None
     assert result.mounting.axes == ("forward", "right", "down")
@@ -47,6 +48,17 @@ def test_clocks_without_a_common_origin() -> None:
     unit = worlds.readings(late=5321.7)
     result = _inspect(unit, worlds.fixes(), Clock("machine"))
     assert result.offset == pytest.approx(5321.7, abs=0.02)
+
+
+def test_a_clock_that_runs_fast() -> None:
+    """The drift is found within four times its 1σ, with the offset of the first row."""
+    unit = worlds.readings()
+    result = _inspect(replace(unit, time=0.08 + unit.time * (1.0 + 2e-3)), worlds.fixes())
+    (numbers,) = (f.numbers for f in result.findings if "imu_clock_drift_ppm" in f.numbers)
+    assert numbers["sigma_ppm"] < 100.0
+    assert numbers["imu_clock_drift_ppm"] == pytest.approx(2000.0, abs=4.0 * numbers["sigma_ppm"])
+    assert result.offset == pytest.approx(0.08, abs=0.015)
+    assert "Units, signs and handedness are correct" in _said(result, "units and axes", "fact")
 
 
 @pytest.mark.parametrize(

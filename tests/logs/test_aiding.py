@@ -30,7 +30,7 @@ def test_no_fix_is_no_fix() -> None:
     (readings,) = gnss_readings(stream, PLAIN, ())
     np.testing.assert_array_equal(readings.measurements.time, [0.0, 2.0, 3.0])
     assert "1 of quality 0 (no fix), refused" in next(quality_words(stream, PLAIN))
-    assert novatel._TYPES[0] == "none"
+    assert novatel.WORDS[0] == "none"
     given = PLAIN.model_copy(update={"quality_factors": {"4": 1.0, "0": 5.0}})
     np.testing.assert_array_equal(quality_factor(stream, given), [1.0, 5.0, np.nan, np.nan])
 
@@ -38,7 +38,7 @@ def test_no_fix_is_no_fix() -> None:
 def test_float_fixes_that_claim_centimetres_are_named() -> None:
     words = {1: "fixed", 2: "float", 5: "single"}
     said = list(quality_words(fixes([1, 2, 5], words), PLAIN))
-    assert "Float fixes claim 0.02 m" in said[1]
+    assert "Float fixes state 0.02 m" in said[1]
     assert '"2" = 10.0' in said[1]
     assert len(list(quality_words(fixes([1, 2, 5], words, sigma=0.5), PLAIN))) == 1
     assert len(list(quality_words(fixes([1, 5], words), PLAIN))) == 1

@@ -59,5 +59,5 @@ def test_two_clocks_without_date_are_the_same_and_one_alone_is_refused() -> None
 
 
 def test_what_is_no_date_is_refused() -> None:
-    with pytest.raises(InputError, match="is no date and time of day"):
+    with pytest.raises(InputError, match="is not a date with a time of day"):
         gps_instant("2025-13-08 19:34:21")

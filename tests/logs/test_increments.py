@@ -97,7 +97,7 @@ def test_a_long_gap_stops_with_its_time_and_length() -> None:
 
 def test_times_that_go_back_are_refused() -> None:
     time = np.r_[np.arange(0.0, 1.0, 0.01), np.arange(0.5, 2.0, 0.01)]
-    with pytest.raises(InputError, match=r"sample 100 does not come after 0\.99"):
+    with pytest.raises(InputError, match=r"sample 100 is not later than 0\.99"):
         made_increments(rates(time))
 
 

@@ -46,6 +46,15 @@ def test_a_velocity_is_older_than_its_stamp_and_arrives_with_it(folder: Path) ->
     np.testing.assert_allclose(speed.arrival, place.time, atol=1e-12)
 
 
+def test_a_clock_that_runs_fast_is_slowed_down(folder: Path) -> None:
+    """Times of the IMU since its first row are divided by 1 + drift; those of the fixes are unchanged."""
+    plain, slower = load_log(section(folder)), load_log(section(folder, imu={"clock_drift_ppm": 5e4}))
+    np.testing.assert_allclose(slower.imu.time, plain.imu.time / 1.05, rtol=1e-12)
+    assert slower.fixes is not None
+    assert plain.fixes is not None
+    np.testing.assert_array_equal(slower.fixes.time, plain.fixes.time[: len(slower.fixes)])
+
+
 def test_codes_of_quality_become_factors(folder: Path) -> None:
     state = TRUTH.state(np.arange(0.0, 19.9, 1.0))
     codes = np.where(np.arange(20) % 4 == 0, 2.0, np.where(np.arange(20) == 7, 5.0, 1.0))
@@ -63,6 +72,25 @@ def test_codes_of_quality_become_factors(folder: Path) -> None:
     assert any("5 of quality 2, σ times 20; 1 of quality 5, refused" in note for note in log.notes)
     with pytest.raises(InputError, match="has no codes of quality"):
         load_log(section(folder, {"quality_factors": {"1": 1.0}, "velocity": None, "use": ["position"]}))
+
+
+@pytest.mark.parametrize("stamp", [5.0, 2.0])
+def test_a_reference_whose_stamps_repeat_or_go_back(folder: Path, stamp: float) -> None:
+    """The first row of an instant counts; times that go back are refused with their row."""
+    at = np.arange(0.0, 19.9, 0.5)
+    state = TRUTH.state(at)
+    stamps = at.copy()
+    stamps[11] = stamp  # after 5 s
+    columns = (stamps, np.degrees(state.latitude), np.degrees(state.longitude), state.height)
+    write_csv(folder / "reference.csv", "time_s,latitude_deg,longitude_deg,height_m", np.column_stack(columns))
+    given = section(folder, reference={"file": str(folder / "reference.csv"), "format": "columns"})
+    if stamp == 5.0:
+        reference = load_log(given).reference
+        assert reference is not None
+        assert len(reference.time) == len(at) - 1
+    else:
+        with pytest.raises(InputError, match=r"reference\.csv, row 12: the time 2 s goes back"):
+            load_log(given)
 
 
 def test_missing_numbers_are_left_out(folder: Path) -> None:
@@ -145,7 +173,7 @@ def test_other_sensors_are_read(folder: Path) -> None:
     [
         ({"latitude": None}, "columns of latitude are not described"),
         ({"format": "rtklib"}, "format 'rtklib'"),
-        ({"format": "rtklib-pos"}, "no line of heads"),
+        ({"format": "rtklib-pos"}, "no header line"),
         ({"file": "nowhere.csv"}, "cannot be read"),
         ({"position_sigma_m": None}, "gives no 1σ for this: state it"),
         ({"latitude": {"column": "breadth", "unit": "deg"}}, "'breadth'"),
@@ -161,8 +189,8 @@ def test_mistakes_are_named(folder: Path, gnss: dict[str, Any], message: str) ->
     [
         ({"latitude": {"column": "lat", "unit": "degrees"}}, "degrees"),
         ({"latitude": {"column": "lat", "value": 1.0, "unit": "deg"}}, "either column or value"),
-        ({"quality_factors": {"fix": 1.0}}, "no whole number"),
-        ({"first_row": "yesterday"}, "is no instant"),
+        ({"quality_factors": {"fix": 1.0}}, "is not a whole number"),
+        ({"first_row": "yesterday"}, "is not a date and time"),
         ({"velocity": {"columns": ["a", "b", "c"], "unit": "m/s", "axes": "up-east-north"}}, "axes"),
     ],
 )

@@ -69,7 +69,7 @@ def test_mistakes_are_refused(folder: Path, setting: str, message: str) -> None:
 
 def test_z_up_instead_of_down_is_noted(folder: Path) -> None:
     run = sinssim.run(sinssim.load_scenario(folder / "drive.toml", ['log.imu.axes=["forward", "right", "down"]']))
-    assert any("the vehicle lies upside down" in note for note in run.summary["log"]["notes"])
+    assert any("the vehicle is upside down" in note for note in run.summary["log"]["notes"])
 
 
 def test_radians_for_degrees_are_noticed(folder: Path) -> None:

@@ -330,7 +330,7 @@ def test_a_sensor_can_be_emulated_from_a_whole_reference(tmp_path: Path) -> None
         ({"imu": {}}, "give the grade of the IMU that recorded the log"),
         ({"imu": {"grade": "tactical", "rate_hz": 50.0}}, "has 100 samples per second"),
         ({"vibration": [{"coordinate": "down", "rms_mm": 1.0, "low_hz": 10.0}]}, "would add a motion"),
-        ({"ensemble": {"runs": 5}}, "a recording exists once"),
+        ({"ensemble": {"runs": 5}}, "a recording is a single run"),
         ({"filter": None, "log": {"outages": {"at_s": [[1.0, 2.0]]}}}, "without a filter, GNSS is not used"),
     ],
 )
@@ -341,7 +341,7 @@ def test_what_does_not_apply_is_refused(tmp_path: Path, tables: dict[str, Any], 
 
 def test_an_ensemble_a_budget_and_a_flight_name_the_recording(tmp_path: Path) -> None:
     plan = _with_fixes(tmp_path, reference=False, seconds=20.0)
-    with pytest.raises(InputError, match="a recording exists once"):
+    with pytest.raises(InputError, match="a recording is a single run"):
         sinssim.ensemble(plan)
     with pytest.raises(InputError, match="needs the true motion"):
         sinssim.budget(plan)

@@ -150,7 +150,7 @@ def test_command(weather: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
     with pytest.raises(SystemExit):
         main(given)
     out = capsys.readouterr().out
-    for words in ("p: mean 1013 hPa", "hPa/√Hz", "hPa (1σ) of a reading", "20000 s, 20000 samples at 1 Hz"):
+    for words in ("p: mean 1013 hPa", "hPa/√Hz", "hPa (1σ) of a sample", "20000 s, 20000 samples at 1 Hz"):
         assert words in out
     with pytest.raises(SystemExit):
         main([*given, "--json"])

@@ -351,7 +351,7 @@ def bad(kind, tmp_path):
     [
         ("nan", [], "log.parquet, sample 123: the column 'dtheta_y_rad' is empty or not finite"),
         ("short", [], "log.parquet, gyro_x: 100 samples are too few to distinguish noise terms; at least 256"),
-        ("unordered", [], "log.parquet, sample 501: the time 50.1 s does not come after 50.2 s"),
+        ("unordered", [], "log.parquet, sample 501: the time 50.1 s is not later than 50.2 s"),
         ("gap", [], "log.parquet, sample 700: there are no samples for 12.1 s from 70 s on"),
         ("gap", ["--to", "90"], "log.parquet, sample 700: there are no samples for 12.1 s"),
         ("good", ["--from", "200"], "there are no samples from 200 s; the log runs from 0 to 100 s"),

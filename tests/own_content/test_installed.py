@@ -35,7 +35,7 @@ def test_content_of_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     assert "theirs" not in list_content("viz", packages=False)
     assert find_content("grades", "theirs") == package / "grades" / "theirs.toml"
     assert offered("algorithms", packages=False) == {}
-    assert "The installed package bad 1.2 brings content (bad = 'nowhere'" in caplog.text
+    assert "The installed package bad 1.2 provides content (bad = 'nowhere'" in caplog.text
     assert "there is no package nowhere. It is left out." in caplog.text
 
 

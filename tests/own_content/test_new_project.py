@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -41,3 +42,23 @@ def test_what_is_in_the_way_stays(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_text() == "mine"
     (tmp_path / "empty").mkdir()
     assert len(new_project(tmp_path / "empty")) == 5
+
+
+@pytest.mark.parametrize("exists", [False, True])
+def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exists: bool) -> None:
+    copied: list[Path] = []
+
+    def copy(source: Path, place: Path) -> None:
+        if len(copied) == 3:
+            raise OSError(errno.ENOSPC, "No space left on device", str(source))
+        place.write_bytes(source.read_bytes())
+        copied.append(place)
+
+    monkeypatch.setattr("sinssim.own_content.new_project.shutil.copyfile", copy)
+    folder = tmp_path / "deep" / "mine"
+    if exists:
+        folder.mkdir(parents=True)
+    with pytest.raises(InputError, match=r"project folder .*mine cannot be made: No space left on device\. Name"):
+        new_project(folder)
+    assert len(copied) == 3
+    assert list(tmp_path.rglob("*")) == ([tmp_path / "deep", folder] if exists else [])

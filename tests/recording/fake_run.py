@@ -16,6 +16,7 @@ import sinssim.truth.source
 from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth import WGS84
 from sinssim.scenario.schema import Scenario
+from sinssim.sensors.imu.emulate import digital
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 ALGORITHMS = ("quaternion", "poisson", "euler")
@@ -41,7 +42,8 @@ class FakeTrajectory:
             rng.standard_normal((count + 1, 3)) * 100.0,
             _unit(rng.standard_normal((count + 1, 4))),
         )
-        self.ideal = ImuData(self.time, 1e-3 * rng.standard_normal((count, 3)), rng.standard_normal((count, 3)))
+        ideal = ImuData(self.time, 1e-3 * rng.standard_normal((count, 3)), rng.standard_normal((count, 3)))
+        self.ideal = digital(ideal)
         self.measured = ImuData(self.time, self.ideal.dtheta + 1e-7, self.ideal.dvel + 1e-5)
         self.solutions = {name: self._solution(name, 1e-6 * (i + 1)) for i, name in enumerate(ALGORITHMS)}
         knots = np.arange(0.0, self.end, 1.0 / 30.0)
@@ -89,7 +91,7 @@ def install(count: int, replace=setattr) -> FakeTrajectory:
     """Put made-up numbers in place of flying, sensing and navigating."""
     fake = FakeTrajectory(count)
     replace(sinssim.truth.source, "fly", lambda scenario, progress=None, meanwhile=None: fake)
-    replace(sinssim.sensors, "emulate", lambda ideal, spec, seed=0: fake.measured)
+    replace(sinssim.sensors, "emulate", lambda ideal, spec, seed=0, **_: fake.measured)
     replace(
         sinssim.strapdown.measured_attitude,
         "navigate",

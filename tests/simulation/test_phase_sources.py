@@ -55,4 +55,4 @@ def test_a_run_without_a_budget_says_why(tmp_path: Path) -> None:
     run = sinssim.run(_mission(**aided), tmp_path / "run")
     found = dict(source_tables(run.summary))
     assert "[aiding.land_vehicle] has no budget" in found["aided"]
-    assert "no budget says" in (tmp_path / "run" / "report.html").read_text()
+    assert "are unknown (no budget)" in (tmp_path / "run" / "report.html").read_text()

@@ -30,10 +30,10 @@ def test_errors_are_drawn_once_and_drifts_emulated_once(tmp_path, monkeypatch):
         drawn.append((section.grade, name, seed))
         return triad(section, name, seed)
 
-    def counted_emulate(ideal, spec, seed=0):
+    def counted_emulate(ideal, spec, seed=0, **options):
         if len(ideal) == 2000:  # the rehearsal before the run has fewer samples
             emulated.append(spec)
-        return emulate(ideal, spec, seed)
+        return emulate(ideal, spec, seed, **options)
 
     monkeypatch.setattr(errors, "_triad", counted_triad)
     monkeypatch.setattr(emulation, "emulate", counted_emulate)

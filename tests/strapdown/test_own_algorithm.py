@@ -48,7 +48,7 @@ def fails(*_: object) -> None:
         ({"quaternion_k": lambda a: a}, "quaternion_k must return a tuple of 5 numbers"),
         ({"quaternion_k": lambda a: (a[0], -a[1], -a[2], -a[3], 0.0)}, "is (0.8, -0.2, 0.4, -0.4) and not q ="),
         ({"step_k": lambda a, body, frame: a[:3]}, "step_k must return what start_k returns"),
-        ({"step_k": lambda a, body, frame: (a[0], -a[1], -a[2], -a[3])}, "step_k without any turn makes"),
+        ({"step_k": lambda a, body, frame: (a[0], -a[1], -a[2], -a[3])}, "step_k without rotation changes"),
         ({"step_k": fails}, "the algorithm mine failed: /my/mine.py: ValueError: not today"),
     ],
 )

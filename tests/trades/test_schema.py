@@ -23,7 +23,7 @@ def test_axes_and_their_words(tmp_path: Path) -> None:
     assert bias.name_of(2) == "0.1"
     assert made.axis_index("grade") == 0
     assert made.axis_index(BIAS) == 1
-    with pytest.raises(InputError, match="'speed' is no axis of the study small: grade, gyro bias σ"):
+    with pytest.raises(InputError, match="'speed' is not an axis of the study small: grade, gyro bias σ"):
         made.axis_index("speed")
 
 

@@ -271,7 +271,7 @@ def test_bad_knots() -> None:
         Curve(time, broken, q)
     late = time.copy()
     late[5] = late[4]
-    with pytest.raises(InputError, match=r"knot 5 at 0\.1333.* does not come after"):
+    with pytest.raises(InputError, match=r"knot 5 at 0\.1333.* is not later than"):
         Curve(late, position, q)
     with pytest.raises(InputError, match="norm 2, it must be 1"):
         Curve(time, position, 2.0 * q)

@@ -1,4 +1,4 @@
-"""`sinssim budget`: covariances of the navigation errors by source, and requirements read backwards."""
+"""`sinssim budget`: covariances of the navigation errors by source, and the largest sources that meet a requirement."""
 
 from __future__ import annotations
 

@@ -57,6 +57,15 @@ def command(
         float | None,
         typer.Option("--rate", metavar="HZ", help="Largest sampling rate of the solution.", show_default="all"),
     ] = None,
+    outages: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--outage",
+            metavar="SPAN",
+            help="Withhold GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the same, the "
+            "first at 60 s. May be repeated.",
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -73,11 +82,14 @@ def command(
 
         sinssim export runs/first_flight --to kml
         sinssim export runs/mems_uav --to kf-gins -o kf_gins_input
+        sinssim export runs/mems_uav --to kf-gins -o gaps --outage 15/45@60
         sinssim export runs/mems_uav --to sbet --solution aided --solution ideal
     """
     from sinssim.logs.writers.export import export
 
-    done = export(run, to, out, solution=solution or [], start=start, rate_hz=rate, overwrite=overwrite)
+    done = export(
+        run, to, out, solution=solution or [], start=start, rate_hz=rate, outages=outages or (), overwrite=overwrite
+    )
     if as_json:
         print_json({"place": str(done.place), "files": [str(f) for f in done.files], "contents": list(done.sentences)})
     elif not quiet:

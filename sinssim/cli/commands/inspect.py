@@ -1,4 +1,4 @@
-"""`sinssim inspect`: judges recorded files before anybody relies on them."""
+"""`sinssim inspect`: checks recorded files before they are used."""
 
 from __future__ import annotations
 
@@ -63,6 +63,10 @@ def command(
         if out.exists() and not overwrite:
             raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
     result = inspect(files, Path() if out is None else out.parent, land=vehicle == "land")
+    if out is not None and result.scenario is not None:  # before printing, which may end early
+        beside = out.with_name(f".{out.name}.partial")
+        beside.write_text(result.scenario, encoding="utf-8")
+        beside.replace(out)
     if as_json:
         print_json({**result.inspection.as_dict(), "scenario": result.scenario})
     elif not quiet:
@@ -71,11 +75,7 @@ def command(
         show(result.inspection, console(least_width=100))
         if result.scenario is not None and out is None:
             print(f"\nA scenario to start from (--out FILE writes it):\n\n{result.scenario}", end="")
-    if out is not None and result.scenario is not None:
-        beside = out.with_name(f".{out.name}.partial")
-        beside.write_text(result.scenario, encoding="utf-8")
-        beside.replace(out)
-        if not (quiet or as_json):
-            print(f"\nScenario: {out}")
+    if out is not None and result.scenario is not None and not (quiet or as_json):
+        print(f"\nScenario: {out}")
     if not result.inspection.usable:
         raise typer.Exit(2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -89,16 +88,11 @@ def command(
     if view is not None:
         if not plan.recording.has_recording:
             raise InputError(
-                "--view shows the recording, and this run keeps none (--keep, --recording; in the scenario "
+                "--view shows the recording, but this run keeps none (--keep, --recording; in the scenario "
                 'recording.keep, recording.detail): use keep = "all" and detail = "light" or "full".'
             )
         find_content("viz", view)
     directory = out or Path("runs") / plan.name
-    if plan.flight is not None and not quiet:
-        from sinssim.scenario.planned.limits import findings
-
-        for finding in findings(plan):
-            print(f"WARNING: {finding.text}", file=sys.stderr)
     from sinssim.simulation.execute import run
 
     try:

@@ -1,4 +1,4 @@
-"""`sinssim score`: takes solutions of other programs in as further algorithms of a run."""
+"""`sinssim score`: compares solutions of other programs with those of a run."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coeff
         raise InputError(f"{file}: the coefficients of gravity cannot be read: {error.strerror or error}.") from error
     head, _, body = text.partition("end_of_head")
     if not body:
-        _refuse(file, 'there is no line "end_of_head": this is no ICGEM file of a gravity model, or it is cut short')
+        _refuse(file, 'there is no line "end_of_head": not an ICGEM file of a gravity model, or it is truncated')
     keys = _header(head)
     holds = int(_number(file, keys, "max_degree"))
     if keys.get("norm", "fully_normalized") != "fully_normalized":
@@ -119,7 +119,7 @@ def _number(file: Path, keys: dict[str, str], key: str) -> float:
     try:
         value = _float(keys[key])
     except ValueError:
-        _refuse(file, f"{key} = {shortened(keys[key])!r} in the header is no number")
+        _refuse(file, f"{key} = {shortened(keys[key])!r} in the header is not a number")
     return value
 
 
@@ -136,9 +136,9 @@ def _coefficients(file: Path, body: str, before: int, degree: int) -> tuple[Arra
         try:
             n, m, of_c, of_s = int(words[1]), int(words[2]), _float(words[3]), _float(words[4])
         except (ValueError, IndexError):
-            _refuse(file, f'line {number}: "{shortened(line.strip())}" is not "gfc degree order C S": is it cut short?')
+            _refuse(file, f'line {number}: "{shortened(line.strip())}" is not "gfc degree order C S": is it truncated?')
         if not (0 <= m <= n and math.isfinite(of_c) and math.isfinite(of_s)):
-            _refuse(file, f"line {number}: degree {n}, order {m}, C = {of_c}, S = {of_s} cannot be")
+            _refuse(file, f"line {number}: degree {n}, order {m}, C = {of_c}, S = {of_s} are impossible")
         if n <= degree:
             c[n, m], s[n, m] = of_c, of_s
     rows, columns = np.tril_indices(degree + 1)
@@ -148,6 +148,6 @@ def _coefficients(file: Path, body: str, before: int, degree: int) -> tuple[Arra
         _refuse(
             file,
             f"the coefficient of degree {rows[first]} and order {columns[first]} is missing, with {len(missing) - 1} "
-            f"others up to degree {degree}: the file is cut short",
+            f"others up to degree {degree}: the file is truncated",
         )
     return np.tril(np.nan_to_num(c)), s

@@ -88,8 +88,9 @@ def navigate_batch(
 ) -> BatchSolution:
     """Measure one motion by the sensors of many runs and navigate each in the level frame; keep the epochs only.
 
-    Run i has the numbers of `navigate(emulate(ideal, errors[i], seeds[i]), initial[i], …)` at the epochs. They do not
-    depend on the number of threads or on the other runs. Memory is that of the epochs, 80 bytes each for every run.
+    Run i has the numbers of `navigate(emulate(ideal, errors[i], seeds[i], rounded=True), initial[i], …)` at the epochs.
+    They do not depend on the number of threads or on the other runs. Memory is that of the epochs, 80 bytes each for
+    every run.
 
     Args:
         ideal: error-free increments of all runs, N intervals.
@@ -126,7 +127,7 @@ def navigate_batch(
     edges = _checked_epochs(epochs, count)
     _check_errors(errors, seeds)
     felt = at_the_sensors(ideal, errors[0])
-    packed = pack(errors, float(ideal.time[0]))
+    packed = pack(errors, float(ideal.time[0]), rounded=True)
     keys = np.array([key(int(seed)) for seed in seeds], dtype=np.uint64).T.copy()
     start = _initial(initial, runs)
     uniform = is_uniform(ideal.time)
@@ -158,7 +159,7 @@ def navigate_batch(
     for run in alone:
         own = initial if isinstance(initial, NavState) else initial[run]
         try:
-            solution = navigate(emulate(ideal, errors[run], int(seeds[run])), own, frame=FRAME, **options)
+            solution = navigate(emulate(ideal, errors[run], int(seeds[run]), rounded=True), own, frame=FRAME, **options)
         except RunError as error:
             failures[run] = error
             out[:, :, run] = np.nan

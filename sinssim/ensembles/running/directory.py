@@ -145,8 +145,8 @@ class EnsembleDirectory(GrowingDirectory):
                 first += len(runs)
         except OSError as error:
             raise InputError(
-                f"the errors of {count} runs could not be put together in {self.path}: {error.strerror or error} "
-                f"({self.free():.0f} MB are free). All runs are kept; --resume goes on."
+                f"the errors of {count} runs could not be combined in {self.path}: {error.strerror or error} "
+                f"({self.free():.0f} MB are free). All runs are kept; --resume continues."
             ) from error
         return errors
 

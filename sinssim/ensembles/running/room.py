@@ -1,4 +1,4 @@
-"""The memory and the disk that an ensemble needs, and what is refused because they do not suffice."""
+"""The memory and disk space of an ensemble; a too large ensemble is refused."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from sinssim.ensembles.run_errors import AT_ONCE, bytes_of
 from sinssim.ensembles.stored_errors import IN_MEMORY
 from sinssim.errors import InputError
+from sinssim.formatting import size_text
 from sinssim.system.memory import machine_memory
 
 if TYPE_CHECKING:
@@ -43,8 +44,8 @@ def check_memory(plan: Plan, runs: int) -> None:
     enough = next((number for number in halved if memory_needed(plan, runs, number) <= have), None)
     fewer = "" if enough is None else f", or keep fewer epochs: ensemble.epoch_s = {lasts / enough:.3g}, for example"
     raise InputError(
-        f"runs = {runs}: the statistics of {runs} runs at {epochs} epochs need {needed / 1e9:.3g} GB of memory, and "
-        f"{have / 1e9:.3g} GB can be used on this machine. Compute fewer runs{fewer}."
+        f"runs = {runs}: the statistics of {runs} runs at {epochs} epochs need {size_text(needed)} of memory, and "
+        f"{size_text(have)} can be used on this machine. Compute fewer runs{fewer}."
     )
 
 
@@ -63,9 +64,9 @@ def check_disk(plan: Plan, runs: int, finished: int, folder: Path) -> None:
     needed, have = disk_needed(plan, runs, finished), _disk(folder)
     if needed > have:
         raise InputError(
-            f"runs = {runs}: the errors of {runs} runs at {len(plan.epochs)} epochs need at least {needed / 1e9:.3g} "
-            f"GB more on the disk, and {have / 1e9:.3g} GB are free in {folder}. Compute fewer runs, keep fewer epochs "
-            "with a larger ensemble.epoch_s, or give a folder on a larger disk with -o."
+            f"runs = {runs}: the errors of {runs} runs at {len(plan.epochs)} epochs need at least "
+            f"{size_text(needed)} more on the disk, and {size_text(have)} are free in {folder}. Compute fewer runs, "
+            "keep fewer epochs with a larger ensemble.epoch_s, or give a folder on a larger disk with -o."
         )
 
 

@@ -21,6 +21,7 @@ from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_thr
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.requirements.requirement import parse_requirements
+from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
 from sinssim.system.memory import give_back_memory
 
@@ -49,7 +50,7 @@ def ensemble(
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> EnsembleResult:
-    """Run an ensemble: many runs of a scenario that differ in their random numbers, and in the keys it varies.
+    """Run an ensemble: many runs of a scenario that differ in their random numbers, and in the varied keys.
 
     Run i has the errors of `sinssim.run` of the scenario with the seed `sinssim.ensembles.run_seed(scenario.seed, i)`,
     bit for bit, for any number of threads or workers. An interrupted or failed ensemble keeps its finished runs
@@ -78,7 +79,10 @@ def ensemble(
     Raises:
         InputError: the scenario, the directory or an option cannot be used, the directory holds another ensemble, or
             the disk is full.
-        RunError: every run failed, or workers died again and again.
+        RunError: every run failed, or workers died repeatedly.
+
+    Warns:
+        SinssimWarning: a leg of the flight is beyond the limits of the aircraft; once, not for each run.
     """
     section = scenario.ensemble or EnsembleSection()
     count = _whole("runs", section.runs if runs is None else runs, MOST_RUNS)
@@ -95,6 +99,7 @@ def ensemble(
     with _spare(scenario, count, threads, later=resume or workers is not None or scheduler is not None) as spare:
         how = _How(TruthCache(), spare, threads, workers, scheduler, tuple(float(time) for time in times))
         kept = kept_epochs(Path(directory)) if resume and directory is not None else None
+        warn_of_limits(scenario)
         plan = with_runs(make_plan(scenario, how.truths, wanted, kept, how.times), count)
         check_memory(plan, count)
         looks = Looks(wanted, count, until_decided)
@@ -276,7 +281,7 @@ def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseExcepti
     if not done:
         stop.add_note("No group of runs had finished.")
         return
-    stop.add_note(f"{done} of {wanted} runs are finished and kept in {folder.path}; --resume continues.")
+    stop.add_note(f"{done} of {wanted} runs are finished, in {folder.path}; --resume continues.")
     try:
         result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times)
         if looks.verdicts:

@@ -1,1 +1,1 @@
-"""What the sources are, and what they do to the readings and to the navigation errors in a step."""
+"""The sources, and their effect on the measurements and on the navigation errors in a step."""

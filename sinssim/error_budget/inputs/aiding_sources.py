@@ -25,7 +25,7 @@ _WRITTEN = {"m": ("m", 1.0), "mps": ("m/s", 1.0), "rad": ("arcmin", ARCMIN), "ra
 
 _WITHOUT = {
     "master": "its errors are those of another inertial system, which the budget does not model",
-    "land_vehicle": "it is a statement on the vehicle, of which the budget has no errors",
+    "land_vehicle": "it is an assumption about the vehicle, whose errors the budget does not model",
 }
 """Sensors that have no budget."""
 

@@ -1,4 +1,4 @@
-"""The true gravity field as a source of errors: the model less what the navigator knows, and the random remainder.
+"""The true gravity field as a source of errors: the model minus the compensated part, and the random remainder.
 
 The budget follows the motion in normal gravity. The field that the navigator does not know enters like errors of the
 accelerometers: the deterministic part as readings that are −∫C_bn δg dt off, the same in every run; the remainder as a

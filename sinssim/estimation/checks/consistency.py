@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import bdtrc, chdtr, chdtrc, chdtri  # χ², binomial: scipy.stats loads for half a second
+import scipy
 
 from sinssim.data import Array
 from sinssim.estimation.result import Estimate, Innovations
@@ -112,8 +112,8 @@ def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
     Returns:
         The test.
     """
-    lower, upper = (float(chdtri(freedom, tail)) / freedom for tail in (0.975, 0.025))
-    probability = 2.0 * min(chdtr(freedom, statistic), chdtrc(freedom, statistic))
+    lower, upper = (float(scipy.special.chdtri(freedom, tail)) / freedom for tail in (0.975, 0.025))
+    probability = 2.0 * min(scipy.special.chdtr(freedom, statistic), scipy.special.chdtrc(freedom, statistic))
     return ChiSquare(name, statistic / freedom, lower, upper, min(float(probability), 1.0))
 
 
@@ -154,9 +154,9 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     count, rejected = int(compared.sum()), int((compared & ~innovations.accepted).sum())
     e = _whitened(innovations)
     k, bound = e.shape[1], innovations.bound
-    allowed = float(chdtrc(k, bound)) if np.isfinite(bound) else 0.0
+    allowed = float(scipy.special.chdtrc(k, bound)) if np.isfinite(bound) else 0.0
     # a gate truncates χ²: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
-    e /= np.sqrt(chdtr(k + 2, bound) / chdtr(k, bound))
+    e /= np.sqrt(scipy.special.chdtr(k + 2, bound) / scipy.special.chdtr(k, bound))
     if len(e) < _FEWEST and not rejected:
         return SensorConsistency(
             innovations.sensor, count, rejected, allowed * count, (), np.zeros(0), np.nan, "unknown"
@@ -174,7 +174,7 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
             if number >= _FEWEST:
                 sums = e[: number * window].reshape(number, window, k).sum(axis=1) / np.sqrt(window)
                 tests.append(chi2_test(f"slow part, {window} readings", float(np.sum(sums**2)), number * k))
-    too_many = float(bdtrc(rejected - 1, count, allowed)) if rejected else 1.0
+    too_many = float(scipy.special.bdtrc(rejected - 1, count, allowed)) if rejected else 1.0
     each = level / (len(tests) + 1)
     verdict = "consistent"
     if too_many < each:
@@ -277,5 +277,5 @@ def anees(name: str, values: Sequence[Array], freedom: int) -> Anees:
     """
     runs = len(values)
     mean = np.mean(values, axis=0) / freedom
-    lower, upper = (float(chdtri(runs * freedom, tail)) / (runs * freedom) for tail in (0.975, 0.025))
+    lower, upper = (float(scipy.special.chdtri(runs * freedom, tail)) / (runs * freedom) for tail in (0.975, 0.025))
     return Anees(name, mean, lower, upper, float(np.mean((mean >= lower) & (mean <= upper))))

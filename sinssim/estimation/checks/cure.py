@@ -62,5 +62,5 @@ def vibration_untold(
     return [
         f"The gate rejected {100.0 * refused / tested:.0f} % of all measurements, and the inertial data contain "
         f"vibration: {'; '.join(words)}. Vibration adds noise that the filter does not model: set "
-        "filter.vibration_noise (about 0.5), or increase filter.inertial_noise_factor."
+        "filter.vibration_noise (about 0.4), or increase filter.inertial_noise_factor."
     ]

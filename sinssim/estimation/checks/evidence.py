@@ -17,8 +17,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtrc, chdtri
 
 from sinssim.estimation.explanation import Refusals
 from sinssim.estimation.result import Innovations
@@ -42,7 +42,7 @@ def refusals(innovations: Innovations) -> Iterator[Refusals]:
     tested = np.flatnonzero(np.isfinite(innovations.nis))
     if not len(tested) or not math.isfinite(innovations.bound):
         return
-    share = float(chdtrc(innovations.value.shape[1], innovations.bound))
+    share = float(scipy.special.chdtrc(innovations.value.shape[1], innovations.bound))
     if not 0.0 < share < 1.0:
         return
     least = max(math.ceil(math.log(FALSE_ALARM / len(tested)) / math.log(share)), 2)
@@ -94,7 +94,9 @@ def needed_gain(hypotheses: int, fitted: bool) -> float:
     Returns:
         The least 2 ln of the ratio.
     """
-    return float(chdtri(1, FALSE_ALARM / hypotheses)) if fitted else 2.0 * math.log(hypotheses / FALSE_ALARM)
+    return (
+        float(scipy.special.chdtri(1, FALSE_ALARM / hypotheses)) if fitted else 2.0 * math.log(hypotheses / FALSE_ALARM)
+    )
 
 
 def size_of_innovations(innovations: Innovations) -> float:
@@ -110,4 +112,4 @@ def size_of_innovations(innovations: Innovations) -> float:
     nis = innovations.nis[np.isfinite(innovations.nis)]
     if len(nis) < FEWEST:
         return math.nan
-    return math.sqrt(float(np.median(nis)) / float(chdtri(innovations.value.shape[1], 0.5)))
+    return math.sqrt(float(np.median(nis)) / float(scipy.special.chdtri(innovations.value.shape[1], 0.5)))

@@ -149,6 +149,6 @@ def check_memory(scenario: Scenario, *, recorded: bool = True, of_log: Mapping[s
     smooth = "Without filter.smooth it needs less: smoothing keeps every row of the filter. " if section.smooth else ""
     raise InputError(
         f"{key} = {value:g}: a run of about {lasts:.6g} s with a filter of {n} states "
-        f"needs {needed.total / 1e9:.3g} GB of memory where this machine has {memory / 1e9:.3g}. {smooth}"
+        f"needs {needed.total / 1e9:.3g} GB of memory; this machine has {memory / 1e9:.3g} GB. {smooth}"
         f"A run of {fits:.3g} s would fit; lower rates need less, too."
     )

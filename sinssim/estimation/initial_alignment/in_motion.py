@@ -172,7 +172,7 @@ def _fixes(imu: ImuData, position: Measurements, velocity: Measurements, gravity
     if len(time) < 3 or time[-1] - time[0] < 2.0 * WINDOW:
         lasting = float(time[-1] - time[0]) if len(time) else 0.0
         raise InputError(
-            f"alignment in motion has {len(time)} instants with position and velocity over {lasting:.6g} s within the "
+            f"alignment in motion has {len(time)} times with position and velocity over {lasting:.6g} s within the "
             f"inertial data; at least {2.0 * WINDOW:g} s of them are needed."
         )
     since = time - time[0]

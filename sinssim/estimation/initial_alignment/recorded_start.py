@@ -210,7 +210,7 @@ def _attitude(
         forward = rotation.rotate(later, np.array((1.0, 0.0, 0.0)))
         heading = heading + course - np.arctan2(forward[1], forward[0])
     over = np.degrees(abs(roll))
-    upside = f" By the given axes the vehicle lies upside down, with a roll of {over:.0f}°: check log.imu.axes."
+    upside = f" With the given axes the vehicle is upside down, with a roll of {over:.0f}°: check log.imu.axes."
     upside = upside if over > _UPSIDE_DOWN and section.roll_deg is None else ""
     tilt = f"roll and pitch from {lasts:.1f} s {'at rest' if resting else 'in motion'}"
     if section.roll_deg is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.inspection.layouts.inertial import is_unix
-from sinssim.inspection.layouts.names import unit_of
+from sinssim.inspection.layouts.names import triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.logs.text.description import TIME_UNITS, unit_in_name
 from sinssim.logs.text.fix_description import UNITS_OF
@@ -30,9 +30,10 @@ _WORDS = {
     "east": rf"{_START}v(?:el(?:ocity)?)?[\W_]*e(?:ast)?{_END}|east[\W_]*vel|vel\w*[\W_]*east|v[Ee]ast",
     "down": rf"{_START}v(?:el(?:ocity)?)?[\W_]*d(?:own)?{_END}|down[\W_]*vel|vel\w*[\W_]*down|v[Dd]own",
     "up": rf"{_START}v(?:el(?:ocity)?)?[\W_]*u(?:p)?{_END}|up[\W_]*vel|vel\w*[\W_]*up{_END}|v[Uu]p|climb",
-    "speed": rf"speed|{_START}spd{_END}|{_START}vel_m_s{_END}|{_START}sog{_END}",
-    "course": rf"course|bearing|{_START}g?crs{_END}|{_START}cog|{_START}heading{_END}|track|head(?:ing)?_?mot",
-    "sigma_h": rf"horizontal_?acc|{_START}h_?acc|{_START}eph{_END}|^acc(?:uracy)?{_END}|pos\w*_acc",
+    "speed": rf"speed|{_START}spd{_END}|{_START}vel_m_s{_END}|{_START}sog{_END}|^velocity(?:\s*[\[(].*)?$",
+    "course": rf"course|bearing|{_START}g?crs{_END}|{_START}cog|{_START}heading{_END}|track|head(?:ing)?_?mot|"
+    rf"^direction{_END}",
+    "sigma_h": rf"horizontal_?acc|{_START}h_?acc|{_START}eph{_END}|^acc(?:uracy)?(?:$|[ \[(])|pos\w*_acc",
     "sigma_v": rf"vertical_?acc|{_START}v_?acc|{_START}epv{_END}|altitude_?acc",
     "sigma_s": rf"speed_?acc|{_START}s_?acc|s_variance_m_s",
     "sigma_n": rf"{_START}(?:sd|std|sigma|s|var)_?(?:dev)?_?n(?:orth)?{_END}",
@@ -148,7 +149,7 @@ def _named_place(table: TextTable) -> tuple[int, int, int] | None:
 
 def _smooth_place(table: TextTable) -> tuple[int, int, int] | None:
     """Return three neighbours of which the first two change by little of their size, and smoothly."""
-    if table.words is not None:
+    if triads(table.words):  # names of sensors
         return None
     best: tuple[float, int] = (0.02, -1)
     values = table.values
@@ -182,6 +183,8 @@ def _time(
         word = (table.words or [""] * (k + 1))[k]
         spread = float(np.percentile(np.abs(forward - middle), 75.0)) / middle
         spread = round(spread, 1) + 1e-3 * k
+        # a second of the minute or of the day is no time of a log: it begins again, or repeats
+        spread += 100.0 * bool(-steps.min() > 0.3 * np.ptp(column)) + 50.0 * (len(forward) < 0.5 * len(steps))
         spread -= 3.0 * bool(re.search(r"time|stamp|^t$|^t[_\W]|sec|tow|sow|epoch|utc", word, re.IGNORECASE))
         named = unit_in_name(word) if word else None
         for unit, scale in {"s": 1.0}.items() if k in table.dates else TIME_UNITS.items():
@@ -240,7 +243,7 @@ class _Roles:
         latitude, longitude, height = self.place
         found: dict[str, Any] = {}
         velocity = self._velocity()
-        sigma = self._sigma()
+        sigma = self._sigma(velocity)
         quality = _find(self.table, "quality")
         if quality is not None:
             codes = self.rows[:, quality]
@@ -319,13 +322,15 @@ class _Roles:
             return 0.0
         return float(np.corrcoef(values[good], own[good])[0, 1])
 
-    def _sigma(self) -> dict[str, Any]:
+    def _sigma(self, velocity: dict[str, Any]) -> dict[str, Any]:
         """Return 1σ of position and velocity."""
         found: dict[str, Any] = {}
 
         def positive(role: str) -> int | None:
             k = _find(self.table, role, uncertain=True)
-            return k if k is not None and float(np.nanmedian(self.rows[:, k])) > 0.0 else None
+            values = self.rows[:, k] if k is not None else np.empty(0)
+            values = values[np.isfinite(values)]
+            return k if len(values) and float(np.median(values)) > 0.0 else None
 
         each = [positive(role) for role in ("sigma_n", "sigma_e", "sigma_d")]
         across, vertical, speed = positive("sigma_h"), positive("sigma_v"), positive("sigma_s")
@@ -333,8 +338,10 @@ class _Roles:
             found["position_sigma"] = {"columns": each, "unit": "m"}
         elif across is not None:
             each = [across, across, across if vertical is None else vertical]
-            unit = unit_of(self._word(across), ("mm", "cm", "m")) or "m"
+            unit = unit_of(self._word(across), ("mm", "cm", "m")) or ("mm" if self.height == "mm" else "m")
             found["position_sigma"] = {"columns": each, "unit": unit}
         if speed is not None:
-            found["velocity_sigma"] = {"columns": [speed, speed, speed], "unit": "m/s"}
+            small = velocity.get("velocity", velocity.get("speed", {})).get("unit") == "mm/s"
+            unit = unit_of(self._word(speed), ("m/s",)) or ("mm/s" if small else "m/s")
+            found["velocity_sigma"] = {"columns": [speed, speed, speed], "unit": unit}
         return found

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from sinssim.errors import InputError
 from sinssim.inspection.layouts.fix_columns import FixLayout, guess_fixes
-from sinssim.inspection.layouts.inertial import Layout, guess_layout, guess_part, joined
+from sinssim.inspection.layouts.inertial import Layout, guess_layout, guess_part, joined, off_gravity
+from sinssim.inspection.layouts.kinds import split_kinds
 from sinssim.inspection.layouts.names import triads
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.logs.files import fix_stream
@@ -48,11 +49,12 @@ class Guessed:
         return found
 
 
-def guess_files(tables: list[TextTable]) -> Guessed:
+def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed:
     """Guess what text files of unknown columns hold.
 
     Args:
         tables: the numbers of each.
+        unit_known: whether another file contains the inertial data.
 
     Returns:
         The guess.
@@ -60,6 +62,7 @@ def guess_files(tables: list[TextTable]) -> Guessed:
     Raises:
         InputError: a file is neither a log of an inertial unit, or a part of one, nor fixes.
     """
+    tables, beside = _split(tables)
     units: list[tuple[TextTable, Layout]] = []
     parts: list[tuple[TextTable, Layout]] = []
     neither: list[InputError] = []
@@ -86,9 +89,9 @@ def guess_files(tables: list[TextTable]) -> Guessed:
     if not whole and {layout.gyro is None for _, layout in parts} == {True, False}:
         chosen = _chosen(parts)
         units.append(joined(chosen))
-        parts = [part for part in parts if part not in chosen]
-    left = [f"{table.path} contains only one triad and is not used." for table, _ in parts]
-    if not units and (neither or parts):
+        parts = [part for part in parts if not any(part is one for one in chosen)]
+    left = [*beside, *(f"{_place(table)} contains only one triad and is not used." for table, _ in parts)]
+    if not units and not unit_known and (neither or parts):
         if neither:
             raise neither[0]
         joined(parts)  # says what is missing
@@ -109,9 +112,31 @@ def guess_files(tables: list[TextTable]) -> Guessed:
     return Guessed(unit, tuple(fixes), (*left, *(f"{error} The file is not used." for error in neither)))
 
 
+def _split(tables: list[TextTable]) -> tuple[list[TextTable], list[str]]:
+    """Return the parts of the files, and sentences on what is left out of them."""
+    found: list[TextTable] = []
+    left: list[str] = []
+    for table in tables:
+        parts, sentences = split_kinds(table)
+        found, left = [*found, *parts], [*left, *sentences]
+    return found, left
+
+
+def _place(table: TextTable) -> str:
+    """Return the file, and the rows in it."""
+    said = ", ".join(f"{name} = {value}" for name, value in table.rows.items())
+    return f"{table.path}{f' ({said})' if said else ''}"
+
+
 def _chosen(parts: list[tuple[TextTable, Layout]]) -> list[tuple[TextTable, Layout]]:
-    """Return the first file of gyros and the first of accelerometers, calibrated ones before others."""
-    order = sorted(parts, key=lambda part: "uncal" in part[0].path.stem.lower())
+    """Return the first file of gyros and that of accelerometers with gravity, calibrated ones before others."""
+
+    def badness(part: tuple[TextTable, Layout]) -> tuple[float, bool]:
+        table, layout = part
+        name = " ".join((table.path.stem, *table.rows.values())).lower()
+        return (0.0 if layout.accel is None else round(off_gravity(table, layout), 1)), "uncal" in name
+
+    order = sorted(parts, key=badness)
     gyros = next(part for part in order if part[1].gyro is not None)
     accel = next(part for part in order if part[1].accel is not None)
     return [gyros, accel]

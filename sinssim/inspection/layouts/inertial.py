@@ -11,6 +11,16 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.inspection.layouts.likeness import (
+    Three,
+    copies,
+    gyro_unit_of,
+    lasts,
+    quaternion,
+    uneven,
+    unlike_gyros,
+    varies,
+)
 from sinssim.inspection.layouts.names import quantity, says, triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.logs.gps_time import gps_from_unix
@@ -19,7 +29,6 @@ from sinssim.logs.text.description import TIME_UNITS, UNITS, unit_in_name
 from sinssim.units import G0
 
 Kind = Literal["rates", "increments"]
-Three = tuple[int, int, int]
 
 _RATES = (5.0, 10_000.0)
 """Samples a second of inertial sensors, from slow recorders to raw outputs."""
@@ -67,9 +76,10 @@ class Layout:
 
     def coarse_stamps(self, table: TextTable) -> bool:
         """Return whether stamps repeat between rows that differ: those of packets, or of a clock that is too coarse."""
-        same = np.diff(table.values[:, self.time]) == 0.0
         of, three = self.columns(table, "gyro")
-        return bool(same.any() and of is table and (np.diff(table.values[:, list(three)], axis=0)[same] != 0.0).any())
+        rows = table.values[np.isfinite(table.values[:, list(three)]).all(axis=1)] if of is table else table.values
+        same = np.diff(rows[:, self.time]) == 0.0
+        return bool(same.any() and of is table and (np.diff(rows[:, list(three)], axis=0)[same] != 0.0).any())
 
     def unix(self, table: TextTable) -> bool:
         """Return whether the times count from 1970."""
@@ -98,8 +108,10 @@ class Layout:
             keys[name] = {"columns": [of.label(k) for k in three], "unit": unit}
             if signs != (1, 1, 1):
                 keys[name]["signs"] = list(signs)
-            if of is not table:
+            if of is not table and of.path != table.path:
                 keys[name]["file"] = of.path.name if folder is None else relative(of.path, folder)
+            if of is not table and of.rows != table.rows:
+                keys[name]["rows"] = dict(of.rows)
         return keys
 
     def stream(self, table: TextTable) -> tuple[InertialStream, Clock]:
@@ -120,6 +132,7 @@ class Layout:
                 inside = (time >= at[0]) & (time <= at[-1])
                 values = np.stack([np.interp(time, at, axis) for axis in values.T], axis=1)
             found[name] = values
+        inside &= ~np.isnan(np.column_stack([found["gyro"], found["accel"]])).all(axis=1)
         return InertialStream(time[inside], found["gyro"][inside], found["accel"][inside], self.kind), clock
 
     def turned(self, gyro: Array, accel: Array) -> Layout | None:
@@ -196,13 +209,14 @@ def guess_layout(table: TextTable) -> Layout:
         named = [three for three in free if _quantity(table, three) == "accel"]
         raise InputError(_without_gravity(table, named[0]) if named else _no_gravity(table))
     _, at, kind, accel_unit = accel
-    gyros = [three for three in free if not set(three) & set(at) and _varies(table, three)]
+    gyros = [three for three in free if not set(three) & set(at) and varies(table, three)]
+    gyros = [three for three in gyros if not copies(table, three, at)]
     named = [three for three in gyros if _quantity(table, three) == "gyro"]
     unnamed = [three for three in gyros if _quantity(table, three) is None]
     if not (named or unnamed):
         raise InputError(f"{table.path}: besides the accelerometers, no three columns can be gyros.")
-    first = (named or sorted(unnamed, key=lambda three: abs(abs(three[0] - at[0]) - 3)))[0]
-    gyro_unit, sure = _gyro_unit(table, first, kind)
+    first = (named or sorted(unnamed, key=lambda three: unlike_gyros(table, three, at)))[0]
+    gyro_unit, sure = gyro_unit_of(table, first, kind)
     return Layout(kind, time, unit, first, at, gyro_unit, accel_unit, sure)
 
 
@@ -219,11 +233,11 @@ def guess_part(table: TextTable) -> Layout | None:
         InputError: no column can be the time.
     """
     time, unit, interval = _time(table)
-    free = [three for three in _threes(table, time) if _varies(table, three)]
-    stem = quantity(table.path.stem)
+    free = [three for three in _threes(table, time) if varies(table, three)]
+    stem = next((what for text in (*table.rows.values(), table.path.stem) if (what := quantity(text))), None)
     gyros = [t for t in free if (_quantity(table, t) or stem) == "gyro"]
     if gyros:
-        gyro_unit, sure = _gyro_unit(table, gyros[0], "rates")
+        gyro_unit, sure = gyro_unit_of(table, gyros[0], "rates")
         return Layout("rates", time, unit, gyros[0], None, gyro_unit, "m/s^2", sure)
     accel = [t for t in free if (_quantity(table, t) or stem) == "accel"]
     fits = min((_accelerometers(table, three, time, interval) for three in accel), default=None)
@@ -232,6 +246,13 @@ def guess_part(table: TextTable) -> Layout | None:
     if not np.isfinite(fits[0]) or fits[2] != "rates":
         raise InputError(_without_gravity(table, accel[0]))
     return Layout("rates", time, unit, None, fits[1], "rad/s", fits[3], True)
+
+
+def off_gravity(table: TextTable, layout: Layout) -> float:
+    """Return by which part the median specific force of a layout of rates differs from gravity."""
+    assert layout.accel is not None
+    size = float(np.nanmedian(np.linalg.norm(table.values[:, list(layout.accel)], axis=1)))
+    return abs(size * UNITS["accel", "rates"][layout.accel_unit] / G0 - 1.0)
 
 
 def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
@@ -255,12 +276,16 @@ def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
             "needed. Give the files of the raw data, with gravity and without compensation."
         )
     (table, layout), (other, of) = gyros[0], accel[0]
-    if (table.label(layout.time), table.layout()) != (other.label(of.time), other.layout()):
+    if (table.label(layout.time), _written(table)) != (other.label(of.time), _written(other)):
         raise InputError(
             f"{table.path} and {other.path}: their times are in the columns {table.label(layout.time)!r} and "
             f"{other.label(of.time)!r}, but both files must have the same layout. Rewrite one of them."
         )
     return table, replace(layout, accel_unit=of.accel_unit, other=(other, of))
+
+
+def _written(table: TextTable) -> dict[str, Any]:
+    return {key: value for key, value in table.layout().items() if key != "rows"}
 
 
 def _no_gravity(table: TextTable) -> str:
@@ -286,7 +311,8 @@ def _threes(table: TextTable, time: int) -> list[Three]:
     if named:
         return named
     count = table.values.shape[1]
-    return [(k, k + 1, k + 2) for k in range(count - 2) if not {k, k + 1, k + 2} & {time}]
+    taken = {time, *quaternion(table)}
+    return [(k, k + 1, k + 2) for k in range(count - 2) if not {k, k + 1, k + 2} & taken]
 
 
 def _quantity(table: TextTable, three: Three) -> str | None:
@@ -299,11 +325,6 @@ def _quantity(table: TextTable, three: Three) -> str | None:
 
 def _says(table: TextTable, column: int, pattern: str) -> bool:
     return table.words is not None and says(table.words[column], pattern)
-
-
-def _varies(table: TextTable, three: Three) -> bool:
-    values = table.values[:, list(three)]
-    return bool(np.isfinite(values).mean() > 0.9 and (np.nanstd(values, axis=0) > 0.0).all())
 
 
 def _time(table: TextTable) -> tuple[int, str, float]:
@@ -324,10 +345,14 @@ def _time(table: TextTable) -> tuple[int, str, float]:
         spread = round(spread, 1) + 1e-3 * k  # of columns that are alike the first one, in every file of a logger
         spread -= 10.0 * _says(table, k, r"time|stamp|^t$|^t[_\W]|sec|tow|sow|epoch")
         middle = middle if len(forward) < 0.9 * len(steps) else float(np.median(forward))
+        word = "" if table.words is None else table.words[k]
+        said = "100us" if says(word, r"^sampletimefine") else unit_in_name(word)
         for unit, scale in {"s": 1.0}.items() if k in table.dates else TIME_UNITS.items():
+            if unit == "100us" != said:
+                continue
             rate = 1.0 / (middle * scale)
             inside = _RATES[0] <= rate <= _RATES[1]
-            named = k in table.dates or (table.words is not None and unit_in_name(table.words[k]) == unit)
+            named = k in table.dates or said == unit
             if inside or named:
                 off = abs(np.log10(rate / 200.0))  # most units of users give 50 to 1000 a second
                 best = min(best, (spread + 0.01 * off - 5.0 * named, k, unit, middle * scale))
@@ -344,14 +369,17 @@ def _accelerometers(table: TextTable, three: Three, time: int, interval: float) 
     """Return how badly three columns fit gravity (infinite if not at all), with the kind and unit of the best fit."""
     best: tuple[float, Three, Kind, str] = (np.inf, three, "rates", "")
     said = _quantity(table, three)
-    if not _varies(table, three) or said == "gyro":
+    if not varies(table, three) or said == "gyro":
         return best
-    size = float(np.nanmedian(np.linalg.norm(table.values[:, list(three)], axis=1)))
-    if not _lasts(table.values[:, list(three)], interval):
+    values = table.values[:, list(three)]
+    values = values[np.isfinite(values).all(axis=1)]
+    interval *= len(table.values) / max(len(values), 1)
+    size = float(np.median(np.linalg.norm(values, axis=1))) if len(values) else 0.0
+    if not size or not lasts(values, interval):
         return best
-    # names of all three, or a whole number of triads before them: neighbours of z have gravity in them, too
+    # neighbours of z have gravity in them, too, but not its noise; then a whole number of triads before them counts
     before = [k for k in range(min(three)) if k != time and table.values[:, k].std() > 0.0]
-    bonus = 2.0 * (said == "accel") + (len(before) % 3 == 0)
+    bonus = 2.0 * (said == "accel") + 0.05 * (len(before) % 3 == 0) - 0.3 * uneven(values) * (said is None)
     word = None if table.words is None else table.words[three[0]]
     readings: list[tuple[Kind, float]] = [("rates", 1.0), ("increments", 1.0 / interval)]
     for kind, per_second in readings:
@@ -363,32 +391,6 @@ def _accelerometers(table: TextTable, three: Three, time: int, interval: float) 
                 worse = (kind == "increments") * 1e-3 - 0.5 * (unit == named)
                 best = min(best, (off + worse - bonus, three, kind, unit))
     return best
-
-
-_LASTING_S = 10.0
-_LASTING = 0.7
-"""Least ratio of the mean of the readings over `_LASTING_S`, as a vector, to the mean of their magnitudes, in half of
-the windows: gravity lasts, and the accelerations of a vehicle change within seconds."""
-
-
-def _lasts(values: Array, interval: float) -> bool:
-    """Return whether readings have a lasting part as large as gravity, unlike those without gravity."""
-    width = min(max(round(_LASTING_S / interval), 1), len(values))
-    whole = values[: len(values) // width * width].reshape(-1, width, 3)
-    mean, size = np.nanmean(whole, axis=1), np.nanmean(np.linalg.norm(whole, axis=2), axis=1)
-    return bool(np.median(np.linalg.norm(mean, axis=1) / np.maximum(size, 1e-30)) > _LASTING)
-
-
-def _gyro_unit(table: TextTable, three: Three, kind: Kind) -> tuple[str, bool]:
-    """Return the unit of the gyros from the names, or the likeliest one from the numbers, and whether it is sure."""
-    named = None if table.words is None else unit_of(table.words[three[0]], tuple(UNITS["gyro", kind]))
-    if named is not None:
-        return named, True
-    if kind == "increments":
-        return "rad", False
-    # a turn of a vehicle is 5 to 100 °/s: numbers above 10 are no rad/s
-    fast = float(np.nanpercentile(np.abs(table.values[:, list(three)]), 99.0))
-    return ("deg/s" if fast > 6.0 else "rad/s"), False
 
 
 def other_gyro_units(layout: Layout) -> list[str]:

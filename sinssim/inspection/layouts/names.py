@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 UNIT_WORDS = {
-    "rad/s": r"rad[\W_]*(?:/|p|per)?[\W_]*s(?:ec|\b|\^|⁻|_|$)|rps",
+    "rad/s": r"rad[\W_]*(?:/|p|per)?[\W_]*s(?:ec|\b|\^|⁻|_|$)|rps|radpersec",
     "deg/s": r"deg[\W_]*(?:/|p|per)?[\W_]*s(?:ec|\b|\^|⁻|_|$)|dps|°/s",
     "deg/h": r"deg[\W_]*/?[\W_]*h|°/h|dph",
     "mrad/s": r"mrad[\W_]*/?[\W_]*s",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
@@ -16,7 +17,7 @@ from sinssim.logs.text.dates import date_seconds, is_date
 
 _HEAD_LINES = 200
 _COMMENT = ("#", "%", "//", "!")
-_DELIMITERS = (";", "\t", ",")
+_DELIMITERS = (";", "\t", "|", ",")
 """A semicolon or a tab comes first: beside it a comma is a decimal one."""
 _COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
@@ -34,7 +35,11 @@ class TextTable:
         decimal: the decimal sign, "." or ",".
         dates: columns that hold dates or times of day, from 0, with the first one as text.
         clocks: clock of each such column; None for times of day.
-        comment: what a comment before the numbers says of the columns; None if there is none of that many words.
+        comment: what a comment before the numbers says of the columns, or their names and units in a heading that the
+            description cannot name: of several lines, with repeated names, not in UTF-8; None if there is none of that
+            many words.
+        rows: values of columns that select these rows of the file; empty if they are all its rows.
+        kinds: texts of the columns that hold a few different words, from 0, (N,) each.
     """
 
     path: Path
@@ -46,6 +51,8 @@ class TextTable:
     dates: dict[int, str] = field(default_factory=dict)
     comment: tuple[str, ...] | None = None
     clocks: dict[int, Clock | None] = field(default_factory=dict)
+    rows: dict[str, str] = field(default_factory=dict)
+    kinds: dict[int, NDArray[np.str_]] = field(default_factory=dict)
 
     @property
     def words(self) -> tuple[str, ...] | None:
@@ -61,7 +68,21 @@ class TextTable:
             keys["skip_lines"] = self.skip_lines
         if self.decimal != ".":
             keys["decimal"] = self.decimal
+        if self.rows:
+            keys["rows"] = dict(self.rows)
         return keys
+
+    def selected(self, column: int, value: str, chosen: NDArray[np.bool_]) -> TextTable:
+        """Return some rows: those in which a column has a value.
+
+        Args:
+            column: from 0.
+            value: its text.
+            chosen: the rows, (N,).
+        """
+        rows = {**self.rows, str(self.label(column)): value}
+        kinds = {k: texts[chosen] for k, texts in self.kinds.items() if k != column}
+        return replace(self, values=self.values[chosen], rows=rows, kinds=kinds)
 
     def label(self, column: int) -> str | int:
         """Return the name of a column, or its number from 1."""
@@ -69,7 +90,10 @@ class TextTable:
 
 
 def _split(line: str, delimiter: str) -> list[str]:
-    return line.split() if delimiter == "whitespace" else [field.strip() for field in line.strip().split(delimiter)]
+    """Return the fields of a line, without blanks and quotation marks around them."""
+    if delimiter == "whitespace":
+        return line.split()
+    return [field.strip().strip('"').strip() for field in line.strip("\r\n ").split(delimiter)]
 
 
 def _number(text: str) -> float:
@@ -117,27 +141,52 @@ def read_table(path: Path) -> TextTable:
     first = numeric.index(True)
     fields = _split(lines[first], delimiter)
     decimal = "," if delimiter != "," and any(_COMMA.fullmatch(f) for f in fields) else "."
-    names = comment = None
-    if first and lines[first - 1].lstrip().startswith(_COMMENT):
-        comment = _names(lines[first - 1].lstrip(" #%/!"), delimiter, widths[first])
-    elif first:
-        names = _names(lines[first - 1], delimiter, widths[first])
-    dates = {k: f.strip('"') for k, f in enumerate(fields) if is_date(f)}
-    values = _values(path, delimiter, first, widths[first], decimal, dates)
+    names, comment = _heading(lines[:first], widths[:first], delimiter, widths[first], fields[-1] == "")
+    if names is not None and "\ufffd" in lines[first - 1]:
+        latin = head[first - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿")
+        names, comment = None, tuple(_split(latin, delimiter))
+    dates = {k: f for k, f in enumerate(fields) if is_date(f)}
+    values, kinds = _values(path, delimiter, first, widths[first], decimal, dates)
     clocks = {k: date_seconds([text])[1] for k, text in dates.items()}
-    return TextTable(path, delimiter, first - (names is not None), names, values, decimal, dates, comment, clocks)
+    skip = first - (names is not None)
+    return TextTable(path, delimiter, skip, names, values, decimal, dates, comment, clocks, kinds=kinds)
+
+
+def _heading(
+    lines: list[str], widths: list[int], delimiter: str, width: int, ends_empty: bool
+) -> tuple[tuple[str, ...] | None, tuple[str, ...] | None]:
+    """Return the names of the columns, and what is known of columns that cannot be named.
+
+    Args:
+        lines: those before the numbers.
+        widths: number of their fields.
+        delimiter: between fields.
+        width: number of fields of a row of numbers.
+        ends_empty: whether such a row ends with a delimiter.
+    """
+    if not lines:
+        return None, None
+    if lines[-1].lstrip().startswith(_COMMENT):
+        fields = _split(lines[-1].lstrip(" #%/!"), delimiter)
+        return None, tuple(fields) if len(fields) == width else None
+    begin = len(lines)
+    while begin and widths[begin - 1] == width and not lines[begin - 1].lstrip().startswith(_COMMENT):
+        begin -= 1
+    heading = [_split(line, delimiter) for line in lines[begin:]]
+    if not heading:
+        last = _split(lines[-1], delimiter)
+        return None, (*last, "") if ends_empty and len(last) == width - 1 else None
+    if len(heading) == 1:
+        distinct = len(set(heading[0])) == width
+        return (tuple(heading[0]), None) if distinct else (None, tuple(heading[0]))
+    units = [unit.strip("()[]<>") for unit in heading[1]]
+    return None, tuple(f"{name} [{unit}]" if unit else name for name, unit in zip(heading[0], units, strict=True))
 
 
 def _is_row(fields: list[str]) -> bool:
     """Return whether fields are a row of numbers: the first or the second is one, and few of the others are words."""
     values = sum(_is_value(f) for f in fields)
     return values >= 2 and values >= 0.5 * sum(bool(f) for f in fields)
-
-
-def _names(line: str, delimiter: str, width: int) -> tuple[str, ...] | None:
-    """Return the names of the columns, which differ and are as many as the columns; None if the line has none."""
-    fields = [f.strip('"') for f in _split(line, delimiter)]
-    return tuple(fields) if len(fields) == width and len(set(fields)) == width else None
 
 
 def _delimiter(lines: list[str]) -> str:
@@ -151,25 +200,31 @@ def _delimiter(lines: list[str]) -> str:
     return "whitespace"
 
 
-def _values(path: Path, delimiter: str, skip: int, width: int, decimal: str, dates: dict[int, str]) -> Array:
-    """Return the numbers after the heading, (N, width)."""
+_MOST_KINDS = 40
+"""Different words of a column that tells kinds of rows apart."""
+
+
+def _values(
+    path: Path, delimiter: str, skip: int, width: int, decimal: str, dates: dict[int, str]
+) -> tuple[Array, dict[int, NDArray[np.str_]]]:
+    """Return the numbers after the heading, (N, width), and the words of columns that hold a few different ones."""
     from pyarrow import ArrowInvalid, csv, string
 
     names = [str(k) for k in range(width)]
     if delimiter == "whitespace":
-        return _slow_values(path, delimiter, skip, width, dates)
+        return _slow_values(path, delimiter, skip, width, dates), {}
     try:
         table = csv.read_csv(
             path,
-            read_options=csv.ReadOptions(skip_rows=skip, column_names=names),
+            read_options=csv.ReadOptions(skip_rows=skip, column_names=names, encoding="latin-1"),
             parse_options=csv.ParseOptions(delimiter=delimiter, invalid_row_handler=lambda row: "skip"),
             convert_options=csv.ConvertOptions(
                 decimal_point=decimal, column_types={names[k]: string() for k in dates}, strings_can_be_null=True
             ),
         )
     except ArrowInvalid:
-        return _slow_values(path, delimiter, skip, width, dates)
-    columns = []
+        return _slow_values(path, delimiter, skip, width, dates), {}
+    columns, kinds = [], {}
     for k, column in enumerate(table.columns):
         if k in dates:
             columns.append(date_seconds(column.to_pylist())[0])
@@ -177,8 +232,15 @@ def _values(path: Path, delimiter: str, skip: int, width: int, decimal: str, dat
         try:
             columns.append(column.cast("float64", safe=False).to_numpy())  # ns of dates have 19 digits
         except (ArrowInvalid, NotImplementedError):
-            columns.append(np.full(len(column), np.nan))
-    return np.column_stack(columns)
+            columns.append(_some_numbers(column.to_pylist()))
+            if column.type == string() and 1 < len(column.unique()) <= _MOST_KINDS:
+                kinds[k] = np.array([(text or "").strip() for text in column.to_pylist()])
+    return np.column_stack(columns), kinds
+
+
+def _some_numbers(texts: list[Any]) -> Array:
+    """Return the numbers of a column in which some fields are words, such as "null": NaN for these."""
+    return np.array([_number(text) if isinstance(text, str) else float("nan") for text in texts])
 
 
 def _slow_values(path: Path, delimiter: str, skip: int, width: int, dates: dict[int, str]) -> Array:

@@ -79,7 +79,7 @@ def read_numbers(path: Path, widths: Collection[int], *, delimiter: str | None =
                 if not newline:
                     rest += block
                     if len(rest) > 16 * _BLOCK:
-                        raise InputError(f"{path}: a line has over {len(rest)} bytes; this is no text in columns.")
+                        raise InputError(f"{path}: a line has over {len(rest)} bytes; this is not text in columns.")
                     continue
                 part = _parse(rest + text + newline, delimiter)
                 rest = rest_of_block

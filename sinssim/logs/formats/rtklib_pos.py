@@ -1,8 +1,8 @@
-"""Reads a solution file of RTKLIB (.pos): fixes with dates or GPS weeks, geodetic positions in degrees.
+"""Reads a solution file of RTKLIB (.pos): fixes with dates or GPS weeks, geodetic or Earth-fixed positions.
 
 The layout is that of `outsolhead` and `outpos` in RTKLIB's solution.c: a comment of column heads, then date and time of
-day, or week and seconds, latitude, longitude, height, quality, satellites, standard deviations, age and ratio, and
-velocities if they were computed.
+day, or week and seconds, latitude, longitude, height (or x, y, z in ECEF), quality, satellites, standard deviations,
+age and ratio, and velocities if they were computed. Angles are degrees, or degrees, minutes and seconds.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.clocks import leap_seconds
@@ -22,14 +23,20 @@ from sinssim.units import DEG
 QUALITY = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"}
 _UNDEFINED, _ORIGIN = 0.0, datetime(1980, 1, 6)
 _LEAST, _WITH_VELOCITY = 15, 24  # fields of a row
+_KINDS = {"deg": "latitude(deg)", "dms": "latitude(d'\")", "ecef": "x-ecef(m)"}
 
 
 def recognises(path: Path, head: bytes) -> bool:
     """Return whether a file may be of this format."""
     first = head.decode("latin-1").splitlines()
-    return path.suffix.lower() == ".pos" and any(
-        line.startswith("%") and "latitude(deg)" in line.replace("'", "") for line in first
-    )
+    return any(_kind(line) is not None for line in first)
+
+
+def _kind(line: str) -> str | None:
+    """Return how a line of heads says that positions are written: "deg", "dms", "ecef"; None for another line."""
+    if not line.startswith("%"):
+        return None
+    return next((kind for kind, word in _KINDS.items() if word in line), None)
 
 
 def read(path: Path) -> Streams:
@@ -48,14 +55,17 @@ def read(path: Path) -> Streams:
         lines = path.read_text(encoding="latin-1").splitlines()
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
-    heads = [line for line in lines if line.startswith("%") and "latitude(deg)" in line]
+    heads = [line for line in lines if _kind(line) is not None]
     if not heads:
         raise InputError(
-            f"{path} has no line of heads with latitude(deg): it is not in RTKLIB's format of geodetic positions in "
-            "degrees (solution format llh). Choose that format in RTKLIB."
+            f"{path} has no header line with latitude(deg), latitude(d'\") or x-ecef(m): it is not a file of positions "
+            "by RTKLIB. Baselines (e-baseline) contain no positions: choose the solution format llh in RTKLIB."
         )
-    utc = "UTC" in heads[-1].split("latitude")[0]
-    numbers, times = _rows(path, lines, utc)
+    kind = _kind(heads[-1])
+    utc = "UTC" in heads[-1].split("latitude")[0].split("x-ecef")[0]
+    numbers, times = _rows(path, lines, utc, kind)
+    if kind == "ecef":
+        numbers = _geodetic(numbers)
     origin = int(min(seconds for seconds, _ in times))
     time = np.array([seconds - origin + fraction for seconds, fraction in times])
     sd = numbers[:, 5:11]
@@ -78,7 +88,7 @@ def read(path: Path) -> Streams:
     return Streams(path, "rtklib-pos", clock, fixes={"gnss": fixes})
 
 
-def _rows(path: Path, lines: list[str], utc: bool) -> tuple[Array, list[tuple[int, float]]]:
+def _rows(path: Path, lines: list[str], utc: bool, kind: str | None) -> tuple[Array, list[tuple[int, float]]]:
     """Return the numbers of every row after its time, and the times as whole seconds and fractions."""
     rows, times = [], []
     for number, line in enumerate(lines, start=1):
@@ -87,9 +97,10 @@ def _rows(path: Path, lines: list[str], utc: bool) -> tuple[Array, list[tuple[in
             continue
         try:
             times.append(_time(fields[0], fields[1], utc))
-            rows.append([float(field) for field in fields[2:]])
+            values = [float(field) for field in fields[2:]]
+            rows.append([_degrees(fields[2:5]), _degrees(fields[5:8]), *values[6:]] if kind == "dms" else values)
         except (ValueError, IndexError) as error:
-            raise InputError(f"{path}, line {number}: this is no row of a solution: {line[:80]!r}.") from error
+            raise InputError(f"{path}, line {number}: this is not a row of a solution: {line[:80]!r}.") from error
         if len(rows[-1]) < _LEAST - 2 or len(rows[-1]) != len(rows[0]):
             raise InputError(
                 f"{path}, line {number}: it has {len(fields)} fields; "
@@ -98,6 +109,31 @@ def _rows(path: Path, lines: list[str], utc: bool) -> tuple[Array, list[tuple[in
     if not rows:
         raise InputError(f"{path} holds no solution: it has no row of numbers.")
     return np.array(rows), times
+
+
+def _degrees(fields: list[str]) -> float:
+    """Return degrees, minutes and seconds as degrees; the sign may be that of -0."""
+    degrees, minutes, seconds = map(float, fields)
+    return (-1.0 if fields[0].startswith("-") else 1.0) * (abs(degrees) + minutes / 60.0 + seconds / 3600.0)
+
+
+def _geodetic(rows: Array) -> Array:
+    """Return rows of Earth-fixed positions as rows of geodetic ones, with σ and velocities along north, east, up."""
+    latitude, longitude, height = earth.ecef_to_geodetic(rows[:, :3])
+    found = rows.copy()
+    found[:, :3] = np.column_stack([latitude / DEG, longitude / DEG, height])
+    c_en = rotation.dcm_from_quaternion(earth.q_en(latitude, longitude)) * np.array([1.0, 1.0, -1.0])
+    for at in (5, 16):
+        if rows.shape[1] < at + 6:
+            continue
+        sd = rows[:, at : at + 6]  # x, y, z, xy, yz, zx
+        squares = np.sign(sd) * sd**2
+        whole = squares[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
+        local = np.einsum("nji,njk,nkl->nil", c_en, whole, c_en)[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+        found[:, at : at + 6] = np.sign(local) * np.sqrt(np.abs(local))
+    if rows.shape[1] >= _WITH_VELOCITY - 2:
+        found[:, 13:16] = np.einsum("nji,nj->ni", c_en, rows[:, 13:16])
+    return found
 
 
 def _time(first: str, second: str, utc: bool) -> tuple[int, float]:
@@ -113,7 +149,13 @@ def _time(first: str, second: str, utc: bool) -> tuple[int, float]:
 def _datum(lines: list[str]) -> HeightDatum:
     """Return what the heights refer to, if the comments tell."""
     text = " ".join(line for line in lines if line.startswith("%"))
-    return "ellipsoid" if "ellipsoidal" in text else "mean sea level" if "geodetic" in text else "unknown"
+    return (
+        "ellipsoid"
+        if "ellipsoidal" in text or _KINDS["ecef"] in text
+        else "mean sea level"
+        if "geodetic" in text
+        else "unknown"
+    )
 
 
 def _covariance(sd: Array) -> Array | None:

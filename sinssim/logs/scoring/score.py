@@ -204,7 +204,7 @@ class Judge:
         sigma = reference.sigma_at(error.time[rows])
         if sigma is not None and len(sigma):
             level = float(np.sqrt(np.nanmean(np.sum(sigma[:, :2] ** 2, axis=1))))
-            said.append(f"The reference's own σ is {level:.2g} m horizontally (rms): smaller differences say nothing.")
+            said.append(f"The reference's own σ is {level:.2g} m horizontally (rms); smaller errors are insignificant.")
         return said
 
     def _truth_at(self, time: Array, antenna: str | None) -> NavState:
@@ -279,7 +279,7 @@ def _solution_in(streams: Streams) -> tuple[SolutionStream, list[str]]:
         {
             "ellipsoid": "Heights are above the ellipsoid.",
             "mean sea level": "Heights are above mean sea level: the height error contains the geoid's undulation.",
-            "unknown": "The file does not say what heights refer to; they are taken as above the ellipsoid.",
+            "unknown": "The file does not state the datum of its heights; they are taken as above the ellipsoid.",
         }[stream.datum]
     )
     if stream.q_nb is not None:

@@ -112,3 +112,16 @@ class StoredStreams:
                 "changed after the run. Run its scenario.toml again."
             )
         return errors_by(rule, truth, own)
+
+
+def first_line(error: Exception) -> str:
+    """Return what an error says in its first line, shortened, without the quotes of a `KeyError` and the full stop.
+
+    Args:
+        error: what was raised while a stream was read.
+
+    Returns:
+        The words.
+    """
+    text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
+    return text.split("\n", 1)[0][:200].rstrip(".")

@@ -6,7 +6,7 @@ import csv
 import io
 import zipfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,6 +18,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.dates import date_seconds, is_date
 from sinssim.logs.text.description import WHITESPACE, Column
+from sinssim.logs.text.selection import read_rows, selected_text
 from sinssim.system.memory import machine_memory
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
@@ -39,6 +40,7 @@ class Layout(Protocol):
         skip_lines: lines before the line of names, or before the numbers.
         numbered: whether columns are numbered, in a text file without a line of names.
         decimal: the decimal sign.
+        rows: texts that columns have in the rows to be read; None for all rows.
     """
 
     @property
@@ -49,6 +51,8 @@ class Layout(Protocol):
     def skip_lines(self) -> int: ...
     @property
     def numbered(self) -> bool: ...
+    @property
+    def rows(self) -> dict[str, str] | None: ...
 
 
 class Table:
@@ -76,6 +80,8 @@ class Table:
                 "columns."
             )
         self.path, self._layout, self._text = path, layout, suffix in TEXT
+        if layout.rows and not self._text:
+            raise InputError(f"{path}: rows selects lines of text files only, not of a {suffix} file.")
         read = _text if self._text else _parquet if suffix == ".parquet" else _npz
         try:
             with path.open("rb"):  # its message for a missing file is clearer than pyarrow's
@@ -100,7 +106,7 @@ class Table:
     def place(self, sample: int) -> str:
         """Return the place of a sample for a message: "log.csv, sample 7 (line 9)"."""
         if self._text:
-            rows = iter(_rows(self.path, self._layout))
+            rows = iter(read_rows(self.path, self._layout))
             if not self._layout.numbered:
                 next(rows, None)
             for k, (line, _) in enumerate(rows):
@@ -240,17 +246,18 @@ def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
     if size > machine_memory():
         raise _too_large(path, size)
     source: Path | io.BytesIO = path
-    delimiter = layout.delimiter
-    if delimiter == WHITESPACE:
+    delimiter, skip = layout.delimiter, 0 if layout.rows else layout.skip_lines
+    if layout.rows:
+        source = io.BytesIO(selected_text(path, layout))
+    elif delimiter == WHITESPACE:
         source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in path.read_bytes().splitlines()))
-        delimiter = " "
     elif (whole := _without_cut_line(path, layout)) is not None:
         source = io.BytesIO(whole)
     try:
         table = arrow_csv.read_csv(
             source,
-            read_options=arrow_csv.ReadOptions(skip_rows=layout.skip_lines, autogenerate_column_names=layout.numbered),
-            parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
+            read_options=arrow_csv.ReadOptions(skip_rows=skip, autogenerate_column_names=layout.numbered),
+            parse_options=arrow_csv.ParseOptions(delimiter=" " if delimiter == WHITESPACE else delimiter),
             convert_options=arrow_csv.ConvertOptions(decimal_point=layout.decimal),
         )
     except pa.ArrowException as error:
@@ -315,7 +322,7 @@ def _not_a_table(path: Path, layout: Layout, error: Exception) -> str:
     """Return an error that names the first line with a different number of fields, or pyarrow's message."""
     hint = f" (delimiter = {layout.delimiter!r}, skip_lines = {layout.skip_lines})"
     try:
-        rows = iter(_rows(path, layout))
+        rows = iter(read_rows(path, layout))
         first = next(rows, None)
         if first is None:
             return f"{path} holds no samples: it has no lines{hint}."
@@ -329,19 +336,6 @@ def _not_a_table(path: Path, layout: Layout, error: Exception) -> str:
         pass
     reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
     return f"{path} cannot be read as text in columns: {reason[:300]}{hint}."
-
-
-def _rows(path: Path, layout: Layout) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the fields of every line that is not blank."""
-    # Latin-1 accepts any byte, and the fields are only counted here
-    with path.open(encoding="latin-1", newline="") as file:
-        lines = (line for number, line in enumerate(file) if number >= layout.skip_lines)
-        if layout.delimiter == WHITESPACE:
-            split = ((number, line.split()) for number, line in enumerate(lines, start=1))
-            yield from ((layout.skip_lines + number, fields) for number, fields in split if fields)
-            return
-        reader = csv.reader(lines, delimiter=layout.delimiter)
-        yield from ((layout.skip_lines + reader.line_num, fields) for fields in reader if fields)
 
 
 def _fits(path: Path, size: int) -> None:

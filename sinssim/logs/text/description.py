@@ -13,7 +13,7 @@ from sinssim.errors import unknown_name
 from sinssim.section import Section
 from sinssim.units import ARCSEC, DEG, DEG_H, FOOT, G0
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "100us": 1e-4, "us": 1e-6, "ns": 1e-9}
 """Units of time, in s."""
 UNITS: dict[tuple[str, str], dict[str, float]] = {
     ("gyro", "increments"): {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcsec": ARCSEC},
@@ -63,6 +63,16 @@ class TriadColumns(Section):
         description="another text file of the same layout that contains this triad as rates; they are interpolated "
         "linearly to the times of the main file",
     )
+    rows: dict[str, str] | None = Field(
+        default=None,
+        description='the rows with this triad, if gyros and accelerometers have rows of their own: { type = "gyro" }; '
+        "they are interpolated like those of another file",
+    )
+
+    @property
+    def apart(self) -> bool:
+        """Whether the triad has rows of its own, in another file or in the same one."""
+        return self.file is not None or self.rows is not None
 
 
 _OWN: dict[TriadName, TriadColumns] = {
@@ -87,6 +97,11 @@ class TextLayout(Section):
     )
 
     decimal: Literal[".", ","] = Field(default=".", description="decimal sign of the text file")
+    rows: dict[str, str] | None = Field(
+        default=None,
+        description='only rows in which columns have these texts, for example { I = "0" } for the first of several '
+        "IMUs in one file; columns without names by their number",
+    )
 
     @model_validator(mode="after")
     def _delimiter_separates(self) -> Self:
@@ -130,8 +145,8 @@ class LogDescription(TextLayout):
     def _units_are_known(self) -> Self:
         if self.time_unit is not None and self.time_unit not in TIME_UNITS:
             raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
-        if self.kind == "increments" and any(t is not None and t.file is not None for t in (self.gyro, self.accel)):
-            raise ValueError('a triad of another file (file) is interpolated, which needs kind = "rates"')
+        if self.kind == "increments" and any(t is not None and t.apart for t in (self.gyro, self.accel)):
+            raise ValueError('a triad of another file or other rows is interpolated, which needs kind = "rates"')
         if self.kind == "rates" and self.gyro is None and self.accel is None:
             raise ValueError('kind = "rates" needs a table [gyro] or [accel], or both, with columns and unit')
         for name in TRIADS:

@@ -15,9 +15,19 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.logs.stored.made_by import warn_of_version
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.columns import SUFFIXES, TEXT, Table
-from sinssim.logs.text.description import TIME_UNITS, TRIADS, UNITS, WORDS, Column, LogDescription, TriadName
+from sinssim.logs.text.description import (
+    TIME_UNITS,
+    TRIADS,
+    UNITS,
+    WORDS,
+    Column,
+    LogDescription,
+    TriadColumns,
+    TriadName,
+)
 
 __all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples", "slow"]
 
@@ -41,6 +51,7 @@ class Samples:
         time_unit_stated: whether the log or its description gives the unit of its times.
         clock: what dates in the column of times say; None for numbers.
         repeated: copies of the row before, which were left out.
+        empty: rows without readings, which were left out.
     """
 
     kind: Literal["increments", "rates"]
@@ -50,6 +61,7 @@ class Samples:
     time_unit_stated: bool = True
     clock: Clock | None = None
     repeated: int = 0
+    empty: int = 0
 
 
 def read_log(path: Path | str, description: Path | str | None = None) -> ImuData:
@@ -97,6 +109,8 @@ def read_samples(
         InputError: as for `read_log`.
     """
     path, layout, source = Path(path), LogDescription(), "the package's own columns"
+    if description is None and path.parent.name == "streams":
+        warn_of_version(path.parent.parent)
     if isinstance(description, LogDescription):
         layout, source = description, "the description"
     elif description is not None:
@@ -155,7 +169,8 @@ def _samples(
     table: Table, layout: LogDescription, triads: Sequence[TriadName], others: Mapping[str, Column], source: str
 ) -> Samples:
     repeated, values = 0, {name: _triad(table, layout, name) for name in triads}
-    quantities = {name: table.column(column) for name, column in others.items()}
+    given = _given(table, layout, values)
+    quantities = {name: table.column(column, gaps=not given.all()) for name, column in others.items()}
     lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
     if layout.rate_hz is not None:
         edges, clock = np.arange(max(lengths.values()) + 1) / layout.rate_hz, None
@@ -164,7 +179,9 @@ def _samples(
     else:
         fresh = _fresh(table, layout, [*values.values(), *quantities.values()])
         repeated = int((~fresh).sum())
-        if repeated:
+        if len(given) == len(fresh):
+            fresh &= given
+        if not fresh.all():
             values = {name: value[fresh] for name, value in values.items()}
             quantities = {name: value[fresh] for name, value in quantities.items()}
             lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
@@ -184,7 +201,28 @@ def _samples(
                 "Units, times or kind (increments or rates) of the log are wrong."
             )
     stated = layout.rate_hz is not None or layout.stated_time_unit is not None
-    return Samples(layout.kind, edges, values, quantities, stated or clock is not None, clock, repeated)
+    return Samples(
+        layout.kind, edges, values, quantities, stated or clock is not None, clock, repeated, int((~given).sum())
+    )
+
+
+def _given(table: Table, layout: LogDescription, triads: Mapping[TriadName, Array]) -> NDArray[np.bool_]:
+    """Return which rows have readings, (N,): a file may contain rows of other sensors, which leave these fields empty.
+
+    Raises:
+        InputError: a row has some of its readings, or no row has any.
+    """
+    if not triads or len({len(values) for values in triads.values()}) > 1:
+        return np.ones(1, dtype=bool)
+    raw = np.column_stack([_raw(table, layout, name) for name in triads])
+    given: NDArray[np.bool_] = np.asarray(~np.isnan(raw).all(axis=1))
+    wrong = given[:, None] & ~np.isfinite(raw)
+    if wrong.any() or not given.any():
+        k = int(np.argmax(wrong.any(axis=1)))
+        columns = [c for name in triads if (t := layout.triad(name)) is not None for c in _names(t)]
+        column = columns[int(np.argmax(wrong[k]))] if wrong.any() else columns[0]
+        raise InputError(f"{table.place(k)}: the column {column!r} is empty or not finite.")
+    return given
 
 
 def _fresh(table: Table, layout: LogDescription, columns: Sequence[Array]) -> NDArray[np.bool_]:
@@ -220,7 +258,7 @@ def _edges(
         k = int(np.argmax(steps <= 0.0))
         k += k == 0  # the first interval is a copy of the second
         row = int(np.flatnonzero(fresh)[k])
-        raise InputError(f"{table.place(row)}: the time {edges[k + 1]:.9g} s does not come after {edges[k]:.9g} s.")
+        raise InputError(f"{table.place(row)}: the time {edges[k + 1]:.9g} s is not later than {edges[k]:.9g} s.")
     interval = float(np.median(steps))
     if inertial and unit is None and interval >= _SLOWEST:
         raise InputError(
@@ -236,18 +274,29 @@ def _edges(
     return edges, clock
 
 
-def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
-    """Return one triad, forward-right-down, SI, (N, 3)."""
+def _names(triad: TriadColumns) -> list[Column]:
+    """Return the three columns of a triad."""
+    return [triad.columns] * 3 if isinstance(triad.columns, str) else list(triad.columns)
+
+
+def _raw(table: Table, layout: LogDescription, name: TriadName) -> Array:
+    """Return the numbers of one triad, (N, 3); NaN where there are none."""
     triad = layout.triad(name)
     assert triad is not None  # checked by the caller
     if isinstance(triad.columns, str):
-        values = table.column(triad.columns, 3)
-    else:
-        columns = [table.column(column) for column in triad.columns]
-        if len({len(column) for column in columns}) > 1:
-            counted = ", ".join(f"{n!r} {len(c)}" for n, c in zip(triad.columns, columns, strict=True))
-            raise InputError(f"{table.path}: the columns differ in length: {counted} samples.")
-        values = np.stack(columns, axis=-1)
-    scaled = values * np.array(triad.signs, dtype=np.float64) @ layout.matrix.T
+        return table.column(triad.columns, 3, gaps=True)
+    columns = [table.column(column, gaps=True) for column in triad.columns]
+    if len({len(column) for column in columns}) > 1:
+        counted = ", ".join(f"{n!r} {len(c)}" for n, c in zip(triad.columns, columns, strict=True))
+        raise InputError(f"{table.path}: the columns differ in length: {counted} samples.")
+    return np.stack(columns, axis=-1)
+
+
+def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
+    """Return one triad, forward-right-down, SI, (N, 3)."""
+    triad = layout.triad(name)
+    assert triad is not None
+    with np.errstate(invalid="ignore"):  # infinite numbers are refused afterwards
+        scaled = _raw(table, layout, name) * np.array(triad.signs, dtype=np.float64) @ layout.matrix.T
     scaled *= UNITS[name, layout.kind][triad.unit]
     return np.asarray(scaled)

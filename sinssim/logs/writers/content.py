@@ -10,6 +10,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.aiding import withheld
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.streams import FixStream, InertialStream, SolutionStream
 
@@ -24,6 +25,7 @@ class Content:
         solution_name: "truth" or the reference of a log, a solution, or a satellite receiver for its fixes.
         imu_name: "measured", "ideal" or "compensated"; None if the run has no inertial readings.
         rate_hz: most samples a second of a solution, None for all.
+        outages: beginning and end of the spans whose fixes are withheld, s.
     """
 
     run: RecordedRun
@@ -31,12 +33,13 @@ class Content:
     solution_name: str = "truth"
     imu_name: str | None = None
     rate_hz: float | None = None
+    outages: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def solution(self) -> SolutionStream:
         """The chosen solution; fixes of a receiver as a solution without attitude."""
         if self.solution_name in self.run.fixes:
-            return self._thinned(solution_of(self.run.fix(self.solution_name)))
+            return self._thinned(solution_of(self.fix(self.solution_name)))
         return self._thinned(self.run.solution(self.solution_name))
 
     @cached_property
@@ -49,7 +52,16 @@ class Content:
     @cached_property
     def fixes(self) -> dict[str, FixStream]:
         """The fixes of the run's satellite receivers, by name."""
-        return {name: self.run.fix(name) for name in self.run.fixes}
+        return {name: self.fix(name) for name in self.run.fixes}
+
+    def fix(self, name: str) -> FixStream:
+        """Return the fixes of a receiver that are not withheld.
+
+        Args:
+            name: of the receiver.
+        """
+        fixes = self.run.fix(name)
+        return fixes.rows(~withheld(fixes.time, self.outages)) if self.outages else fixes
 
     @cached_property
     def motion(self) -> SolutionStream:

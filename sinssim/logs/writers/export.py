@@ -6,7 +6,8 @@ import importlib
 import os
 import shutil
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol, cast
 
@@ -15,6 +16,7 @@ from sinssim.logs.gps_time import date_from_gps, parse_date
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.writers.content import Content, choose
 from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
+from sinssim.scenario.outages import outage_spans
 
 
 class Writer(Protocol):
@@ -65,6 +67,7 @@ def export(
     solution: list[str] | tuple[str, ...] = (),
     start: str | None = None,
     rate_hz: float | None = None,
+    outages: Sequence[str] = (),
     overwrite: bool = False,
 ) -> Exported:
     """Write a run in another program's format.
@@ -77,6 +80,7 @@ def export(
             inertial readings.
         start: date of the run's time 0, UTC; by default that of the log, or `DEFAULT_START`.
         rate_hz: most samples a second of the solution.
+        outages: spans whose fixes are withheld, as `sinssim run --outage` takes them.
         overwrite: whether existing files may be replaced.
 
     Returns:
@@ -93,6 +97,7 @@ def export(
     content = choose(recorded, start_gps, list(solution), rate_hz)
     if len(content.motion) < 2:
         raise InputError(f"{run} has fewer than two samples.")
+    content = _with_outages(content, outages, to, writer)
     place = Path(out) if out is not None else _default_place(recorded, to, writer.SUFFIX)
     _check_place(place, folder=not writer.SUFFIX, overwrite=overwrite)
     try:
@@ -100,6 +105,25 @@ def export(
     except OSError as error:
         raise InputError(f"{place} cannot be written: {error.strerror or error}. Nothing was changed.") from error
     return Exported(place, tuple(files), (*sentences, *_of_all(content)))
+
+
+_WHOLE = ("parquet", "euroc")
+"""Formats of whole runs that have no fixes, or contain every stream as it is."""
+
+
+def _with_outages(content: Content, written: Sequence[str], to: str, writer: Writer) -> Content:
+    """Return the content without the fixes of outages."""
+    if not written:
+        return content
+    if not content.run.fixes:
+        raise InputError(f"--outage: {content.run.path} has no GNSS fixes that could be withheld.")
+    if to in _WHOLE or (writer.HOLDS == "solution" and content.solution_name not in content.run.fixes):
+        raise InputError(
+            f"--outage: this export to {to} contains no fixes from which any could be withheld. Export to another "
+            f"format, or the fixes as a solution (--solution {next(iter(content.run.fixes))})."
+        )
+    time = content.motion.time
+    return replace(content, outages=outage_spans(written, float(time[0]), float(time[-1])))
 
 
 def date_of_run(run: RecordedRun, start: str | None) -> float:
@@ -133,10 +157,16 @@ def _of_all(content: Content) -> list[str]:
             else "It is a run on recorded sensors."
         )
         said += [
-            f"The velocities of {name} belong to other instants than its positions, and are left out."
+            f"The velocities of {name} have other times than its positions, and are left out."
             for name, fixes in content.fixes.items()
             if fixes.velocity_ned is None and f"{name}_velocity" in content.run.streams("aiding_")
         ]
+    if content.outages:
+        spans = ", ".join(f"{begin:g} to {end:g} s" for begin, end in content.outages)
+        count = ", ".join(
+            f"{len(content.run.fix(name)) - len(fixes)} of {name}" for name, fixes in content.fixes.items()
+        )
+        said.append(f"The fixes in {spans} are withheld (--outage): {count}.")
     if content.run.ellipsoid != "wgs84":
         said.append(f"Its coordinates are on the ellipsoid {content.run.ellipsoid}, and are written as they are.")
     return said

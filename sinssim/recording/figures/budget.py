@@ -15,7 +15,7 @@ from sinssim.formatting import number_text
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.recording.figures.limits import CIRCLES, Judged, draw_limits, of_quantities
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting
+from sinssim.recording.scales import units_of_budget
 from sinssim.requirements.requirement import COMPONENTS
 
 if TYPE_CHECKING:
@@ -86,14 +86,14 @@ def growth_figure(result: BudgetResult, answers: Sequence[Answer] = ()) -> Figur
     figure = new_figure(11.0, 7.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
     word, size = time_unit(result)
-    unit, metre = suiting(LENGTHS, result.r95)
+    (unit, metre), _, _ = units_of_budget(result)
     time = result.time / size
     above.plot(time, result.r95 / metre, color=style.css(style.COLORS["aided"]), label="R95: 95 % of all runs")
     above.plot(time, result.cep / metre, color=style.css(style.COLORS["smoothed"]), label="CEP: half of all runs")
     above.set_ylim(bottom=0.0)
     circles = of_quantities(judged_of(answers), CIRCLES)
     draw_limits(above, circles, float(result.r95.max()), metre, size, float(result.time[-1]))
-    above.set(ylabel=f"horizontal error [{unit}]", title="Radius that holds a share of all runs")
+    above.set(ylabel=f"horizontal error [{unit}]", title="CEP and R95")
     above.set(xlim=(time[0], time[-1]))
     above.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     labels, parts = shares(result)
@@ -124,6 +124,7 @@ def ranking_figure(result: BudgetResult, t: float | None = None) -> Figure:
     Returns:
         The figure.
     """
+    (unit, metre), _, _ = units_of_budget(result)
     ranked = [one for one in result.improvements(t) if one.alone > 0.0][:12]
     figure = new_figure(11.0, 1.4 + 0.3 * max(len(ranked), 1))
     left, right = figure.subplots(1, 2, sharey=True)
@@ -132,7 +133,6 @@ def ranking_figure(result: BudgetResult, t: float | None = None) -> Figure:
         (left, np.array([one.gain for one in ranked]), "Decrease of R95 if this source were halved"),
         (right, np.array([one.alone for one in ranked]), "R95 from this source alone"),
     ):
-        unit, metre = suiting(LENGTHS, values) if len(values) else ("m", 1.0)
         panel.barh(rows, values / metre, color=style.css(style.COLORS["aided"]), height=0.7)
         room = float(values.max() / metre) if len(values) else 1.0
         for row, value in zip(rows, values / metre, strict=True):
@@ -160,13 +160,13 @@ def sigma_figure(result: BudgetResult, answers: Sequence[Answer] = ()) -> Figure
     sigma, time, limits = result.sigma(), result.time / size, list[Any]()
     own = None if result.filter_covariance is None else np.sqrt(np.einsum("kii->ki", result.filter_covariance))
     titles = (
-        ("position", LENGTHS, ("north", "east", "down")),
-        ("velocity", SPEEDS, ("north", "east", "down")),
-        ("attitude", ANGLES, ("tilt north", "tilt east", "heading")),
+        ("position", ("north", "east", "down")),
+        ("velocity", ("north", "east", "down")),
+        ("attitude", ("tilt north", "tilt east", "heading")),
     )
-    for number, (panel, (title, scale, names)) in enumerate(zip(figure.subplots(1, 3), titles, strict=True)):
+    panels = zip(figure.subplots(1, 3), titles, units_of_budget(result), strict=True)
+    for number, (panel, (title, names), (unit, one)) in enumerate(panels):
         part = slice(3 * number, 3 * number + 3)
-        unit, one = suiting(scale, sigma[:, part])
         for k, name in enumerate(names):
             color = style.css(style.COLORS[("north", "east", "down")[k]])
             panel.plot(time, sigma[:, part][:, k] / one, color=color, label=name)

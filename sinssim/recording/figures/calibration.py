@@ -1,4 +1,4 @@
-"""Figures of a calibration: what was learnt of each parameter, observability, residuals."""
+"""Figures of a calibration: the reduction of the 1σ of each parameter, observability, residuals."""
 
 from __future__ import annotations
 

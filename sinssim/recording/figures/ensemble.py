@@ -114,6 +114,7 @@ def rates(result: EnsembleResult) -> Figure:
         axes.locator_params(axis="x", nbins=6)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     panels[0].set_ylabel("runs")
+    panels[0].locator_params(axis="y", integer=True)
     return figure
 
 
@@ -135,7 +136,8 @@ def components(result: EnsembleResult, predicted: Array | None = None) -> Figure
     grid = figure.subplots(3, 3, sharex=True)
     name, size = time_unit(float(result.elapsed[-1]))
     time, limits = result.elapsed / size, list[Any]()
-    for row, (quantity, scale, title) in enumerate(zip(VECTORS, (LENGTHS, SPEEDS, ANGLES), _TITLES, strict=True)):
+    rows = zip(VECTORS, units_of(result), _TITLES, strict=True)
+    for row, (quantity, (unit, factor), title) in enumerate(rows):
         found = result.spread(quantity)
         claimed = result.stated(quantity)
         other = None if predicted is None else predicted[:, 3 * row : 3 * row + 3]
@@ -144,7 +146,6 @@ def components(result: EnsembleResult, predicted: Array | None = None) -> Figure
             sigma, error, mean = (v[:, column] for v in (found.sigma, found.standard_error, found.mean))
             lines = [sigma, mean, *(v[:, column] for v in (claimed, other) if v is not None)]
             finite = [v[np.isfinite(v)] for v in lines]
-            unit, factor = suiting(scale, *finite)
             color = css(COLORS[axis])
             _band(axes, time, (sigma - 1.96 * error) / factor, (sigma + 1.96 * error) / factor, color)
             axes.plot(time, sigma / factor, color=color, label="σ of the runs, ± 1.96 standard errors")
@@ -221,10 +222,22 @@ def _band(axes: Axes, x: ArrayLike, low: ArrayLike, high: ArrayLike, color: str,
     axes.fill_between(x, low, high, color=color, alpha=0.25, lw=0, **transform)
 
 
-def _unit(result: EnsembleResult) -> tuple[str, float]:
-    """Return the unit of the horizontal errors, the same in all figures of positions."""
-    values = (result.r95.value, result.cep.value, result.errors.final[:, :2])
-    return suiting(LENGTHS, *(v[np.isfinite(v)] for v in values))
+def units_of(result: EnsembleResult) -> list[tuple[str, float]]:
+    """Return the units of positions, velocities and attitudes in all figures and tables of an ensemble.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        Name and size in SI of each.
+    """
+    circles = (result.r95.value, result.cep.value, result.errors.final[:, :2])
+    found = []
+    for quantity, scale in zip(VECTORS, (LENGTHS, SPEEDS, ANGLES), strict=True):
+        spread = result.spread(quantity)
+        values = (spread.sigma, spread.mean, *(circles if scale is LENGTHS else ()))
+        found.append(suiting(scale, *(v[np.isfinite(v)] for v in values)))
+    return found
 
 
 def _growth(axes: Axes, result: EnsembleResult) -> None:
@@ -232,7 +245,7 @@ def _growth(axes: Axes, result: EnsembleResult) -> None:
     time = result.elapsed / size
     drawn = {"r95": result.r95, "cep": result.cep}
     finite = [v.value[np.isfinite(v.value)] for v in drawn.values()]
-    unit, factor = _unit(result)
+    (unit, factor), *_ = units_of(result)
     largest = max((float(v.max()) for v in finite if len(v)), default=1.0)
     top = 0.0
     for key, found in drawn.items():
@@ -254,10 +267,10 @@ def _growth(axes: Axes, result: EnsembleResult) -> None:
     axes.set_xlabel(f"time [{name}]")
     axes.set_ylabel(f"horizontal error [{unit}]")
     axes.set_title(f"{len(result)} runs, 95 % bands")
-    axes.set_ylim(0.0, 1.05 * top / factor if top > 0.0 else 1.0)
+    axes.set_ylim(0.0, 1.25 * top / factor if top > 0.0 else 1.0)  # with room for the legend
     draw_limits(axes, of_quantities(judged_of(result), CIRCLES), top, factor, size, float(result.elapsed[-1]))
     axes.set_xlim(float(time[0]), float(time[-1]))
-    axes.legend(loc="best")
+    axes.legend(loc="upper left")
 
 
 def _cloud(axes: Axes, result: EnsembleResult) -> None:
@@ -265,7 +278,7 @@ def _cloud(axes: Axes, result: EnsembleResult) -> None:
     circles: list[tuple[str, Any]] = [("r95", r95(result.final_horizontal)), ("cep", cep(result.final_horizontal))]
     radii = [float(found.value) for _, found in circles if np.isfinite(found.value)]
     reach = max([*radii, float(np.abs(final).max()) if len(final) else 0.0, 1e-3])
-    unit, factor = _unit(result)
+    (unit, factor), *_ = units_of(result)
     shown = final[:_DOTS]
     size = 2.5 if len(shown) > 200 else 4.5
     axes.plot(shown[:, 0] / factor, shown[:, 1] / factor, ".", color=css(COLORS["run"]), markersize=size, zorder=1)

@@ -1,4 +1,4 @@
-"""The limits of requirements in plots over time: a line throughout the run, a mark at one instant."""
+"""The limits of requirements in plots over time: a line throughout the run, a mark at one time."""
 
 from __future__ import annotations
 

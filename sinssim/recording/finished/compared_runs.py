@@ -12,6 +12,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.stored.made_by import warn_of_version
 from sinssim.recording.finished.finished_run import FinishedRun
 from sinssim.recording.store.score import known_numbers
 from sinssim.strapdown.nav_error import NavError
@@ -81,6 +82,8 @@ def compare_runs(folders: Sequence[Path], solution: str | None = None) -> Compar
     if twice:
         raise InputError(f"{twice[0]} is given twice; give each run once.")
     found = [FinishedRun(folder) for folder in folders]
+    for run in found:
+        warn_of_version(run.path)
     names = [run.name for run in found]
     labels = [run.name if names.count(run.name) == 1 else str(run.path) for run in found]
     runs = dict(zip(labels, found, strict=True))

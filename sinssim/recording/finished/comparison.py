@@ -25,7 +25,7 @@ def write_comparison(
         Contents of `comparison.json`, and the directory.
 
     Raises:
-        InputError: the directory is taken or cannot be written.
+        InputError: the directory already has other contents, or cannot be written.
     """
     contents = {
         "from_s": compared.span[0],

@@ -1,4 +1,4 @@
-"""A finished run read from its directory: what it was, its headline figure, and the errors of its solutions."""
+"""A finished run read from its directory: its kind, its headline figure, and the errors of its solutions."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from sinssim import __version__
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.stored.error_rule import ERROR_COLUMNS
-from sinssim.logs.stored.streams import StoredStreams
+from sinssim.logs.stored.made_by import reason_of
+from sinssim.logs.stored.streams import StoredStreams, first_line
 from sinssim.recording.store.directory import MARK
 from sinssim.strapdown.nav_error import NavError
 
@@ -79,7 +79,7 @@ class FinishedRun:
         """Contents of summary.json.
 
         Raises:
-            InputError: it cannot be read, or is that of an older version without what is needed.
+            InputError: it cannot be read, or an older version wrote it without the required keys.
         """
         file = self.path / "summary.json"
         try:
@@ -88,10 +88,7 @@ class FinishedRun:
             raise InputError(f"{file} cannot be read: {error}.") from error
         missing = [key for key in ("scenario", "versions") if not (isinstance(found, dict) and key in found)]
         if missing:
-            raise InputError(
-                f"{file} lacks {' and '.join(missing)}: it is of another version of sinssim than {__version__}, or "
-                "was changed. Run its scenario.toml again."
-            )
+            raise InputError(f"{file} lacks {' and '.join(missing)}. {reason_of(self.path)}")
         return dict(found)
 
     @cached_property
@@ -150,10 +147,12 @@ class FinishedRun:
             )
         if not stored:
             if not folder.is_dir():
-                why = "it was run without streams; run it again with --keep streams or --keep all"
+                why = "it was run without streams; run it again with --keep streams or --keep all."
+            elif self.status != "finished":
+                why = f"the run {self.status} before it navigated."
             else:
-                why = f"the run {self.status} before it navigated"
-            raise InputError(f"{self.path} has no errors over time: {why}.")
+                why = f"they do not follow from its streams. {reason_of(self.path)}"
+            raise InputError(f"{self.path} has no errors over time: {why}")
         names = [name for name in self.numbers if name in stored] or sorted(stored)
         if wanted is None:
             return self.headline[0] if self.headline and self.headline[0] in stored else names[0]
@@ -175,11 +174,9 @@ class FinishedRun:
         try:
             rows = self._streams.read(f"error_{name}", ERROR_COLUMNS)
         except (OSError, KeyError, ArrowException) as error:
-            version = self.summary["versions"].get("sinssim", "unknown")
             raise InputError(
                 f"{self._streams.source(f'error_{name}')} cannot be read as the errors of a solution: "
-                f"{str(error).splitlines()[0]}. The run is of sinssim {version}, this is {__version__}; run its "
-                "scenario.toml again."
+                f"{first_line(error)}. {reason_of(self.path)}"
             ) from error
         position = np.stack(rows[1:4], 1)
         if not np.isfinite(position).any():
@@ -187,12 +184,21 @@ class FinishedRun:
         return NavError(rows[0], position, np.stack(rows[4:7], 1), np.stack(rows[7:10], 1))
 
     def place(self) -> tuple[Array, Array]:
-        """Return latitude and height of the solution's first instant, (1,) rad and (1,) m."""
-        from pyarrow import parquet
+        """Return latitude and height at the start of the solution, (1,) rad and (1,) m.
 
-        file = next((self.path / "streams").glob("nav_*.parquet"))
-        first = parquet.ParquetFile(file).read_row_group(0, columns=["latitude_rad", "height_m"])
-        return first["latitude_rad"].to_numpy()[:1], first["height_m"].to_numpy()[:1]
+        Raises:
+            InputError: no solution can be read.
+        """
+        from pyarrow import ArrowException, parquet
+
+        file = next((self.path / "streams").glob("nav_*.parquet"), self.path / "streams" / "nav_*.parquet")
+        try:
+            first = parquet.ParquetFile(file).read_row_group(0, columns=["latitude_rad", "height_m"])
+            return first["latitude_rad"].to_numpy()[:1], first["height_m"].to_numpy()[:1]
+        except (OSError, KeyError, ArrowException) as error:
+            raise InputError(
+                f"{file} cannot be read as a solution: {first_line(error)}. {reason_of(self.path)}"
+            ) from error
 
 
 def size_of(folder: Path) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sinssim.errors import InputError
+from sinssim.logs.stored.made_by import version_of
 from sinssim.recording.finished.finished_run import FinishedRun, is_marked, kind_of, size_of
 
 _DEPTH = 3
@@ -27,6 +28,7 @@ class Entry:
         size_bytes: size of all files.
         date: when it was written, local time.
         problem: why it cannot be read, "" if it can.
+        sinssim: the version that wrote it, "" if it is not known.
     """
 
     path: Path
@@ -38,6 +40,7 @@ class Entry:
     size_bytes: int
     date: datetime.datetime
     problem: str = ""
+    sinssim: str = ""
 
 
 def runs_in(folder: Path) -> list[Entry]:
@@ -70,12 +73,12 @@ def _found(folder: Path, depth: int) -> Iterator[Path]:
 
 def _entry(path: Path) -> Entry:
     date = datetime.datetime.fromtimestamp(path.stat().st_mtime).astimezone()
-    kind, size = kind_of(path) or "other", size_of(path)
+    kind, size, version = kind_of(path) or "other", size_of(path), version_of(path)
     if kind != "run":
-        return Entry(path, kind, "", "", "", None, size, date)
+        return Entry(path, kind, "", "", "", None, size, date, sinssim=version)
     run = FinishedRun(path)
     try:
         name, value = run.headline or ("", None)
-        return Entry(path, kind, str(run.summary["scenario"]), run.status, name, value, size, run.date)
+        return Entry(path, kind, str(run.summary["scenario"]), run.status, name, value, size, run.date, sinssim=version)
     except InputError as error:
-        return Entry(path, kind, "", "", "", None, size, date, str(error))
+        return Entry(path, kind, "", "", "", None, size, date, str(error), version)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.errors import InputError, unknown_name
-from sinssim.logs.stored.streams import StoredStreams
+from sinssim.logs.stored.made_by import reason_of, warn_of_version
+from sinssim.logs.stored.streams import StoredStreams, first_line
 from sinssim.recording.finished.finished_run import FinishedRun
 from sinssim.recording.store.run_streams import StreamTable
 from sinssim.recording.store.streams import Stream, Vector
@@ -42,8 +43,10 @@ class FinishedStreams(Mapping[str, StreamTable]):
         try:
             columns = self._stored.columns(name)
             rows = self._stored.read(name, columns)
-        except (OSError, ArrowException) as error:
-            raise InputError(f"{self._stored.source(name)} cannot be read: {str(error).splitlines()[0]}.") from error
+        except (OSError, KeyError, ArrowException) as error:
+            raise InputError(
+                f"{self._stored.source(name)} cannot be read: {first_line(error)}. {reason_of(self._run)}"
+            ) from error
         vectors = (Vector(word, (word,), one[:, np.newaxis]) for word, one in zip(columns[1:], rows[1:], strict=True))
         return StreamTable(Stream(name, rows[0], tuple(vectors)))
 
@@ -71,8 +74,12 @@ def load_streams(run: Path | str) -> FinishedStreams:
 
     Raises:
         InputError: the directory holds no run, or one without streams.
+
+    Warns:
+        SinssimWarning: another version of sinssim wrote the run.
     """
     path = FinishedRun(Path(run)).path
+    warn_of_version(path)
     stored = StoredStreams(path / "streams")
     if not stored.names:
         raise InputError(

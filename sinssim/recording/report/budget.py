@@ -9,6 +9,7 @@ from sinssim.error_budget.result import BudgetResult
 from sinssim.recording.figures.budget import growth_figure, ranking_figure, sigma_figure
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.report.page import page, table, words
+from sinssim.recording.scales import units_of_budget
 from sinssim.recording.tables.budget import RATE, allowance_cells, lines_of, number, ranking_cells, time_columns, when
 from sinssim.units import NAUTICAL_MILE
 
@@ -52,9 +53,11 @@ def budget_report(result: BudgetResult, answers: Sequence[Answer], times: Sequen
 
 def _ends(result: BudgetResult) -> str:
     cep, r95, hours = float(result.cep[-1]), float(result.r95[-1]), float(result.time[-1]) / 3600.0
+    (unit, metre), _, _ = units_of_budget(result)
+    rate = f"{number(r95 / NAUTICAL_MILE / hours)} nmi/h as {RATE}"
     return (
-        f"<p>After {result.time[-1]:g} s, half of all runs are within <strong>{number(cep)} m</strong> (CEP) and 95 % "
-        f"within <strong>{number(r95)} m</strong> (R95), {number(r95 / NAUTICAL_MILE / hours)} nmi/h as {RATE}.</p>"
+        f"<p>After {result.time[-1]:g} s, half of all runs are within <strong>{number(cep / metre)} {unit}</strong> "
+        f"(CEP) and 95 % within <strong>{number(r95 / metre)} {unit}</strong> (R95), {rate}.</p>"
     )
 
 

@@ -1,4 +1,4 @@
-"""The part "What to try" of a run's report: refused readings, the explanations that were tried, the keys."""
+"""The part "What to try" of a run's report: rejected measurements, the explanations that were tried, the keys."""
 
 from __future__ import annotations
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from sinssim import units
 from sinssim.data import Array
 from sinssim.ensembles.summary import DEFINITIONS
 from sinssim.formatting import capital, number_text, signed
@@ -14,7 +13,7 @@ from sinssim.recording.figures import ensemble as figures
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.report.page import page, table, words
 from sinssim.recording.report.verdicts import requirement_section
-from sinssim.recording.scales import LENGTHS, duration_words, suiting
+from sinssim.recording.scales import duration_words
 from sinssim.statistics.order_statistics import runs_for_band
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ _STYLE = """
   overflow-wrap: anywhere; text-align: left; min-width: 24rem; }
 """
 _MOST_FAILURES = 50
-_AXES = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude φ", "arcmin", units.ARCMIN))
+_NAMES = ("position", "velocity", "attitude φ")
 
 
 def ensemble_report(
@@ -49,18 +48,18 @@ def ensemble_report(
     body.append(f'<p class="note">{words(opening(result, numbers))}</p>')
     body += [f"<p><strong>{words(note)}</strong></p>" for note in result.notes]
     body += requirement_section(result)
-    body += ["<h2>Errors of the population</h2>", headline(numbers), _regulation(numbers)]
+    body += ["<h2>Errors of the population</h2>", headline(numbers, figures.units_of(result)[0]), _regulation(numbers)]
     body += ["<h3>Growth of the position error</h3>", to_svg(figures.growth(result), "growth")]
     body += ["<h3>Errors at the end</h3>", to_svg(figures.cloud(result), "cloud")]
     body += ["<h3>Rates of the runs</h3>", to_svg(figures.rates(result), "rates")]
     body += [
         "<h2>Errors by component</h2>",
         to_svg(figures.components(result, predicted), "components"),
-        _components(numbers),
+        _components(numbers, figures.units_of(result)),
     ]
     if result.nees:
         body += _consistency(result, numbers)
-    body += ["<h2>Runs to look at</h2>", _runs(result, numbers)]
+    body += ["<h2>Runs to examine</h2>", _runs(result, numbers)]
     if result.failures:
         body += ["<h2>Failed runs</h2>", _failures(result)]
     body += ["<h2>Definitions</h2>", definitions(), "<h2>How it was computed</h2>", _method(result, numbers, about)]
@@ -110,20 +109,18 @@ def with_band(found: Mapping[str, float], size: float = 1.0) -> str:
     return f"{text(value)} ({text(low)} … {text(high)})"
 
 
-def headline(numbers: Mapping[str, Any]) -> str:
+def headline(numbers: Mapping[str, Any], length: tuple[str, float]) -> str:
     """Return the table of CEP and R95.
 
     Args:
         numbers: the numbers of an ensemble.
+        length: the unit of lengths, and its size in m.
 
     Returns:
         HTML.
     """
-    import numpy as np
-
     final, rate = numbers["final_horizontal_m"], numbers["rate_nmi_h"]
-    finite = [v["value"] for v in final.values() if math.isfinite(v["value"])]
-    unit, size = suiting(LENGTHS, np.array(finite or [0.0]))
+    unit, size = length
     circles = numbers["circles_of_covariance_m"]
     lines = [
         *((f"horizontal error at {one['time_s']:g} s, {unit}", *(with_band(one[k], size) for k in ("cep_m", "r95_m")))
@@ -155,18 +152,18 @@ def regulation(numbers: Mapping[str, Any]) -> str:
     verdict = {
         "met": "met, with 95 % confidence",
         "not met": "not met, with 95 % confidence",
-        "undecided": "undecided: the limit lies within the interval, which more runs make smaller",
+        "undecided": "undecided: the limit lies within the confidence interval; more runs narrow it",
         "does not apply": f"it does not apply, because {found.get('reason', '')}",
     }[found["verdict"]]
     shown = "; ".join(f"{name}: {with_band(one)}, limit {one['limit']:g}" for name, one in found["quantities"].items())
     return f"{found['rule']}: {verdict}{'. ' if shown else ''}{capital(shown)}."
 
 
-def _components(numbers: Mapping[str, Any]) -> str:
+def _components(numbers: Mapping[str, Any], units: Sequence[tuple[str, float]]) -> str:
     lines = []
     found = list(numbers["components"].items())
     for number, (_, one) in enumerate(found):
-        name, unit, size = _AXES[number // 3]
+        name, (unit, size) = _NAMES[number // 3], units[number // 3]
         axis = ("north", "east", "down")[number % 3]
         sigma, error = one["final_sigma"] / size, one["final_sigma_standard_error"] / size
         lines.append(
@@ -174,12 +171,20 @@ def _components(numbers: Mapping[str, Any]) -> str:
                 words(f"{name}, {axis}"),
                 unit,
                 signed(one["final_mean"] / size),
-                f"{number_text(sigma)} ± {number_text(error, 2)}",
+                _with_error(sigma, error),
                 number_text(one["rms"] / size),
             )
         )
     heads = ("", "unit", "mean at the end", "σ at the end ± standard error", "rms over runs and epochs")
     return table(heads, lines, 2)
+
+
+def _with_error(value: float, error: float) -> str:
+    """Write a value with the decimals of its standard error, which has two significant digits."""
+    text = number_text(error, 2)
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0.0) or "e" in text:
+        return f"{number_text(value)} ± {text}"
+    return f"{value:.{len(text.partition('.')[2])}f} ± {text}"
 
 
 def _consistency(result: EnsembleResult, numbers: Mapping[str, Any]) -> list[str]:

@@ -83,13 +83,13 @@ def _in_short(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[
     if most is None:
         yield "The solution diverged: its errors are not finite."
         return
-    agreement = "" if apart is None else f" Equation (8.11) agrees with the simulation to {apart:.1e} of it."
+    agreement = "" if apart is None else f" Relative difference of equation (8.11) from the simulation: {apart:.1e}."
     yield words(f"Position error: {signed(end, 4)} m at the end, {number_text(most, 4)} m at most.{agreement}")
 
 
 def _table(found: Mapping[str, Any]) -> str:
     heads = ("", "position final [m]", "rms [m]", "max [m]", "velocity max [m/s]", "pitch max [arcmin]",
-             "off the simulation max [m]", "relative")  # fmt: skip
+             "difference max [m]", "relative")  # fmt: skip
     colors = {"simulation": SIMULATION_COLOR, **EQUATION_COLORS}
     lines = []
     for name, errors in found["errors"].items():
@@ -108,9 +108,9 @@ def _table(found: Mapping[str, Any]) -> str:
         lines.append((label, *values, "" if relative is None else f"{relative:.1e}"))
     return table(heads, lines) + (
         '<p class="note">Computed minus true; position is R Δy. “Perfect sensors” is the error of the same computation '
-        "without any error of sensors and initial values: of the method and of the sampling. “Off the simulation” is "
-        "the largest difference of Δy from that of the simulation minus that with perfect sensors, and its ratio to "
-        "the largest such error. All samples: streams/error_*.parquet.</p>"
+        "without any error of sensors and initial values; it is due to the method and the sampling. “Difference” "
+        "is the largest difference of Δy from that of the simulation minus that with perfect sensors; “relative” is "
+        "its ratio to the largest value of that error. All samples: streams/error_*.parquet.</p>"
     )
 
 
@@ -225,5 +225,5 @@ def _made(summary: Mapping[str, Any]) -> str:
     times = [(words(name), f"{s:.2f}") for name, s in stages.items() if s or name == "total"]
     facts = {"seed": str(summary["seed"]), **summary["versions"], "processor": processor()}
     made = [(words(name), words(value)) for name, value in facts.items()]
-    left, right = table(("stage", "time [s]"), times), table(("computed by", ""), made, 2)
+    left, right = table(("stage", "time [s]"), times), table(("computed with", ""), made, 2)
     return f'<div class="pair"><div>{left}</div><div>{right}</div></div>'

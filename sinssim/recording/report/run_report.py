@@ -177,7 +177,7 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     numbers = {name: n for name, n in summary["algorithms"].items() if name not in summary["failures"]}
     duration, navigation = summary["end_s"] - summary["start_s"], scenario.navigation
     yield (
-        f"Inertial unit {grade_name(scenario.imu.grade)} ({sensor_words(scenario.imu)}), "
+        f"IMU {grade_name(scenario.imu.grade)} ({sensor_words(scenario.imu)}), "
         f"{scenario.imu.rate_hz:g} Hz, seed {scenario.seed}; navigation for "
         f"{duration_words(duration)} in the frame “{navigation.frame}”."
     )
@@ -262,4 +262,4 @@ def made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         ),
     ]
     yield f'<div class="pair"><div>{table(("stage", "time [s]", ""), times)}</div>'
-    yield f"<div>{table(('computed by', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"
+    yield f"<div>{table(('computed with', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"

@@ -95,7 +95,7 @@ def _in_short(
     best = order[0]
     rms = error_text(numbers[best]["rms_horizontal_error_m"])
     whose = "scored" if best in theirs else "the run’s own"
-    yield f"The smallest rms horizontal error has {words(best)} ({whose}): {rms} m.</p>"
+    yield f"{words(best)} ({whose}) has the smallest rms horizontal error: {rms} m.</p>"
 
 
 def _ranks(ranked: Mapping[str, Mapping[str, float | None]], theirs: set[str]) -> str:

@@ -92,9 +92,9 @@ def _record_departures(recording: Recording, report: AlignmentReport) -> list[rr
     recording.series("session/turn", imu.time, departure(imu.dtheta) / ARCSEC, _AXES)
     velocity = departure(imu.dvel) if report.residual_velocity is None else report.residual_velocity
     recording.series("session/velocity", imu.time, velocity * 1e3, _AXES)
-    what = "from a steady rise" if report.residual_velocity is None else "from gravity's cone in inertial space"
+    what = "from a linear trend" if report.residual_velocity is None else "from gravity's cone in inertial space"
     return [
-        time_plot("session/turn", "departure of the gyros' angle from a steady turn [arcsec]", imu.time),
+        time_plot("session/turn", "departure of the gyros' angle from a linear trend [arcsec]", imu.time),
         time_plot("session/velocity", f"departure of the accelerometers' velocity {what} [mm/s]", imu.time),
     ]
 

@@ -165,7 +165,7 @@ def _markdown(result: EnsembleResult, numbers: Mapping[str, Any]) -> str:
         f"| horizontal error at the end, m | {with_band(final['cep'])} | {with_band(final['r95'])} |",
         f"| rate Σ t r / Σ t², nmi/h | {with_band(rate['line']['cep'])} | {with_band(rate['line']['r95'])} |",
         f"| rate r(T) / T, nmi/h | {with_band(rate['end']['cep'])} | {with_band(rate['end']['r95'])} |",
-        "", regulation(numbers), "", "## Runs to look at", "",
+        "", regulation(numbers), "", "## Runs to examine", "",
     ]  # fmt: skip
     lines += [f"- **{one['rank']}**, run {one['run']}: `{result.command(one['run'])}`" for one in numbers["named_runs"]]
     lines += ["", *([f"## {len(result.failures)} failed runs", ""] if result.failures else [])]

@@ -1,4 +1,4 @@
-"""The limits of requirements in a recording: lines throughout the run, and dots at their instants."""
+"""The limits of requirements in a recording: lines throughout the run, and dots at their times."""
 
 from __future__ import annotations
 

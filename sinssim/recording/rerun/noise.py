@@ -51,7 +51,7 @@ def record_noise(path: Path, report: NoiseReport) -> None:
 
 
 def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.View]:
-    """Record mean readings over windows, and the departure of the accumulated angle or velocity from a steady rise."""
+    """Record means over windows, and the departure of the accumulated angle or velocity from a linear trend."""
     time = report.samples.time
     edges = np.unique(np.linspace(0, len(time) - 1, min(len(time), _WINDOWS + 1)).round().astype(np.intp))
     window = float((time[-1] - time[0]) / (len(edges) - 1))
@@ -65,12 +65,12 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
         unit, size = UNITS[triad].rate
         recording.series(f"noise/{triad}/rate", time[edges[1:]], (rates - rates.mean(axis=0)) / size, names)
         yield time_plot(
-            f"noise/{triad}/rate", f"{_WORDS[triad]} less its mean, mean over {window:.3g} s [{unit}]", time
+            f"noise/{triad}/rate", f"{_WORDS[triad]} minus its mean, mean over {window:.3g} s [{unit}]", time
         )
         share = ((time[edges] - time[0]) / (time[-1] - time[0]))[:, None]
         unit, size = _SUM_UNIT[triad]
         recording.series(f"noise/{triad}/sum", time[edges], (sums - share * sums[-1]) / size, names)
-        yield time_plot(f"noise/{triad}/sum", f"{_SUM_WORDS[triad]} less a steady rise [{unit}]", time)
+        yield time_plot(f"noise/{triad}/sum", f"{_SUM_WORDS[triad]} minus a linear trend [{unit}]", time)
     others = [one.channel for one in report.channels if one.channel.triad is None]
     # entities are numbered, because the name of a column may be invalid as the name of an entity
     for k, channel in enumerate(others, start=1):
@@ -78,7 +78,7 @@ def _record_streams(recording: Recording, report: NoiseReport) -> Iterator[rrb.V
         means = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
         entity, unit = f"noise/quantity_{k}", channel.units.rate[0]
         recording.series(entity, time[edges[1:]], (means - means.mean())[:, None], [channel.name])
-        yield time_plot(entity, f"{channel.name} less its mean, mean over {window:.3g} s [{unit}]", time)
+        yield time_plot(entity, f"{channel.name} minus its mean, mean over {window:.3g} s [{unit}]", time)
 
 
 def _accumulated(report: NoiseReport, triad: TriadName, axes: list[int]) -> Array:

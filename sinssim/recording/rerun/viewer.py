@@ -16,6 +16,7 @@ from typing import IO, Any
 
 from sinssim import __version__
 from sinssim.errors import InputError, RunError
+from sinssim.logs.stored.made_by import warn_of_version
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.rerun.web_page import PageServer
 from sinssim.system.signals import interruptible
@@ -46,13 +47,14 @@ def find_recording(path: Path) -> Path:
     if path.is_file():
         return path
     if (path / "recording.rrd").is_file():
+        warn_of_version(path)
         return path / "recording.rrd"
     if (path / "summary.json").is_file() and (path / "scenario.toml").is_file():
         raise InputError(
             f"{path} is a run without a recording (its scenario.toml has recording.keep and recording.detail). Run it "
             "again with --keep all --recording light; its report.html, if it has one, opens in any browser."
         )
-    what = "has no recording.rrd in it" if path.is_dir() else "does not exist"
+    what = "contains no recording.rrd" if path.is_dir() else "does not exist"
     raise InputError(f"{path} {what}; give a run directory, such as runs/first_flight, or an .rrd file.")
 
 
@@ -139,26 +141,21 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
         InputError: there is no such recording or view.
         RunError: the server does not start.
     """
-    web, inner, grpc = _free_ports(3)
-    arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(inner), "--port", str(grpc)]
-    # Memory of the server for later visitors: by default 1 GiB, beyond which it drops the oldest data.
-    arguments += ["--server-memory-limit", "75%"]
+    web, inner, unused = _free_ports(3)
+    arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(inner), "--port", str(unused)]
     with (
         contextlib.suppress(KeyboardInterrupt),
         # the server must not outlive the program; with a shell's `&`, SIGINT is ignored
         interruptible(signal.SIGTERM, signal.SIGINT),
         _files(path, view) as files,
-        _Viewer([*arguments, *files]) as viewer,
-        contextlib.ExitStack() as stack,
+        _Viewer(arguments) as viewer,
+        PageServer(web, inner, [Path(file) for file in files]) as server,
     ):
         viewer.wait_for_port(inner)
-        viewer.wait_for_port(grpc)
-        stack.enter_context(PageServer(web, inner))
-        address = f"http://127.0.0.1:{web}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{grpc}%2Fproxy"
         if ready is None:
-            print(f"Open {address}\nStop with Ctrl-C.", flush=True)
+            print(f"Open {server.address}\nStop with Ctrl-C.", flush=True)
         else:
-            ready(address)
+            ready(server.address)
         viewer.process.wait()
         raise viewer.failure()
 
@@ -211,6 +208,8 @@ def screenshot(
         beside.write_bytes(png)
         os.replace(beside, picture)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            beside.unlink()
         raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
 
 

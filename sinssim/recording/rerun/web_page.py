@@ -1,13 +1,23 @@
-"""The viewer's web page, served to this machine without asking other machines for anything but map tiles."""
+"""The viewer's web page and the files of a run, served to this machine alone.
+
+The page asks other machines for nothing but map tiles. It loads the recording as a file: Rerun's own server of recorded
+data (version 0.41) keeps a processor core busy for as long as it runs, and a browser beside it waits.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
+import shutil
 import threading
 import urllib.error
 import urllib.request
+from collections.abc import Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Self
+from urllib.parse import quote
 
 _ELSEWHERE = re.compile(r"\s*<link\b[^>]*https://fonts\.[^>]*>", re.DOTALL)
 """Fonts of another machine, which the page needs for its first words only."""
@@ -21,6 +31,10 @@ _QUIET = """<script>
           : everywhere(what, how);
     </script>
     """
+
+
+_FOLDER = "files"
+_PIECE = 1 << 20  # bytes sent together
 
 
 def without_other_machines(page: str) -> str:
@@ -37,22 +51,36 @@ def without_other_machines(page: str) -> str:
 
 
 class PageServer:
-    """Serves the files of Rerun's own web server to this machine, with the page changed; a context manager."""
+    """Serves the page of Rerun's own web server, changed, and files to this machine; a context manager.
 
-    def __init__(self, port: int, inner: int) -> None:
+    Attributes:
+        address: address of the page, which opens the files.
+    """
+
+    def __init__(self, port: int, inner: int, files: Sequence[Path]) -> None:
         """Listen on a port of this machine.
 
         Args:
             port: the port.
             inner: port of Rerun's web server, on this machine.
+            files: recordings and layouts that the page opens, with different names.
 
         Raises:
             OSError: the port is taken.
         """
 
+        own = {f"/{_FOLDER}/{quote(file.name)}": file for file in files}
+        page = f"http://127.0.0.1:{port}/"
+        self.address = page + "?" + "&".join(f"url={quote(page.rstrip('/') + name, safe='')}" for name in own)
+
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                _answer(self, inner)
+                path = self.path.partition("?")[0]
+                with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # the browser was closed
+                    if path in own:
+                        _send(self, own[path])
+                    else:
+                        _answer(self, path, inner)
 
             def log_message(self, *_: object) -> None:
                 pass
@@ -70,9 +98,24 @@ class PageServer:
         self._server.server_close()
 
 
-def _answer(handler: BaseHTTPRequestHandler, inner: int) -> None:
+def _send(handler: BaseHTTPRequestHandler, file: Path) -> None:
+    """Send a file as it is on the disk now."""
+    try:
+        opened = file.open("rb")
+    except OSError as error:
+        handler.send_error(404, error.strerror)
+        return
+    with opened:
+        handler.send_response(200)
+        handler.send_header("Content-Type", "application/octet-stream")
+        handler.send_header("Content-Length", str(os.fstat(opened.fileno()).st_size))
+        handler.send_header("Cache-Control", "no-store")
+        handler.end_headers()
+        shutil.copyfileobj(opened, handler.wfile, _PIECE)
+
+
+def _answer(handler: BaseHTTPRequestHandler, path: str, inner: int) -> None:
     """Answer a request by what Rerun's web server has."""
-    path = handler.path.partition("?")[0]
     try:
         with urllib.request.urlopen(f"http://127.0.0.1:{inner}{path}", timeout=60.0) as found:
             kind, body = found.headers.get("Content-Type", "application/octet-stream"), found.read()

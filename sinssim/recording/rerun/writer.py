@@ -15,7 +15,6 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import RunError
 from sinssim.recording import style
-from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.run import log_run as pictures
 from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
 from sinssim.recording.rerun.run.log_filter import draw_filter
@@ -43,7 +42,6 @@ from sinssim.recording.store.streams import (
     truth_stream,
 )
 from sinssim.strapdown.nav_error import NavError
-from sinssim.system.memory import give_back_memory
 from sinssim.transverse import route_pole
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.gravity.values import gravity_values
@@ -54,6 +52,7 @@ if TYPE_CHECKING:
     from sinssim.logs.reference import Reference
     from sinssim.logs.stored.error_rule import ErrorRule
     from sinssim.platform.navigate import PlatformSolution
+    from sinssim.recording.rerun.rrd import Recording
     from sinssim.scenario import Scenario
     from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.reading import Readings
@@ -102,15 +101,15 @@ class RunWriter:
             views=scenario.views,
         )
         self._kept = scenario.recording
-        self._recording: Recording  # missing if none is kept
-        if self._kept.has_recording:
-            layout = all_views(self._run)
-            self._recording = Recording(folder / "recording.rrd", self._run.application, layout)
+        self._laid_out = False
         self._to_rerun = ThreadPoolExecutor(1, "rerun")
         self._to_parquet = ThreadPoolExecutor(1, "parquet")
         self._tasks: list[Future[None]] = []
+        if self._kept.has_recording:
+            self._opened = self._to_rerun.submit(_open, folder / "recording.rrd", self._run)
         try:
-            self._draw(self._document, "about/scenario", f"```toml\n{scenario.to_toml()}\n```")
+            toml = f"```toml\n{scenario.to_toml()}\n```"
+            self._draw(lambda: self._recording.document("about/scenario", toml))
             self._draw(self._draw_flight, time, truth, trajectory.events, scenario.output.angles)
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
             self._coordinates = _coordinate_streams(scenario, own, truth)
@@ -137,11 +136,17 @@ class RunWriter:
     ) -> None:
         self._close()
 
+    @property
+    def _recording(self) -> Recording:
+        """The recording, for the tasks of its thread; if it could not be opened, each of them fails with the reason."""
+        return self._opened.result()
+
     def _close(self) -> None:
         for pool in (self._to_rerun, self._to_parquet):
             pool.shutdown(wait=True)
         if self._kept.has_recording:
-            self._recording.close()
+            with self._recording:
+                self._lay_out()
 
     def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:
         self._tasks.append(pool.submit(work, *arguments))
@@ -150,9 +155,6 @@ class RunWriter:
         """Do something to the recording, if there is one."""
         if self._kept.has_recording:
             self._submit(self._to_rerun, work, *arguments)
-
-    def _document(self, entity: str, text: str) -> None:
-        self._recording.document(entity, text)
 
     def _show(self, stream: Stream, events: Sequence[float]) -> None:
         self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
@@ -210,7 +212,7 @@ class RunWriter:
             outages: spans, s.
         """
         if outages:
-            self._draw(self._draw_outages, time, truth, outages)
+            self._draw(lambda: pictures.draw_outages(self._recording, time, truth, outages))
 
     def navigated(
         self,
@@ -229,7 +231,6 @@ class RunWriter:
             without_monitoring: errors of the first algorithm without monitoring, None if they are the same.
             rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
         """
-        self._run = replace(self._run, algorithms=tuple(solutions))
         for name, error in failed.items():
             self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
         for solution in solutions.values():
@@ -249,7 +250,7 @@ class RunWriter:
             self._draw(self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
             self._stream(other_error_stream("error_without_monitoring", without_monitoring))
         for pool in (self._to_rerun, self._to_parquet):
-            self._submit(pool, _give_back_memory)
+            self._submit(pool, parquet.give_back_memory)
 
     def on_platform(
         self,
@@ -291,15 +292,15 @@ class RunWriter:
             aided: the aided solution with its true errors.
             about: text on the filter's consistency, Markdown.
         """
-        self._draw(self._document, "about/filter", about)
+        self._draw(lambda: self._recording.document("about/filter", about))
         self._draw(self._draw_filter, aided)
-        self._draw(_give_back_memory)
+        self._draw(parquet.give_back_memory)
         for stream in filter_streams(aided):
             self._stream(stream)
         for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
             self._stream(stream)
         for pool in (self._to_rerun, self._to_parquet):
-            self._submit(pool, _give_back_memory)
+            self._submit(pool, parquet.give_back_memory)
         if (end := aided.estimate.divergence) is not None:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
 
@@ -314,8 +315,9 @@ class RunWriter:
             OSError: data could not be written.
         """
         self._events.sort(key=lambda event: event.time)
-        self._draw(self._document, "about/summary", summary)
+        self._draw(lambda: self._recording.document("about/summary", summary))
         self._draw(self._draw_events)
+        self._draw(self._lay_out)
         self._submit(self._to_parquet, parquet.write_events, self._events, self._streams)
         left = set(self._tasks)
         while left:
@@ -329,9 +331,6 @@ class RunWriter:
         pictures.draw_flight(self._recording, time, truth, self._scene, events, angles)
         self._learn({})
 
-    def _draw_outages(self, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
-        pictures.draw_outages(self._recording, time, truth, outages)
-
     def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
         self._learn(pictures.draw_sensors(self._recording, kinds))
 
@@ -342,7 +341,8 @@ class RunWriter:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
         # recorded small sensors alone drift so far that the map would show nothing else
         shown = () if self._recorded else solutions.values()
-        self._run = replace(self._run, map_zoom=map_zoom([self._track, *shown]))
+        zoom = map_zoom([self._track, *shown])
+        self._run = replace(self._run, algorithms=tuple(solutions), map_zoom=zoom)
         first, solution = next(iter(solutions.items()))
         labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
         self._learn(labels)
@@ -369,10 +369,23 @@ class RunWriter:
             self._learn({"events": "yes"})
 
     def _learn(self, labels: dict[str, str]) -> None:
-        """Set the units in the views' titles and the ranges of their axes from the run's numbers."""
-        self._run = replace(self._run, labels={**self._run.labels, **labels}, ranges=dict(self._recording.ranges))
-        self._recording.blueprint(all_views(self._run))
-        self._recording.document(RUN_ENTITY, self._run.to_json())
+        """Keep the units in the views' titles, which follow from the run's numbers, for the layout."""
+        self._run = replace(self._run, labels={**self._run.labels, **labels})
+        self._laid_out = False
+
+    def _lay_out(self) -> None:
+        """Send the views with the units in their titles and the ranges of their axes, if they have changed."""
+        if not self._laid_out:
+            self._run, self._laid_out = replace(self._run, ranges=dict(self._recording.ranges)), True
+            self._recording.blueprint(all_views(self._run))
+            self._recording.document(RUN_ENTITY, self._run.to_json())
+
+
+def _open(file: Path, about: RunInfo) -> Recording:
+    """Open a recording; a task of its thread, because Rerun takes a third of a second to load."""
+    from sinssim.recording.rerun.rrd import Recording
+
+    return Recording(file, about.application, all_views(about))
 
 
 def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState) -> CoordinateStreams:
@@ -382,11 +395,3 @@ def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavStat
     pole = route_pole(None if route is None else tuple(np.radians(route)), *start, truth.velocity_ned[0])
     begin = start if route is None else (float(np.radians(route[0])), float(np.radians(route[1])))
     return CoordinateStreams(scenario.coordinates, scenario.output.angles, ellipsoid, pole, begin)
-
-
-def _give_back_memory() -> None:
-    """Return to the system what the tasks until now have freed."""
-    import pyarrow as pa
-
-    pa.default_memory_pool().release_unused()
-    give_back_memory()

@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from sinssim import __version__
 from sinssim.errors import InputError
+from sinssim.formatting import size_text
 from sinssim.system.locks import MARK as IN_USE
 from sinssim.system.locks import hold, remove_unused
 
@@ -121,8 +122,8 @@ class RunDirectory:
             free = shutil.disk_usage(self.target.parent if self._made == [] else self._made[0].parent).free
             self.discard()
             raise InputError(
-                f"the run directory {self.target} could not be written: {error.strerror or error} ({free / 1e6:.0f} MB "
-                "were free). Nothing of this run was kept; existing files are unchanged."
+                f"the run directory {self.target} could not be written: {error.strerror or error} "
+                f"({size_text(free)} were free). Nothing of this run was kept; existing files are unchanged."
             ) from error
 
     def discard(self) -> None:

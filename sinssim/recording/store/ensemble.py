@@ -1,4 +1,4 @@
-"""Writes what is made of an ensemble: report.html, figures, summary.json, recording.rrd."""
+"""Writes the results of an ensemble: report.html, figures, summary.json, recording.rrd."""
 
 from __future__ import annotations
 

@@ -60,6 +60,7 @@ class GrowingDirectory(ABC):
                 )
             if resume:
                 self._check_same(found, path)
+        made = [place for place in (self.path, *self.path.parents) if not place.exists()]
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock = try_hold(self.path)
@@ -72,12 +73,23 @@ class GrowingDirectory(ABC):
             self._begin()
         except OSError as error:
             self.close()
+            if not taken:
+                self._leave_nothing(made)
             raise InputError(
                 f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
             ) from error
         except BaseException:
             self.close()
             raise
+
+    def _leave_nothing(self, made: list[Path]) -> None:
+        """Remove what was written in a folder that was empty, and the folders that were made."""
+        with suppress(OSError):
+            for entry in self.path.iterdir():
+                shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
+        for place in made:
+            with suppress(OSError):  # it may not exist
+                place.rmdir()
 
     @abstractmethod
     def _check_same(self, found: dict[str, Any], path: Path) -> None:
@@ -127,5 +139,5 @@ def read_manifest(path: Path, kind: Kind) -> dict[str, Any]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"the folder {path} is not empty and holds no {kind.name}: it lacks a readable "
-            f" {kind.manifest}. It stays unchanged; give another folder with -o."
+            f"{kind.manifest}. It stays unchanged; give another folder with -o."
         ) from error

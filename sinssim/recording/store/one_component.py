@@ -147,7 +147,7 @@ def markdown(found: Mapping[str, Any]) -> str:
     Returns:
         Markdown: a row for the simulation and for each equation.
     """
-    lines = ["| | R Δy max [m] | ΔV max [m/s] | off, relative |", "|---|---|---|---|"]
+    lines = ["| | R Δy max [m] | ΔV max [m/s] | difference, relative |", "|---|---|---|---|"]
     for key, errors in found["errors"].items():
         apart = found["differences"].get(key, {}).get("relative")
         values = (number_text(math.nan if errors[name] is None else errors[name], 4)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.recording.store.streams import BLOCK, Stream, blocks
+from sinssim.system import memory
 from sinssim.truth.trajectory import FlightEvent
 
 _MOST_ROWS = 262144
@@ -141,3 +142,11 @@ def _groups(tables: Iterable[Any], most: int) -> Iterator[Any]:
             found = []
         found.append(table)
     yield pa.concat_tables(found)
+
+
+def give_back_memory() -> None:
+    """Return to the system what writing until now has freed."""
+    import pyarrow as pa
+
+    pa.default_memory_pool().release_unused()
+    memory.give_back_memory()

@@ -51,7 +51,7 @@ def show(report: AlignmentReport, console: Console) -> None:
             row.append(_angle(getattr(report.mean_angles, name)))
         table.add_row(*row)
     console.print(table)
-    console.print(f"Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s².")
+    console.print(f"Measured: Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s².")
     if report.residual is not None:
         console.print(
             f"Residual velocity after the fit of the cone (heave, sway, noise): {report.residual:.3g} m/s rms."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.limits import Allowance, Answer
 from sinssim.error_budget.result import BudgetResult
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting
+from sinssim.recording.scales import units_of_budget
 from sinssim.units import NAUTICAL_MILE
 
 if TYPE_CHECKING:
@@ -33,7 +33,9 @@ RATE = "R95 divided by the time since the start"
 
 
 def number(value: float) -> str:
-    """Write a number with four significant digits."""
+    """Write a number with four significant digits, a small one without an exponent."""
+    if 1e-7 < abs(value) < 1e-4:
+        return f"{value:.{3 - math.floor(math.log10(abs(value)))}f}"
     return "–" if math.isnan(value) else f"{value:,.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
@@ -86,9 +88,7 @@ def time_columns(result: BudgetResult, times: Sequence[float]) -> tuple[list[str
     rows = result.table_rows(times)
     values = result.root_mean_square()[rows]
     circles = [result.cep[rows], result.r95[rows]]
-    length, metre = suiting(LENGTHS, *circles, values[:, :3])
-    speed, mps = suiting(SPEEDS, values[:, 3:6])
-    angle, rad = suiting(ANGLES, values[:, 6:])
+    (length, metre), (speed, mps), (angle, rad) = units_of_budget(result)
     names = ("north", "east", "down", "v north", "v east", "v down", "tilt n", "tilt e", "heading")
     sizes = [(length, metre)] * 3 + [(speed, mps)] * 3 + [(angle, rad)] * 3
     heads = ["t, s", f"CEP, {length}", f"R95, {length}", *(f"{n}, {u}" for n, (u, _) in zip(names, sizes, strict=True))]
@@ -120,9 +120,9 @@ def ranking_cells(result: BudgetResult, t: float) -> tuple[list[str], list[list[
         Heads, cells, and the number of sources that are too small to be listed.
     """
     ranked = result.improvements(t)
-    unit, metre = suiting(LENGTHS, result.r95[result.row(t)])
+    (unit, metre), _, _ = units_of_budget(result)
     shown = [one for one in ranked if abs(one.share) >= _LEAST]
-    heads = ["source", "group", "value", "", "share", f"R95 alone, {unit}", f"R95 less if halved, {unit}", ""]
+    heads = ["source", "group", "value", "", "share", f"R95 alone, {unit}", f"R95 decrease if halved, {unit}", ""]
     cells = [
         [one.source.name, one.source.group.replace("_", " "), number(one.source.value), one.source.unit,
          f"{100.0 * one.share:.2f} %", number(one.alone / metre), number(one.gain / metre), _KINDS[one.source.kind]]

@@ -72,7 +72,7 @@ def _also(channel: ChannelNoise, symbol: str, value: float) -> str:
         case "N" if triad == "gyro":
             return f"{four_digits(value / DEG_H)} deg/h/√Hz"
         case "N" if triad is None:
-            return f"{four_digits(value / math.sqrt(channel.fit.interval))} {channel.units.rate[0]} (1σ) of a reading"
+            return f"{four_digits(value / math.sqrt(channel.fit.interval))} {channel.units.rate[0]} (1σ) of a sample"
         case "N":
             return f"{four_digits(value / MPS_SQRT_H)} m/s/√h"
         case "B":

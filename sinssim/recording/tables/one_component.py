@@ -23,7 +23,7 @@ _HEADINGS = (
     "\nmax, m",
     "velocity\nmax, m/s",
     "pitch\nmax, arcmin",
-    "off the simulation\nmax, m",
+    "difference\nmax, m",
     "\nrelative",
 )
 
@@ -70,8 +70,8 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
     return [
         f"Variant “{found['variant']}”: {WAYS[found['variant']]}. Schuler period "
         f"{found['schuler_period_s'] / 60.0:.2f} min.",
-        "Off the simulation: largest difference from the simulated error minus that with perfect sensors; the ratio "
-        "to its largest value.",
+        "Difference: from the simulated error minus that with perfect sensors; relative: its ratio to the largest "
+        "value of that error.",
     ]
 
 

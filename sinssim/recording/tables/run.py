@@ -100,7 +100,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         console.print(_phase_table(name, rows))
     for name, found in source_tables(summary):
         if isinstance(found, str):
-            lines.insert(0, f"{name}: no budget says which sources made the phases' errors. {found}")
+            lines.insert(0, f"{name}: the sources of the phases' errors are unknown (no budget). {found}")
         else:
             console.print(_source_table(name, found))
     if any("sources" in row for rows in summary.get("phases", {}).values() for row in rows):
@@ -174,7 +174,7 @@ def _phase_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
 def _source_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
     """Return the table of the sources of what each phase added."""
     table = Table(
-        title=f"{name}: which sources made it, 1σ of all runs", title_justify="left", box=box.SIMPLE_HEAD,
+        title=f"{name}: sources of what each phase added, 1σ of all runs", title_justify="left", box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )  # fmt: skip
     table.add_column("phase", no_wrap=True)

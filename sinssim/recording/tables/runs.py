@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
+from sinssim.formatting import size_text
+from sinssim.logs.stored.made_by import is_of_another
 from sinssim.recording.finished.compared_runs import ComparedRuns
 from sinssim.recording.finished.run_list import Entry
 from sinssim.recording.tables.run import error_text
@@ -24,21 +26,6 @@ _ERRORS = (
     ("velocity\nmax, m/s", "max_velocity_error_mps", 1.0),
     ("attitude\nmax, arcmin", "max_attitude_error_arcsec", 60.0),
 )
-
-
-def size_text(size: int) -> str:
-    """Return a size with a suitable unit.
-
-    Args:
-        size: bytes.
-
-    Returns:
-        For example "248 MB".
-    """
-    for unit, one in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size >= one:
-            return f"{size / one:.3g} {unit}"
-    return f"{size} B"
 
 
 def show_list(entries: Sequence[Entry], folder: Path, console: Console) -> None:
@@ -74,6 +61,8 @@ def show_list(entries: Sequence[Entry], folder: Path, console: Console) -> None:
     total = sum(entry.size_bytes for entry in entries)
     console.print(f"{len(entries)} in {folder}, {size_text(total)}.", markup=False, highlight=False)
     for entry in entries:
+        if is_of_another(entry.path):
+            console.print(f"{entry.path} was written by sinssim {entry.sinssim}.", markup=False, highlight=False)
         if entry.problem:
             console.print(f"Not read: {entry.problem}", markup=False, highlight=False)
 

@@ -41,7 +41,7 @@ def show(comparison: StudyResult, console: Console) -> None:
             f"{failed} of {len(comparison.rows)} navigations failed; the report gives the reasons.", markup=False
         )
     for pick in comparison.picks:
-        console.print(f"PICK, {pick.part}, sensors {sensors_of(pick)}: {pick.reason}", markup=False)
+        console.print(f"RECOMMENDED, {pick.part}, sensors {sensors_of(pick)}: {pick.reason}", markup=False)
     for part in comparison.study.parts:
         if said := one_draw(part, comparison.study):
             console.print(f"{part.title}: {said}", markup=False)

@@ -1,1 +1,1 @@
-"""What is known of a planned motion before it: limits of the aircraft, the path."""
+"""Predictions of a planned motion: limits of the aircraft, the path."""

@@ -162,8 +162,8 @@ class _Judge:
             yield Finding(
                 True,
                 f"{name}: at bank_deg = {bank_deg:g} the {self.flight.aircraft} stalls below "
-                f"{slow * math.sqrt(load):.0f} kt, and it flies at {speed:.0f} kt: give at most {allowed:.0f}, or more "
-                "airspeed.",
+                f"{slow * math.sqrt(load):.0f} kt, and it flies at {speed:.0f} kt: give at most {allowed:.0f}, or a "
+                "higher airspeed.",
             )
 
     def climb(self, name: str, leg: LegBase, before: DeadReckoning, after: DeadReckoning) -> Iterator[Finding]:
@@ -187,7 +187,7 @@ class _Judge:
                 yield Finding(
                     True,
                     f"{name}: timeout_s = {leg.timeout_s:g}: the climb to {high:g} m at {speed:.0f} kt takes "
-                    f"{takes:.0f} s with full throttle; give more time, or a lower altitude_m.",
+                    f"{takes:.0f} s with full throttle; give a longer time, or a lower altitude_m.",
                 )
             elif wished is not None and wished > _SLACK * min(rates):
                 yield Finding(
@@ -206,7 +206,7 @@ class _Judge:
         yield Finding(
             climb_rate(self.envelope, height / _SLACK, speed) <= 0.0,
             f"{name} = {height:g} is above the ceiling of the {self.flight.aircraft} at {speed:.0f} kt, about "
-            f"{own:.0f} m: give less{better}.",
+            f"{own:.0f} m: give a lower height{better}.",
         )
 
     def circling(
@@ -227,14 +227,15 @@ class _Judge:
         yield Finding(
             True,
             f"{name} lies within the turn towards it, whose radius is {radius / 1e3:.1f} km at "
-            f"{plan.airspeed / KNOT:.0f} kt and {bank:g}° of bank: the aircraft would circle it. Give more bank_deg, "
-            f"less airspeed, a capture_radius_m above {leg.capture_radius_m:g}, or a more distant waypoint.",
+            f"{plan.airspeed / KNOT:.0f} kt and {bank:g}° of bank: the aircraft would circle it. Give a larger "
+            f"bank_deg, a lower airspeed, a capture_radius_m above {leg.capture_radius_m:g}, or a waypoint farther "
+            "away.",
         )
 
     def _too_steep(self, what: str, speed: float, most: float) -> str:
         return (
-            f"{what}: with idle engines the {self.flight.aircraft} descends at {most:.1f} m/s at {speed:.0f} kt; it "
-            "will fly faster than that, or give less."
+            f"{what}: with idle engines the {self.flight.aircraft} descends at {most:.1f} m/s at {speed:.0f} kt. A "
+            "faster descent increases its airspeed; to avoid this, give a slower descent."
         )
 
     def route(self, name: str, leg: WaypointLeg, before: DeadReckoning) -> Iterator[Finding]:
@@ -267,5 +268,5 @@ class _Judge:
                 yield Finding(
                     True,
                     f"{label} = {to:g} needs a climb of {rate:.1f} m/s; the {self.flight.aircraft} climbs at "
-                    f"{most:.1f} m/s at most at {speed:.0f} kt there: give less height, or a place farther away.",
+                    f"{most:.1f} m/s at most at {speed:.0f} kt there: give a lower height, or a place farther away.",
                 )

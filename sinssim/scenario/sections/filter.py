@@ -103,7 +103,7 @@ class FilterSection(Section):
     vibration_noise: VibrationNoise = Field(
         default=0.0,
         description="fraction of the vibration in the inertial data that the filter treats as white noise of each "
-        "sample, in addition to the sensor noise; 0 if the noise of the sensors is known, about 0.5 for a log of a "
+        "sample, in addition to the sensor noise; 0 if the noise of the sensors is known, about 0.4 for a log of a "
         "MEMS IMU near an engine",
     )
     diagnose: bool = Field(

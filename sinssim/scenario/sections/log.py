@@ -40,7 +40,7 @@ Noise3 = tuple[Noise, Noise, Noise]
 
 def _is_instant(text: str) -> str:
     if not _INSTANT.fullmatch(text):
-        raise ValueError(f'"{text}" is no instant such as "2025-07-08 19:34:21.723"')
+        raise ValueError(f'"{text}" is not a date and time such as "2025-07-08 19:34:21.723"')
     return text
 
 
@@ -87,6 +87,11 @@ class LogImu(LogFile, LogDescription):
         description="even: the IMU samples evenly and only the time stamps jitter; a straight line through them is "
         "used",
     )
+    clock_drift_ppm: Annotated[float, Field(ge=-1e5, le=1e5)] = Field(
+        default=0.0,
+        description="how much faster the clock of the IMU runs than that of the other files; its times since the first "
+        "row are divided by 1 + 1e-6 of this",
+    )
     check_scale: bool = Field(
         default=True, description="whether a specific force that is impossible for a vehicle on the Earth is refused"
     )
@@ -128,7 +133,7 @@ class _Position(LogFile, FixColumns):
     def _codes_are_numbers(self) -> Self:
         for code in self.quality_factors or ():
             if not re.fullmatch(r"-?\d+", code):
-                raise ValueError(f'quality_factors: "{code}" is no whole number, as codes of quality are')
+                raise ValueError(f'quality_factors: "{code}" is not a whole number, as quality codes are')
         return self
 
 
@@ -328,9 +333,9 @@ class LogSection(Section):
             raise ValueError(f"from_s = {self.from_s:g} must be before to_s = {self.to_s:g}")
         names = [other.name for other in self.others]
         if len(set(names)) < len(names):
-            raise ValueError("others: each needs a name of its own")
+            raise ValueError("others: each entry needs a unique name")
         if self.outages is not None and self.gnss is None:
-            raise ValueError("outages are GNSS outages, and there is no [log.gnss]")
+            raise ValueError("outages are GNSS outages and need [log.gnss], which is missing")
         return self
 
     def files(self) -> Iterator[tuple[str, LogFile]]:

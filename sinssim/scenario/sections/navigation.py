@@ -141,7 +141,7 @@ class NavigationSection(Section):
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
 
     def ellipsoid_over(self, true: str) -> str:
-        """Return the name of the navigator's ellipsoid over a true Earth of the given name."""
+        """Return the name of the navigator's ellipsoid for a true Earth of the given name."""
         return true if self.ellipsoid == OF_TRUTH else self.ellipsoid
 
     @model_validator(mode="after")

@@ -117,7 +117,7 @@ class GnssSection(AidingSensor):
     @model_validator(mode="after")
     def _gives_something(self) -> Self:
         if not (self.position or self.velocity):
-            raise ValueError("position = false and velocity = false leave no reading: set one of them to true")
+            raise ValueError("position = false and velocity = false leave no measurement: set one of them to true")
         return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

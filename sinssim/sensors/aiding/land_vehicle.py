@@ -1,7 +1,11 @@
-"""The constraint of a land vehicle: its rear wheels move neither sideways nor up, but for slip, tyres and suspension.
+"""The constraint of a land vehicle: its rear wheels do not move sideways or up, except for slip, tyres and suspension.
 
 A reading is zero with a given 1σ, where the lateral acceleration is one that tyres hold. It is a statement on the
 vehicle, not on a sensor: a vehicle that flies, skids or is towed makes it wrong.
+
+Its error has a fast part, by the vibration of the suspension, and a slow part: the body of a car pitches when it brakes
+or accelerates, and it drifts sideways on a cambered road or in the wind. The slow part lasts for seconds, so that more
+readings per second do not average it. It is a first-order Gauss-Markov process and a state of the filter.
 """
 
 from __future__ import annotations
@@ -15,9 +19,9 @@ from pydantic import Field
 
 from sinssim import rotation
 from sinssim.data import Array, ImuData, Measurements
-from sinssim.section import LeverArm, Noise, Offset, Positive, Rate, Spread
+from sinssim.section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
 from sinssim.sensors.aiding.base.lever_arm import state_at, turning
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
+from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
 
@@ -37,6 +41,16 @@ class LandVehicleSection(AidingSensor):
     sigma_vertical_mps: Noise = Field(
         default=0.1, description="1σ of the downward velocity of the rear wheels, in the axes of the vehicle"
     )
+    drift_lateral_mps: Spread = Field(
+        default=0.0,
+        description="1σ of a slowly varying error of the lateral velocity, by camber and wind; about 0.02 for a car",
+    )
+    drift_vertical_mps: Spread = Field(
+        default=0.0,
+        description="1σ of a slowly varying error of the vertical velocity, by the pitching of the body on its "
+        "suspension; about 0.05 for a car",
+    )
+    drift_correlation_time_s: CorrelationTime = Field(default=3.0, description="correlation time of both errors")
     mounting_sigma_deg: Spread = Field(
         default=0.0,
         description="1σ of the error of the assumed pitch, and of the assumed yaw, of the sensor block "
@@ -84,13 +98,15 @@ class LandVehicleSection(AidingSensor):
         )
         off = np.array([turn_on(seed, "land vehicle lever arm", None, s.lever_arm_sigma_m, k) for k in range(3)])
         value = np.zeros((len(time), 4))
-        value[:, :2] = white(seed, "land vehicle noise", sigma, len(time))
+        drift = correlated(seed, "land vehicle drift", s._drift, time, s.drift_correlation_time_s)
+        value[:, :2] = drift + white(seed, "land vehicle noise", sigma, len(time))
         # in axes that the two angles give, which leave out a roll of the block
         across = np.array([[-np.sin(angles[1]), np.cos(angles[1]), 0.0]])
         across = np.concatenate([across, np.cross(ahead, across[0])[None]])
         value[:, :2] += np.multiply.outer(slip * (velocity @ ahead) * pushed, across @ right)
         value[:, 2:] = angles + askew
         true = {f"{_LABEL} mounting": -askew, f"{_LABEL} lever arm": -off, f"{_LABEL} slip": np.array([slip])}
+        true[f"{_LABEL} bias"] = drift
         holds = np.abs(pushed) <= s.lateral_limit_mps2
         arm = np.array(s.lever_arm_m) + off
         return [s.readings(_LABEL, "land-velocity", time, value, sigma, true, lever_arm=arm, valid=holds)]
@@ -121,11 +137,17 @@ class LandVehicleSection(AidingSensor):
         ]
 
     def states(self) -> Iterator[SensorState]:
-        """Yield the states of the mounting, of the lever arm and of the slip."""
+        """Yield the states of the slow error, of the mounting, of the lever arm and of the slip."""
+        yield SensorState(f"{_LABEL} bias", self._drift, self.drift_correlation_time_s)
         slip = math.hypot(self.slip_sigma_deg_per_g, self.slip_deg_per_g or 0.0)
         yield SensorState(f"{_LABEL} mounting", (DEG * self.mounting_sigma_deg,) * 2)
         yield SensorState(f"{_LABEL} lever arm", (self.lever_arm_sigma_m,) * 3)
         yield SensorState(f"{_LABEL} slip", (_PER_G * slip,))
+
+    @property
+    def _drift(self) -> tuple[float, float]:
+        """1σ of the slow error, to the right and down, m/s."""
+        return (self.drift_lateral_mps, self.drift_vertical_mps)
 
 
 def _angles(ahead: ArrayLike) -> tuple[float, float]:

@@ -48,7 +48,7 @@ class MasterSection(AidingSensor):
     def _gives_something(self) -> Self:
         find_grade(self.grade)
         if not (self.velocity or self.attitude):
-            raise ValueError("velocity = false and attitude = false leave no reading: set one of them to true")
+            raise ValueError("velocity = false and attitude = false leave no measurement: set one of them to true")
         return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

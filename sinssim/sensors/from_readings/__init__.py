@@ -1,1 +1,1 @@
-"""What the inertial readings themselves tell: vibration, stops, and where a land vehicle's constraint holds."""
+"""What follows from inertial measurements alone: vibration, stops, and where a land vehicle's constraint holds."""

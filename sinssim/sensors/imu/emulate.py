@@ -27,7 +27,7 @@ random, and the permitted units. Errors of the whole block are named by their ke
   5. noise and faults (random_walk: N)
          Δβ̃_i = y_i T + N√T ν_i + bias steps and spikes of [[imu.faults]]
   6. saturation (limit): Δβ̃_i is limited to ±limit·T and flagged
-  7. quantisation of the accumulated sum (quantum: Q)
+  7. quantisation of the accumulated sum (quantum: Q; in a run at least 2⁻⁵² rad and 2⁻⁴⁶ m/s)
          Δβ̃_i ← differences of round(Σ Δβ̃_i / Q) Q
   8. data link: dropouts (reads 0, the increments are lost) and frozen outputs, flagged; jitter of time stamps
 
@@ -50,6 +50,7 @@ change the draws of the others.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -57,14 +58,18 @@ from sinssim.checks import checked_imu
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, draw
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.placement import what_is_felt
+from sinssim.sensors.imu.terms import DTHETA_STEP, DVEL_STEP
 from sinssim.units import ARCSEC
+
+if TYPE_CHECKING:
+    from sinssim.sensors.imu.pack import Packed
 
 _MOST_JITTER = 0.1  # of the interval
 
 
-def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuData:
+def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0, *, rounded: bool = False) -> ImuData:
     """Return the measured increments of an IMU with sensor errors.
 
     Args:
@@ -72,6 +77,7 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
         spec: the [imu] section of a scenario, from which this run's errors are drawn, or the errors themselves.
         seed: the run's seed. Every axis of every term has its own random numbers, so that the draws of a term do not
             depend on the other terms.
+        rounded: whether sensors without pulses, too, have steps, as fine as those of `digital`; a run has them.
 
     Returns:
         Measured increments at the same times, except for jitter of the time stamps; without any error, the ideal arrays
@@ -82,30 +88,51 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0) -> ImuD
             the section has no gyros, an error is invalid, a pulse exceeds the whole signal, or a fault lies outside the
             run.
     """
-    from sinssim.sensors.imu import error_kernel as kernel
     from sinssim.sensors.imu.pack import pack
-    from sinssim.sensors.noise.random_numbers import key
 
     ideal = checked_imu(ideal)
-    time = ideal.time
-    key_0, key_1 = key(seed)
     if isinstance(spec, ImuSection):
         check_gyro_block(spec)
     errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
-    packed = pack([errors], float(time[0]))
+    packed = pack([errors], float(ideal.time[0]), rounded=rounded)
     felt = at_the_sensors(ideal, errors)
-    dtheta, dvel = (np.ascontiguousarray(rows, dtype=np.float64) for rows in (felt.dtheta, felt.dvel))
     stamps = _jittered(ideal.time, errors, seed)
-    if packed.nothing:
-        return felt if stamps is ideal.time else replace(felt, time=stamps)
+    measured = felt if packed.nothing else _measured(felt, packed, seed)
+    return measured if stamps is ideal.time else replace(measured, time=stamps)
+
+
+def digital(ideal: ImuData) -> ImuData:
+    """Return the increments that a block without errors puts out: rounded as in stage 7, in steps that lose nothing.
+
+    Sums of any length differ from those of the given increments by at most half a step: 1.1·10⁻¹⁶ rad and 7·10⁻¹⁵ m/s.
+
+    Args:
+        ideal: error-free increments.
+
+    Returns:
+        The increments in multiples of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
+    """
+    from sinssim.sensors.imu.pack import pack
+
+    triads = TriadErrors(quantum=DTHETA_STEP), TriadErrors(quantum=DVEL_STEP)
+    return _measured(ideal, pack([ImuErrors(*triads)], float(ideal.time[0])), 0)
+
+
+def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
+    """Return the output for increments at the sensors, stages 2 to 8 without jitter."""
+    from sinssim.sensors.imu import error_kernel as kernel
+    from sinssim.sensors.noise.random_numbers import key
+
+    key_0, key_1 = key(seed)
+    dtheta, dvel = (np.ascontiguousarray(rows, dtype=np.float64) for rows in (felt.dtheta, felt.dvel))
     gyro, accel = np.empty_like(dtheta), np.empty_like(dvel)
     flagged = bool(packed.active & (kernel.LIMITED | kernel.FAULTY))
     flags = np.zeros((len(dtheta) if flagged else 0, 6), dtype=np.uint8)
     kernel.measure_all(
-        packed.active, time, dtheta, dvel, packed.conditions, packed.parameters, key_0, key_1,
+        packed.active, felt.time, dtheta, dvel, packed.conditions, packed.parameters, key_0, key_1,
         packed.kinds, packed.spans, packed.amounts, gyro, accel, flags,
     )  # fmt: skip
-    return ImuData(stamps, gyro, accel, flags if flagged else None)
+    return ImuData(felt.time, gyro, accel, flags if flagged else None)
 
 
 def at_the_sensors(ideal: ImuData, errors: ImuErrors) -> ImuData:

@@ -125,7 +125,7 @@ class ImuErrors:
         gyro: the three gyros.
         accel: the three accelerometers.
         arms: places of the three accelerometers in the block, (3, 3) m, one row each.
-        delay: lag of the accelerometers' readings behind the gyros', s: the reading for t is f(t − delay).
+        delay: lag of the accelerometers' outputs behind the gyros', s: the output for t is f(t − delay).
         warm_up: the temperature of the block.
         faults: the faults.
         null_shift: null shift of laser gyros as a function of temperature; None for no null shift.

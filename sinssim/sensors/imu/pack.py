@@ -13,7 +13,7 @@ from sinssim.sensors.imu import error_kernel as kernel
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_validation import check_errors
 from sinssim.sensors.imu.errors import Fault, ImuErrors
-from sinssim.sensors.imu.terms import FIELDS, SLOTS, STAGES
+from sinssim.sensors.imu.terms import DTHETA_STEP, DVEL_STEP, FIELDS, SLOTS, STAGES
 
 _NEXT, _OTHER = (1, 2, 0), (2, 0, 1)  # the axes after x, y, z
 
@@ -30,6 +30,7 @@ class Packed(NamedTuple):
     """The errors of R runs.
 
     Attributes:
+        nothing: whether no run has any error.
         active: the stages that at least one run needs.
         parameters: (R, 6, PARAMETERS).
         conditions: the conditions common to all runs at the start, (CONDITIONS,).
@@ -38,6 +39,7 @@ class Packed(NamedTuple):
         amounts: their effects on each channel, (F, 6).
     """
 
+    nothing: bool
     active: int
     parameters: Array
     conditions: Array
@@ -45,18 +47,14 @@ class Packed(NamedTuple):
     spans: Array
     amounts: Array
 
-    @property
-    def nothing(self) -> bool:
-        """Whether no run has any error."""
-        return not self.active and not self.parameters.any()
 
-
-def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
+def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> Packed:
     """Pack the errors of runs into arrays.
 
     Args:
         runs: errors of each run; correlation times, warm-up and faults are the same in all.
         start: first edge of the samples, s.
+        rounded: whether sensors without pulses have steps of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
 
     Returns:
         The arrays.
@@ -73,6 +71,11 @@ def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
                     parameters[run, first : first + 3, slot] = column
     one = runs[0]
     faults = [fault for fault in one.faults if fault.kind != "jitter"]
+    nothing = not (parameters.any() or faults)
+    if rounded and not nothing:
+        for first, step in ((0, DTHETA_STEP), (3, DVEL_STEP)):
+            quantum = parameters[:, first : first + 3, kernel.QUANTUM]
+            quantum[quantum == 0.0] = step
     needed: dict[str, list[int]] = {}
     for field, slots in SLOTS.items():
         needed.setdefault(FIELDS[field].stage, []).extend(slots)
@@ -82,7 +85,7 @@ def pack(runs: Sequence[ImuErrors], start: float) -> Packed:
     conditions[kernel.STEADY], conditions[kernel.WARM_UP] = one.warm_up.steady, one.warm_up.time_constant
     conditions[kernel.EXCESS] = one.warm_up.start - one.warm_up.steady
     conditions[kernel.GYRO_TIME], conditions[kernel.ACCEL_TIME] = one.gyro.correlation_time, one.accel.correlation_time
-    return Packed(active + (kernel.FAULTY if faults else 0), parameters, conditions, *_faults(faults))
+    return Packed(nothing, active + (kernel.FAULTY if faults else 0), parameters, conditions, *_faults(faults))
 
 
 def _columns(value: Any, term: ErrorTerm) -> Iterable[Any]:

@@ -30,6 +30,11 @@ from sinssim.sensors.imu.error_term import (
 )
 from sinssim.units import DEG, DEG_H, G0, UG
 
+DTHETA_STEP, DVEL_STEP = 2.0**-52, 2.0**-46
+"""Steps of the angle and velocity increments of a sensor without pulses, rad and m/s. The angle is the spacing of
+doubles from 1 on, the velocity half of it near 200 m/s: a navigator resolves no more. Random bits below them would only
+make the files of a run longer."""
+
 CORRELATION_TIME = 3600.0
 """Correlation time of the bias instability [s]. Manufacturers do not specify it. Published error models of such sensors
 assume one hour (NavToolkit's `ImuModel` presets; the STIM300 and Ellipse2 error table of an article in NAVIGATION, the
@@ -63,7 +68,7 @@ _ROWS = (
         "bias", 3, RATE, ACCELERATION,
         si_unit="{rate}",
         label="bias",
-        meaning="reading at zero input, constant in a run",
+        meaning="output at zero input, constant in a run",
         explanation="turn-on biases (ω₀ and a₀ of equation (2))",
         calibrated=True,
         source="bias",
@@ -72,7 +77,7 @@ _ROWS = (
         "scale", 3, RATIO, RATIO,
         si_unit="1",
         label="scale factor",
-        meaning="relative error of the reading",
+        meaning="relative error of the output",
         explanation="relative scale-factor errors (k and h of equation (2))",
         untold="scale factors",
         calibrated=True,

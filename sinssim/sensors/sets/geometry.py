@@ -93,7 +93,7 @@ def checked_directions(directions: Sequence[Sequence[float]] | Array) -> Array:
         length = math.hypot(*row)
         if not abs(length - 1.0) <= _LENGTH:
             right = (
-                "it points nowhere"
+                "it has no direction"
                 if not 1e-12 < length < 1e12
                 else f"the unit vector along it is [{', '.join(f'{v:.7g}' for v in row / length)}]"
             )
@@ -103,7 +103,7 @@ def checked_directions(directions: Sequence[Sequence[float]] | Array) -> Array:
     if sizes[-1] < _RANK * sizes[0]:
         raise InputError(
             f"directions has the rank {int((sizes >= _RANK * sizes[0]).sum())}: all {len(rows)} lie in one plane, and "
-            "no sensor feels what is perpendicular to it. The directions must span three dimensions."
+            "no sensor measures the component perpendicular to it. The directions must span three dimensions."
         )
     return np.asarray(rows)
 

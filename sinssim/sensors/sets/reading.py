@@ -113,7 +113,7 @@ def read(
         return _read_six(trajectory, ideal, section, seed, true, section.sensor_set.arm_m)
     if isinstance(section.sensor_set, Redundant):
         return _read_redundant(ideal, section, seed, true, section.sensor_set)
-    measured = sensors.emulate(rectified(trajectory, ideal, true.imu), true.imu, seed)
+    measured = sensors.emulate(rectified(trajectory, ideal, true.imu), true.imu, seed, rounded=True)
     if true.attitude_sensor is None:
         return Readings(ideal), Readings(measured)
     attitude = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)

@@ -1,4 +1,4 @@
-"""The computation that equal accuracy takes."""
+"""The computational cost of equal accuracy."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ def euler_heading(evidence: Evidence) -> Outcome:
     most = max(turned, key=lambda heading: abs(heading.turns))
     reason = (
         f"Through up to {abs(most.turns):.1f} turns of heading. Integrated angles count turns by themselves. An "
-        "arctangent of one argument is limited to ±90°, of two to ±180°; unwrapped, it counts turns, too, but needs a "
-        "reading at least every half turn. A form is confirmed if it has no jump and stays within 0.3′ of the true "
+        "arctangent of one argument is limited to ±90°, of two to ±180°; unwrapped, it counts turns, too, but must be "
+        "evaluated at least every half turn. A form is confirmed if it has no jump and stays within 0.3′ of the true "
         "heading that counts turns:"
     )
     return Outcome(verdict, reason, tuple(points), numbers)

@@ -1,4 +1,4 @@
-"""What the two quaternions keep of orthogonality."""
+"""The orthogonality that the two quaternions keep."""
 
 from __future__ import annotations
 

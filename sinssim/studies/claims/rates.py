@@ -1,4 +1,4 @@
-"""The rates that velocity and position, and attitude, need."""
+"""The rates needed for velocity and position, and for attitude."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from sinssim.ensembles.running.run import stored_runs
 from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.scenario.duration import check_times, expected_duration
+from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.trades.cells import Cell, cells_of, digest_of
 from sinssim.trades.measure import CellNumbers, of_budget, of_ensemble
@@ -145,6 +146,8 @@ class _Work:
             runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
             what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
             watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
+            flown = {one.motion: one.cell.scenario for one in todo}
+            warn_of_limits(*(scenario for scenario in flown.values() if scenario is not None))
             truths, unflown = TruthCache(), _flights(todo)
             for one in todo:
                 self._compute(one, truths, watch, unflown)
@@ -248,7 +251,7 @@ def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> 
     if not result.finished:
         stop.add_note("No cell had finished; --resume continues.")
         return
-    stop.add_note(f"{result.finished} of {len(result)} cells are finished and kept in {folder.path}; --resume goes on.")
+    stop.add_note(f"{result.finished} of {len(result)} cells are finished, in {folder.path}; --resume continues.")
     try:
         _write(folder, result)
         stop.add_note(f"Their report is {folder.path / 'report.html'}.")

@@ -1,4 +1,4 @@
-"""How far a trade study is, how long it takes, and whether that is too long."""
+"""Progress and expected duration of a trade study, and the limit of the duration."""
 
 from __future__ import annotations
 

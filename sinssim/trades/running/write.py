@@ -1,4 +1,4 @@
-"""Writes what is made of a trade study: report.html, its pictures, results.json, .parquet, .md, and the recording."""
+"""Writes the results of a trade study: report.html, its pictures, results.json, .parquet, .md, and the recording."""
 
 from __future__ import annotations
 

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import io
 import json
 import logging
+import math
 import os
 import platform
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.jsbsim_flight import model_folder
 from sinssim.truth.flight.subprocess_flight import fly_apart
+from sinssim.truth.panels import KnotDerivatives, checked_knots, knot_derivatives
 from sinssim.truth.trajectory import Channel, FlightEvent
 
 logger = logging.getLogger(__name__)
@@ -33,7 +35,7 @@ logger = logging.getLogger(__name__)
 _KEPT = 100  # maximum number of flights; the least recently used ones are removed first
 _DIGEST = hashlib.sha256().digest_size
 _PACKAGE = Path(__file__).parents[2]
-_SOURCES = ("earth", "rotation", "jit.py", "units.py", "truth/flight")
+_SOURCES = ("earth", "rotation", "jit.py", "units.py", "truth/flight", "truth/panels.py")
 """Files and folders of the package that determine a flight; after an edit there, it is flown again."""
 
 
@@ -62,6 +64,8 @@ def cached_flight(
     log = _read(file)
     if log is None:
         log = fly_apart(flight, seed, progress, meanwhile)
+        time, position, q_eb = checked_knots(log.time, log.position_ecef, log.q_eb)
+        log = replace(log, derivatives=knot_derivatives(time, position - position[0], q_eb))
         _write(file, log)
     elif progress is not None:
         progress(1.0)
@@ -103,6 +107,7 @@ def flight_key(flight: FlightSection, seed: int) -> str:
         SHA-256 over the versions, the aircraft's files, the plan, the seed and the code, in hexadecimal.
     """
     import jsbsim
+    import scipy
 
     from sinssim.truth.flight.aircraft import load_aircraft
 
@@ -112,7 +117,7 @@ def flight_key(flight: FlightSection, seed: int) -> str:
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
 
-    add("versions", f"{jsbsim.__version__} {np.__version__} {platform.machine()}".encode())
+    add("versions", f"{jsbsim.__version__} {np.__version__} {scipy.__version__} {platform.machine()}".encode())
     add("flight", flight.model_dump_json(exclude={"aircraft"}).encode())
     add("seed", str(seed if flight.turbulence else 0).encode())
     add("aircraft", find_content("aircraft", flight.aircraft).read_bytes())
@@ -126,19 +131,24 @@ def flight_key(flight: FlightSection, seed: int) -> str:
 
 
 def _write(file: Path, log: FlightLog) -> None:
-    """Store a flight; a folder that cannot be written causes only a warning."""
+    """Store a flight with the derivatives of its curve; a folder that cannot be written causes only a warning.
+
+    A line of JSON, which ends at a multiple of 64 bytes, describes the arrays of doubles that follow it.
+    """
     arrays = {"time": log.time, "position_ecef": log.position_ecef, "q_eb": log.q_eb}
+    if log.derivatives is not None:
+        arrays |= {f"derivatives_{name}": values for name, values in log.derivatives._asdict().items()}
     for name, channel in log.channels.items():
         arrays[f"channel_time_{name}"], arrays[f"channel_{name}"] = channel.time, channel.values
     text = json.dumps(
         {
             "units": {name: channel.unit for name, channel in log.channels.items()},
             "events": [[event.time, event.text] for event in log.events],
+            "shapes": {name: values.shape for name, values in arrays.items()},
         }
-    )
-    stream = io.BytesIO()
-    np.savez(stream, text=np.array(text), **arrays)  # type: ignore[arg-type]
-    content = stream.getvalue()
+    ).encode()
+    text += b" " * (-(len(text) + 1) % 64) + b"\n"
+    content = b"".join([text, *(np.ascontiguousarray(values, np.float64).tobytes() for values in arrays.values())])
     beside: Path | None = None
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -158,29 +168,36 @@ def _write(file: Path, log: FlightLog) -> None:
 def _read(file: Path) -> FlightLog | None:
     """Return a stored flight, or None if it is missing or damaged."""
     try:
-        content = file.read_bytes()
+        payload = bytearray(max(0, file.stat().st_size - _DIGEST))  # arrays of it can be written, as those of a flight
+        with file.open("rb") as stored:
+            digest = stored.read(_DIGEST)
+            del payload[stored.readinto(payload) :]
     except FileNotFoundError:
         return None
     except OSError as error:
         logger.warning("the flight stored in %s cannot be read (%s): it is flown again.", file, error)
         return None
-    payload = content[_DIGEST:]
-    if hashlib.sha256(payload).digest() != content[:_DIGEST]:
+    if hashlib.sha256(payload).digest() != digest:
         logger.warning("the flight stored in %s is damaged: it is flown again.", file)
         return None
     # A file that passes the check was written by the same code, whose source is part of the file's name.
-    with np.load(io.BytesIO(payload), allow_pickle=False) as kept:
-        text = json.loads(str(kept["text"]))
-        log = FlightLog(
-            time=kept["time"],
-            position_ecef=kept["position_ecef"],
-            q_eb=kept["q_eb"],
-            channels={
-                name: Channel(kept[f"channel_time_{name}"], kept[f"channel_{name}"], unit)
-                for name, unit in text["units"].items()
-            },
-            events=tuple(FlightEvent(time, event) for time, event in text["events"]),
-        )
+    end = payload.index(b"\n") + 1
+    text, kept = json.loads(payload[:end]), {}
+    for name, shape in text["shapes"].items():
+        count = math.prod(shape)
+        kept[name] = np.frombuffer(payload, np.float64, count, end).reshape(shape)
+        end += 8 * count
+    log = FlightLog(
+        time=kept["time"],
+        position_ecef=kept["position_ecef"],
+        q_eb=kept["q_eb"],
+        channels={
+            name: Channel(kept[f"channel_time_{name}"], kept[f"channel_{name}"], unit)
+            for name, unit in text["units"].items()
+        },
+        events=tuple(FlightEvent(time, event) for time, event in text["events"]),
+        derivatives=KnotDerivatives(*(kept[f"derivatives_{name}"] for name in KnotDerivatives._fields)),
+    )
     with contextlib.suppress(OSError):  # a read-only cache can be read
         file.touch()  # the least recently used are removed first
     return log

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from sinssim.system.short_repr import short_repr
 from sinssim.truth.flight.autopilot import INTERVAL
 from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import FOOT
+
+if TYPE_CHECKING:
+    from sinssim.truth.panels import KnotDerivatives
 
 _POUND_FORCE = 4.4482216152605  # [N]
 
@@ -45,6 +49,7 @@ class FlightLog:
         q_eb: attitude quaternion, scalar first, v_e = C_eb v_b, without jumps of sign, (K, 4).
         channels: airspeed, controls, wind and so on, by name.
         events: beginning and end of each leg.
+        derivatives: derivatives of the curve through the knots; a flight that was not in the cache lacks them.
     """
 
     time: Array
@@ -52,6 +57,7 @@ class FlightLog:
     q_eb: Array
     channels: dict[str, Channel]
     events: tuple[FlightEvent, ...]
+    derivatives: KnotDerivatives | None = None
 
 
 @dataclass(frozen=True)

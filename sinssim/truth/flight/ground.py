@@ -147,7 +147,7 @@ def come_to_rest(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
         if state.time > limit:
             raise LegError(
                 f"the aircraft does not stop: it still rolls at {state.ground_speed:.2f} m/s",
-                "a slower leg before it, or less wind",
+                "a slower leg before it, or a weaker wind",
             )
         yield
     pilot.fixed_throttle, pilot.brakes = 0.0, 1.0
@@ -158,6 +158,6 @@ def come_to_rest(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
             raise LegError(
                 f"the aircraft does not come to rest with its brakes set: it moves at {state.ground_speed:.2g} m/s and "
                 f"turns at {max(abs(state.p), abs(state.q), abs(state.r)) / DEG:.2g} °/s",
-                "less wind, or no gusts while it is parked",
+                "a weaker wind, or no gusts while it is parked",
             )
         yield

@@ -344,7 +344,7 @@ def _start_remedy(flight: FlightSection) -> str:
             return "The ground below a start in the air is at a height of 0 m: give a greater altitude_m."
         return "Give an airspeed and a height at which it can fly."
     if wind := _wind_words(flight):
-        return f"{wind} Give less wind, or start in the air."
+        return f"{wind} Give a weaker wind, or start in the air."
     return "Choose another aircraft, or start in the air."
 
 

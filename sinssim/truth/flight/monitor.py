@@ -34,11 +34,11 @@ class Monitor:
         self._has_fuel = self._fuel() > 0.0
         self._stall = aircraft.performance.stall_alpha_deg * DEG
         self._stalled = 0
-        causes = ["a higher airspeed", "less load factor"]
+        causes = ["a higher airspeed", "a lower load factor"]
         if flight.turbulence is not None:
-            causes.append("less turbulence")
+            causes.append("weaker turbulence")
         if flight.wind.gusts or flight.wind.down_mps:
-            causes.append("less vertical wind and gusts")
+            causes.append("weaker vertical wind and gusts")
         self._against_stall = ", ".join(causes[:-1]) + f" or {causes[-1]}"
 
     def watch(self, leg: LegBase, pilot: Autopilot, state: AircraftState) -> None:
@@ -58,7 +58,8 @@ class Monitor:
         if self._stalled >= _STALLED:
             raise LegError("the aircraft stalled", self._against_stall)
         if self._has_fuel and self._fuel() <= 0.0:
-            raise LegError("the fuel of the model is used up", "a shorter flight, less airspeed, or another aircraft")
+            remedy = "a shorter flight, a lower airspeed, or another aircraft"
+            raise LegError("the fuel of the model is used up", remedy)
         if "heading" in leg.holds and pilot.lateral == HEADING:
             left = _QUARTER * (1.0 - abs(state.latitude) / (0.5 * pi))
             radius = state.ground_speed**2 / (G * tan(pilot.bank_limit))

@@ -1,4 +1,4 @@
-"""What all trajectories in closed form have alike."""
+"""What all trajectories in closed form have in common."""
 
 from __future__ import annotations
 

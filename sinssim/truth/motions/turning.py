@@ -1,4 +1,4 @@
-"""The rotation of a sensor block on one or two axes in its vehicle: angles, attitude and rate at any instant.
+"""The rotation of a sensor block on one or two axes in its vehicle: angles, attitude and rate at any time.
 
 The outer axis a is fixed in the vehicle and wobbles, the inner axis e is fixed in the block. With the angles α and β
 

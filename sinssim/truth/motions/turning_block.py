@@ -1,4 +1,4 @@
-"""The motion of a sensor block that turns in its vehicle: what its sensors feel.
+"""The motion of a sensor block that turns in its vehicle, which its sensors measure.
 
 With D = C_bv the block feels ω' = D ω + ω_vb^b and f' = D f at its reference point, which is where its axes cross. Over
 a sample, with D₀ in its middle, the increments are

@@ -103,8 +103,8 @@ def band_noise(
         raise unknown_name("coordinate of the vibration", coordinate, COORDINATES)
     if not (0.0 <= low_hz < high_hz and np.isfinite(high_hz) and rms >= 0.0):
         raise InputError(
-            f"vibration noise on {coordinate} of {rms!r} between {low_hz!r} Hz and {high_hz!r} Hz: the band must rise "
-            "from 0 Hz or more, and the amplitude must not be negative."
+            f"vibration noise on {coordinate} of {rms!r} between {low_hz!r} Hz and {high_hz!r} Hz: the band must begin "
+            "at 0 Hz or above and end above its beginning, and the amplitude must not be negative."
         )
     generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(_NUMBER[coordinate],))))
     width = (high_hz - low_hz) / count

@@ -74,7 +74,7 @@ def read_samples(section: TrackSection, ellipsoid: Ellipsoid) -> TrackSamples:
 def _recorded(streams: Streams, section: TrackSection) -> TrackSamples:
     known: dict[str, SolutionStream | FixStream] = {**streams.fixes, **streams.solutions}
     if not known:
-        raise InputError(f"{streams.path} ({streams.format}) has neither fixes nor a solution: it is no track.")
+        raise InputError(f"{streams.path} ({streams.format}) has neither fixes nor a solution: it is not a track.")
     name = section.stream or next(iter(streams.solutions or streams.fixes))
     if name not in known:
         raise InputError(f"track.stream: {unknown_name(f'stream of {streams.path.name}', name, known)}")
@@ -125,11 +125,11 @@ def _travelled(path: Path, kind: str, speed: float, ellipsoid: Ellipsoid) -> Tra
     steps = np.linalg.norm(np.diff(given.ecef(ellipsoid), axis=0), axis=1)
     given = given.part(np.concatenate([[True], steps > 0.0]))
     seconds = np.concatenate([[0.0], np.cumsum(steps[steps > 0.0])]) / speed
-    notes = [f"The path has no times: it is travelled at {speed:g} m/s, its corners are rounded by the smoothing."]
+    notes = [f"The path has no times: it is travelled at {speed:g} m/s, and the smoothing rounds its corners."]
     if missing.any():
-        notes.append(f"{np.count_nonzero(missing)} of {len(points)} points have no height: interpolated, or 0 m.")
+        notes.append(f"{np.count_nonzero(missing)} of {len(points)} points have no height; it is interpolated, or 0 m.")
     if len(given) < len(points):
-        notes.append(f"Points that repeat the one before are left out: {len(points) - len(given)}.")
+        notes.append(f"Points equal to the previous point are left out: {len(points) - len(given)}.")
     return _filled(given, seconds).noting(*notes)
 
 

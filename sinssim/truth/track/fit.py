@@ -1,4 +1,4 @@
-"""What is known of a track's curve: its distance from the samples, and its largest speed, acceleration and rate."""
+"""Properties of a track's curve: its distance from the samples, and its largest speed, acceleration and rate."""
 
 from __future__ import annotations
 
@@ -130,17 +130,17 @@ def assess(
     more = "" if planned else "; smooth more with track.smoothing_s or track.position_sigma_m if the samples are noisy"
     if hardest.largest > kind.odd_acceleration:
         warnings.append(
-            f"The largest acceleration, {hardest.largest / G0:.3g} g at {hardest.at:.6g} s, is doubtful for "
+            f"The largest acceleration, {hardest.largest / G0:.3g} g at {hardest.at:.6g} s, is implausible for "
             f'vehicle = "{kind.name}"{more}.'
         )
     if quickest.largest > kind.odd_turn:
         warnings.append(
-            f"The largest turn rate, {quickest.largest / DEG:.3g} °/s at {quickest.at:.6g} s, is doubtful for "
+            f"The largest turn rate, {quickest.largest / DEG:.3g} °/s at {quickest.at:.6g} s, is implausible for "
             f'vehicle = "{kind.name}"{more}.'
         )
     if samples.q_nb is None and steepest.largest > kind.odd_pitch:
         warnings.append(
-            f"The largest assumed pitch, {steepest.largest / DEG:.3g}° at {steepest.at:.6g} s, is doubtful for "
+            f"The largest assumed pitch, {steepest.largest / DEG:.3g}° at {steepest.at:.6g} s, is implausible for "
             f'vehicle = "{kind.name}"'
             + ("." if planned else ': smooth the heights with track.height_smoothing_s, or give track.pitch = "flat".')
         )
@@ -153,8 +153,8 @@ def assess(
     )
     if horizontal is not None and options.smoothing is None and options.sigma is None and horizontal.rms > _WIDE:
         warnings.append(
-            f"The curve passes the samples at {metres(horizontal.rms)} (rms), which cross-validation takes for noise. "
-            "Give track.smoothing_s = 0.0 if the samples are better than that."
+            f"The rms distance of the curve from the samples is {metres(horizontal.rms)}, which cross-validation takes "
+            "for noise. Give track.smoothing_s = 0.0 if the samples are more accurate."
         )
     fit = TrackFit(
         samples.source,
@@ -184,7 +184,7 @@ def assess(
 def _about_speed(
     knots: Knots, samples: TrackSamples, fastest: Distance, ellipsoid: Ellipsoid, kind: Vehicle
 ) -> Iterator[str]:
-    """Yield doubts about the speed: a curve that swings between sparse samples, a vehicle that never moves."""
+    """Yield warnings about the speed: of a curve that swings between sparse samples, of a vehicle that never moves."""
     steps = np.linalg.norm(np.diff(samples.ecef(ellipsoid), axis=0), axis=1)
     between = float((steps / np.diff(samples.time)).max())
     if fastest.largest > _SWINGS * between + _NOISE:

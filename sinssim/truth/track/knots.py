@@ -268,7 +268,7 @@ def _about_gaps(samples: TrackSamples, time: Array, wide: NDArray[np.int64]) -> 
     step = np.diff(time)
     longest = int(wide[np.argmax(step[wide])])
     many = "a gap" if len(wide) == 1 else f"{len(wide)} gaps, the longest"
-    how = "bridged on a great circle at uniform speed" if samples.q_nb is None else "the curve goes on smoothly"
+    how = "bridged on a great circle at uniform speed" if samples.q_nb is None else "the curve continues smoothly"
     return (
         f"The track has {many} of {step[longest]:.4g} s after {samples.noun} {samples.rows[longest]}, at "
         f"{time[longest]:.6g} s: {how}.",

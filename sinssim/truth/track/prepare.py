@@ -1,4 +1,4 @@
-"""From the table [track] to a curve, once for all who ask: duration, plan, flight, report."""
+"""From the table [track] to a curve, computed once for all uses: duration, plan, flight, report."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _planned(section: TrackSection, gravity: str, ellipsoid: str) -> PreparedTra
     if count > _MOST_KNOTS:
         raise InputError(
             f"the planned route takes {timetable.duration:.4g} s and needs {count} knots, more than {_MOST_KNOTS:g}: "
-            "give a shorter route, or more speed_mps."
+            "give a shorter route, or a higher speed_mps."
         )
     time = np.linspace(0.0, timetable.duration, count)
     options = _options(section)

@@ -192,8 +192,8 @@ class Route:
             return None
         if turns_back(angle):
             raise InputError(
-                f"{self.named(number)}: the route turns by {abs(angle) / DEG:.0f}° there, more than 170°, which no "
-                "single corner rounds: give two waypoints, about a diameter of the turn apart."
+                f"{self.named(number)}: the route turns by {abs(angle) / DEG:.0f}° there, more than 170°, which is "
+                "too much for one corner: give two waypoints, about a diameter of the turn apart."
             )
         waypoint, speed = self.waypoints[number], max(self.speeds[number - 1], self.speeds[number])
         if waypoint.turn_radius_m is not None:
@@ -205,7 +205,7 @@ class Route:
         if radius > 0.1 * self._radius:
             raise InputError(
                 f"{self.named(number)}: the turn has a radius of {radius / 1e3:.4g} km, too large for the Earth; give "
-                "less speed_mps, or more bank_deg."
+                "a lower speed_mps, or a larger bank_deg."
             )
         return Corner(angle, radius, speed * self._vehicle.ramp)
 
@@ -222,9 +222,9 @@ class Route:
             ends = [tangent / hypot(*metres) for tangent, metres in zip(cut, ground, strict=True)]
             if sum(ends) > angle:
                 raise InputError(
-                    f"from {self.named(number)} to {self.named(number + 1)} there are {angle * self._radius:.5g} m, "
-                    f"but the turns at its ends take {cut[0]:.4g} m and {cut[1]:.4g} m of them: give smaller "
-                    "turn_radius_m, more bank_deg or less speed_mps."
+                    f"the leg from {self.named(number)} to {self.named(number + 1)} has {angle * self._radius:.5g} m, "
+                    f"but the turns at its ends need {cut[0]:.4g} m and {cut[1]:.4g} m of them: give a smaller "
+                    "turn_radius_m, a larger bank_deg or a lower speed_mps."
                 )
             rest = float(angle - sum(ends)) * self._radius
             if rest > 1e-6:

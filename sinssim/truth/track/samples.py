@@ -172,15 +172,15 @@ def _filled_heights(samples: TrackSamples) -> TrackSamples:
     missing = int(np.count_nonzero(~known))
     if not known.any():
         return replace(samples, height=np.zeros(len(samples))).noting(
-            f"No {samples.noun} has a height: all are taken as 0 m above the ellipsoid; track.height_offset_m gives "
-            "another one."
+            f"No {samples.noun} has a height: 0 m above the ellipsoid is assumed for all; track.height_offset_m gives "
+            "another height."
         )
     first = int(np.argmin(known))
     order = np.argsort(samples.time[known], kind="stable")
     height = np.interp(samples.time, samples.time[known][order], samples.height[known][order])
     return replace(samples, height=np.where(known, samples.height, height)).noting(
-        f"{missing} of {len(samples)} {_plural(samples.noun, missing)} without a height, the first of them "
-        f"{samples.noun} {samples.rows[first]}: their heights are interpolated in time."
+        f"{missing} of {len(samples)} {_plural(samples.noun, len(samples))} {'has' if missing == 1 else 'have'} no "
+        f"height, first {samples.noun} {samples.rows[first]}; it is interpolated in time."
     )
 
 
@@ -208,7 +208,7 @@ def _without_repetitions(samples: TrackSamples) -> TrackSamples:
     kept = np.ones(len(samples), bool)
     kept[late + 1] = False
     return samples.part(kept).noting(
-        f"{len(late)} {_plural(samples.noun, len(late))} at the time of the one before left out, the first of them "
+        f"{len(late)} {_plural(samples.noun, len(late))} with the time of the previous one left out, the first of them "
         f"{samples.noun} {samples.rows[late[0] + 1]}."
     )
 

@@ -109,10 +109,9 @@ class Timetable:
         needs = 0.5 * (before + speed) * speedup + 0.5 * (speed + ahead) * braking
         if needs > whole:
             raise InputError(
-                f"from {route.named(leg)} to {route.named(leg + 1)} there are {whole:.5g} m, but its changes of "
-                f"speed, from {before:g} to {speed:g} and to {ahead:g} m/s, take {needs:.5g} m at "
-                f"{self._acceleration:g} m/s²: "
-                "give less speed_mps, or more track.acceleration_mps2."
+                f"the leg from {route.named(leg)} to {route.named(leg + 1)} has {whole:.5g} m, but its changes of "
+                f"speed, from {before:g} to {speed:g} and to {ahead:g} m/s, need {needs:.5g} m at "
+                f"{self._acceleration:g} m/s²: give a lower speed_mps, or a larger track.acceleration_mps2."
             )
         self._add(speedup, before, speed)
         self._add((whole - needs) / speed, speed, speed)

@@ -1,4 +1,4 @@
-"""What is assumed of a vehicle whose attitude was not recorded, and what it cannot do."""
+"""Assumptions about a vehicle whose attitude was not recorded, and the limits of its motion."""
 
 from __future__ import annotations
 

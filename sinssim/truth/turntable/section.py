@@ -33,7 +33,7 @@ class TableTurn(Section):
     @classmethod
     def _turns(cls, angle: float) -> float:
         if angle == 0.0:
-            raise ValueError("a turn by 0° is none: give its angle, for example 90 or -90")
+            raise ValueError("the angle of a turn must not be 0; give, for example, 90 or -90")
         return angle
 
 

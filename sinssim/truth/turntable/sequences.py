@@ -1,4 +1,4 @@
-"""Ready sequences of positions of a turntable, as laboratories use them.
+"""Predefined sequences of positions of a turntable, as laboratories use them.
 
 A sequence begins in its first position, with the start's roll and pitch, and has one further position after each of its
 turns. Every turn is about an axis of the block.

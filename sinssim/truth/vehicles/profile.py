@@ -128,7 +128,7 @@ class Profile:
         if left < 0.0:
             raise InputError(
                 f"{name}: {ended} is too short for the change of speed from {before:g} to {speed:g} m/s, which takes "
-                f"{of}; give more, or a larger acceleration_mps2."
+                f"{of}; give a larger value, or a larger acceleration_mps2."
             )
         if left > 0.0:
             self._add(left)

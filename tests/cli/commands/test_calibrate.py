@@ -116,7 +116,7 @@ def test_a_log_gives_what_the_simulation_gives(folder: Path, capsys: pytest.Capt
     assert call("calibrate", "log.toml") == 0
     assert "true" not in capsys.readouterr().out
     for setting, words in (
-        ('turntable.sequence="six-positions"', "standing spans, but the sequence of [turntable] has 6 dwells"),
+        ('turntable.sequence="six-positions"', "spans at rest, but the sequence of [turntable] has 6 dwells"),
         ("turntable.rate_deg_s=0.01", "the log has no spans at rest"),
         ("calibration.dwells_s=[[0.0, 9.0]]", "has 1 dwells, but the sequence of [turntable] has 12"),
     ):
@@ -134,7 +134,7 @@ def test_a_log_gives_what_the_simulation_gives(folder: Path, capsys: pytest.Capt
         ("turntable.dwell_s=-1", "greater than 0"),
         ("turntable.rate_deg_s=0", "at least 0.001"),
         ("turntable.ramp_s=60", "give a ramp_s of at most 9"),
-        ("turntable.turns=[{axis=[0.0,0.0,1.0], angle_deg=0.0}]", "a turn by 0° is none"),
+        ("turntable.turns=[{axis=[0.0,0.0,1.0], angle_deg=0.0}]", "the angle of a turn must not be 0"),
         ("calibration.method=best", "systematic"),
         ("calibration.dwells_s=[[0.0, 5.0]]", "dwells_s is for recorded sensors"),
     ],

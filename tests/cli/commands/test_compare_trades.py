@@ -128,7 +128,7 @@ def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
     os.kill(process.pid, signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 130, err
-    assert "of 598 cells are finished and kept in" in " ".join(err.split())
+    assert "of 598 cells are finished, in" in " ".join(err.split())
     assert "Traceback" not in out + err
     found = json.loads((folder / "runs" / "mine" / "results.json").read_text(encoding="utf-8"))
     assert found["status"] == "interrupted"

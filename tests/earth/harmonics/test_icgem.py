@@ -49,7 +49,7 @@ def test_the_coefficients_are_those_written(tmp_path: Path) -> None:
         ({"norm": "unnormalized"}, "norm is 'unnormalized'; the coefficients must be fully_normalized"),
         ({"factor": 5.0**0.5}, r"C20 is -0\.00108263.*another normalisation"),
         ({"gm": "4.9e12"}, r"earth_gravity_constant = 4\.9e\+12"),
-        ({"gm": "much"}, "earth_gravity_constant = 'much' in the header is no number"),
+        ({"gm": "much"}, "earth_gravity_constant = 'much' in the header is not a number"),
     ],
 )
 def test_another_normalisation_or_body(options: dict[str, str], wanted: str, tmp_path: Path) -> None:
@@ -61,11 +61,11 @@ def test_a_file_cut_short(tmp_path: Path) -> None:
     file = write(tmp_path / "a.gfc")
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
     file.write_text("".join(lines[:-5]), encoding="utf-8")
-    with pytest.raises(InputError, match=r"degree 8 and order 4 is missing, with 4 others.*cut short"):
+    with pytest.raises(InputError, match=r"degree 8 and order 4 is missing, with 4 others.*truncated"):
         read_icgem(file)
     assert read_icgem(file, 7).degree == 7
     file.write_text("".join(lines[:-5])[:-40], encoding="utf-8")
-    with pytest.raises(InputError, match=r"a.gfc: line \d+: .* is it cut short\?"):
+    with pytest.raises(InputError, match=r"a.gfc: line \d+: .* is it truncated\?"):
         read_icgem(file)
     file.write_text("".join(lines[:4]), encoding="utf-8")
     with pytest.raises(InputError, match='no line "end_of_head"'):

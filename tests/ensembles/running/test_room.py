@@ -21,7 +21,7 @@ Usage = namedtuple("Usage", "total used free")
 def test_more_than_the_memory_holds(monkeypatch) -> None:
     """Refused before anything runs; the interval of the epochs that is proposed is enough."""
     monkeypatch.setattr(room, "machine_memory", lambda: 1.5e6)
-    with pytest.raises(sinssim.InputError, match=r"need 0\.0202 GB .* Compute fewer runs, or keep .*epoch_s") as error:
+    with pytest.raises(sinssim.InputError, match=r"need 20\.2 MB .* Compute fewer runs, or keep .*epoch_s") as error:
         sinssim.ensemble(scenario(), 100)
     step = float(re.findall(r"epoch_s = ([\d.]+),", str(error.value))[0])
     assert len(sinssim.ensemble(scenario(ensemble={"epoch_s": step}), 100)) == 100
@@ -39,7 +39,7 @@ def test_more_than_the_disk_holds(tmp_path, monkeypatch) -> None:
     """Refused before anything runs, with a folder or without; --resume continues where there is room again."""
     monkeypatch.setattr(room.shutil, "disk_usage", lambda folder: Usage(1e9, 1e9, 1e6))
     for place in (None, tmp_path / "e"):
-        with pytest.raises(sinssim.InputError, match=r"150 runs at 601 epochs need at least 0\.00325 GB more on the"):
+        with pytest.raises(sinssim.InputError, match=r"150 runs at 601 epochs need at least 3\.25 MB more on the"):
             sinssim.ensemble(scenario(), 150, place)
     assert [name for name in files(tmp_path / "e") if name.endswith(".parquet")] == []
     monkeypatch.undo()

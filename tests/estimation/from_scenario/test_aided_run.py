@@ -372,7 +372,7 @@ def test_readings_that_come_too_late_leave_the_inertial_solution_and_it_is_said(
     inertial = result.estimate.inertial
     np.testing.assert_allclose(result.estimate.solution.latitude[-1], inertial.latitude[-1], rtol=0, atol=1e-9)
     said = " ".join(sentences(filter_numbers(result, s)))
-    assert "aiding.gnss.latency_s = 100: no reading arrives before the end of the run at 90 s." in said
+    assert "aiding.gnss.latency_s = 100: no measurement arrives before the end of the run at 90 s." in said
     assert "aiding.gnss.jumps.1 begins at 95 s, but the run ends at 90 s: it has no effect." in said
     assert "zero-velocity: there was no measurement (the vehicle was never at rest)" in said
     assert "caught" not in said

@@ -92,18 +92,18 @@ def test_equal_times_are_one_array() -> None:
         (standing(86400.0, 1.0, imu=2000.0), r"imu\.rate_hz = 2000: a run of about 86400 s with a filter of"),
         (
             standing(1e5, 100.0, imu=100.0),
-            r"imu\.rate_hz = 100: a run of about 100000 s .* where this machine has 4\. ",
+            r"imu\.rate_hz = 100: a run of about 100000 s .* this machine has 4 GB\. ",
         ),
         (
             standing(1e5, 20.0, imu=20.0, states=STATES),
-            r"filter\.rate_hz = 20: a run of about 100000 s .* where this machine has 1\. ",
+            r"filter\.rate_hz = 20: a run of about 100000 s .* this machine has 1 GB\. ",
         ),
     ],
 )
 def test_what_does_not_fit_is_refused_by_name(
     scenario: Scenario, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    has = float(message.split("machine has ")[1].split(r"\.")[0]) if "machine has" in message else 4.0
+    has = float(message.split("machine has ")[1].split(" GB")[0]) if "machine has" in message else 4.0
     monkeypatch.setattr("sinssim.estimation.from_scenario.memory.machine_memory", lambda: 1e9 * has)
     with pytest.raises(InputError, match=message) as error:
         check_memory(scenario)

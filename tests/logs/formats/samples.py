@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.logs.formats.loggers import LOGGERS
+
 RNG = np.random.default_rng(7)
 
 
@@ -323,6 +325,7 @@ FILES = {
     "euroc": (euroc, "data.csv"),
     "tum": (tum, "groundtruth.txt"),
     "columns": (columns, "mine.csv"),
+    **LOGGERS,
 }
 """What makes a file of each format, and its name."""
 

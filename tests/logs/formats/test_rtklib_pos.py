@@ -83,10 +83,13 @@ def test_the_file_is_recognised_by_itself(tmp_path: Path) -> None:
     ("lines", "message"),
     [
         ((HEAD.format("GPST"),), "it has no row of numbers"),
-        (("% GPST x-ecef(m) y-ecef(m)",), r"no line of heads with latitude\(deg\)"),
-        ((HEAD.format("GPST"), f"2022/03/07 00:00:02.250 {ROW}", "2022/03/07 00:00:03 what"), "line 3: this is no row"),
+        (("% GPST e-baseline(m) n-baseline(m)",), r"no header line with latitude\(deg\)"),
+        (
+            (HEAD.format("GPST"), f"2022/03/07 00:00:02.250 {ROW}", "2022/03/07 00:00:03 what"),
+            "line 3: this is not a row",
+        ),
         ((HEAD.format("GPST"), f"2022/03/07 00:00:02.250 {ROW}", f"2200 5 {ROW} 1"), "line 3: it has 16 fields"),
-        ((HEAD.format("GPST"), "2022/13/07 00:00:02.250 1 2"), "line 2: this is no row"),
+        ((HEAD.format("GPST"), "2022/13/07 00:00:02.250 1 2"), "line 2: this is not a row"),
     ],
 )
 def test_what_cannot_be_read_names_the_line(tmp_path: Path, lines: tuple[str, ...], message: str) -> None:

@@ -15,14 +15,9 @@ import numpy as np
 import pytest
 
 from sinssim.earth.gravity import gravity_ned
-from sinssim.logs.gps_time import parse_date
 from sinssim.logs.read import read_file
-from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.scoring.score import Judge
 from sinssim.logs.writers.export import export
-from sinssim.logs.writers.registry import DEFAULT_START
-from sinssim.scenario import load_scenario
-from sinssim.simulation.execute import run
 
 ROOT = Path(__file__).parents[3]
 DATA = ROOT / "tests" / "data" / "kf_gins"
@@ -32,15 +27,6 @@ PAGE = (ROOT / "docs" / "your-navigator.md").read_text(encoding="utf-8")
 def block(kind: str, number: int = 0) -> str:
     """Return a block of the page."""
     return str(re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[number])
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Judge:
-    """The page's run of the car."""
-    place = tmp_path_factory.mktemp("kf_gins")
-    (place / "car.toml").write_text(block("toml", 1))
-    run(load_scenario(place / "car.toml"), place / "car")
-    return Judge(RecordedRun(place / "car"), parse_date(DEFAULT_START, ""))
 
 
 def test_ideal_readings_close_on_the_truth_by_another_program(judge: Judge) -> None:

@@ -287,7 +287,7 @@ OWN_NAMES = ",".join(own_table().column_names) + "\n"
     [
         ("", "0.03,1,2,x,4,5,6\n", r"log.csv, sample 2 \(line 4\): the column 'dtheta_z_rad' holds 'x', not a number"),
         ("", "\n0.03,1,2,,4,5,6\n", r"log.csv, sample 2 \(line 5\): the column 'dtheta_z_rad' is empty or not finite"),
-        ("rig 7\n", "0.015,1,2,3,4,5,6\n", r"log.csv, sample 2 \(line 5\): the time 0.015 s does not come after 0.02"),
+        ("rig 7\n", "0.015,1,2,3,4,5,6\n", r"log.csv, sample 2 \(line 5\): the time 0.015 s is not later than 0.02"),
         ("rig 7\n", "0.03,1,2\n", r"log.csv, line 5: it has 3 fields but line 2 has 7"),
         (
             "",

@@ -179,7 +179,7 @@ def test_gnss_ins_sim(run: RecordedRun, truth: SolutionStream, place: Path) -> N
     assert np.allclose(np.radians(gyro) * 0.02, own.gyro, rtol=1e-12, atol=1e-18)
     assert (place / "gyro-0.csv").read_text().startswith("gyro_x (deg/s),gyro_y (deg/s),gyro_z (deg/s)\n")
     angles = np.genfromtxt(place / "ref_att_euler.csv", delimiter=",", skip_header=1)
-    roll, pitch, heading = rotation.euler_from_quaternion(truth.q_nb[1:])
+    roll, pitch, heading = rotation.euler_from_quaternion(truth.q_nb[:-1])  # a row is the start of its interval
     assert np.allclose(np.radians(angles), np.column_stack((heading, pitch, roll)), rtol=0, atol=1e-14)
     assert np.genfromtxt(place / "gps-0.csv", delimiter=",", skip_header=1).shape == (100, 6)
 
@@ -367,3 +367,38 @@ def test_not_a_run(tmp_path: Path) -> None:
     pq.write_table(pytest.importorskip("pyarrow").table({"time_s": [0.0], "coordinate_rad": [0.0]}), truth)
     with pytest.raises(InputError, match="one-component system"):
         export(tmp_path, "kml")
+
+
+@pytest.mark.parametrize("to", ["kf-gins", "csv", "psins", "rtklib-pos"])
+def test_fixes_of_outages_are_withheld(run: RecordedRun, to: str, tmp_path: Path) -> None:
+    """Fixes after the beginning and up to the end of an outage are left out, and nothing else changes."""
+    time = run.fix("gnss").time
+    begin, end = float(time[0]) + 0.2 * float(np.ptp(time)), float(time[0]) + 0.6 * float(np.ptp(time))
+    chosen = {"solution": ["gnss"]} if to == "rtklib-pos" else {}
+    done = made(run, to, tmp_path / "gaps", outages=[f"{begin}:{end}"], **chosen)
+    gone = int(((time > begin) & (time <= end)).sum())
+    assert 0 < gone < len(time)
+    assert any(f"{gone} of gnss" in sentence for sentence in done.sentences)
+    whole = made(run, to, tmp_path / "whole", **chosen)
+    name = {"kf-gins": "gnss", "csv": "gnss", "psins": "gnss.avp", "rtklib-pos": ""}[to]
+    for one, other in zip(done.files, whole.files, strict=True):
+        lines, all_lines = ((tmp_path / file).read_text().splitlines() for file in (one, other))
+        missing = len(all_lines) - len(lines)
+        assert missing == (gone if name in str(one.name) or to == "rtklib-pos" else 0), one
+        assert set(lines) <= set(all_lines) | {line for line in lines if "%" in line or "#" in line}
+
+
+@pytest.mark.parametrize(
+    ("to", "outage", "said"),
+    [
+        ("euroc", "1:2", "contains no fixes"),
+        ("kml", "1:2", "--solution gnss"),
+        ("csv", "1e9:2e9", "it is not an outage"),
+        ("csv", "9000:9001", "no outage lies within the run"),
+        ("csv", "5/10@1,2", "several beginnings"),
+        ("csv", "10/5", "must be less than"),
+    ],
+)
+def test_outages_that_cannot_be_are_refused(run: RecordedRun, to: str, outage: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=said):
+        made(run, to, tmp_path / "out", outages=[outage])

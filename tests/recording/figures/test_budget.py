@@ -10,6 +10,8 @@ import sinssim
 from sinssim.error_budget.limits import answers
 from sinssim.recording.figures.budget import OTHERS, growth_figure, palette, ranking_figure, shares, sigma_figure
 from sinssim.recording.figures.canvas import to_svg
+from sinssim.recording.scales import units_of_budget
+from sinssim.recording.tables.budget import time_columns
 from sinssim.requirements.requirement import parse_requirements
 from tests.error_budget.worlds import SHORT_TURN, scenario
 
@@ -38,6 +40,9 @@ def test_any_budget_is_drawn(imu: dict[str, Any]) -> None:
     figures = (growth_figure(found, answered), ranking_figure(found), sigma_figure(found, answered))
     for number, figure in enumerate(figures):
         assert to_svg(figure, f"figure{number}").startswith("<svg")
+    units = [unit for unit, _ in units_of_budget(found)]
+    assert [panel.get_ylabel() for panel in figures[2].axes] == units  # those of the table
+    assert [head.partition(", ")[2] for head in time_columns(found, ())[0][2::3]] == units[:1] + units
 
 
 def test_limits_lie_where_the_requirements_say() -> None:

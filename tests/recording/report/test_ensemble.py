@@ -11,8 +11,9 @@ import pytest
 
 import sinssim
 from sinssim.ensembles.result import EnsembleResult
+from sinssim.ensembles.summary import ensemble_numbers
 from sinssim.recording.figures import ensemble as figures
-from sinssim.recording.report.ensemble import own_content, with_band
+from sinssim.recording.report.ensemble import _components, _with_error, own_content, with_band
 from sinssim.recording.store.ensemble import write_ensemble
 from tests.ensembles.examples import AIDED, scenario
 
@@ -93,6 +94,22 @@ def test_figures_say_what_they_show(with_failures: EnsembleResult, filtered: Ens
     np.testing.assert_allclose(stated[0].get_ydata() * unit, np.sqrt(np.mean(sigma[:, :, 0] ** 2, axis=0)), rtol=1e-12)
     drawn = figures.consistency(filtered, filtered.nees, "NEES / n").axes
     assert [axes.get_title(loc="left") for axes in drawn] == list(filtered.plan.blocks)
+
+
+def test_tables_and_figures_have_the_same_units(filtered: EnsembleResult) -> None:
+    units = figures.units_of(filtered)
+    expected = [unit for unit, _ in units for _ in range(3)]
+    titles = [axes.get_title(loc="left") for axes in figures.components(filtered).axes]
+    assert [title.partition("[")[2] for title in titles] == [f"{unit}]" for unit in expected]
+    text = _components(ensemble_numbers(filtered), units)
+    assert re.findall(r"(?:position|velocity|attitude φ), \w+</t.><td[^>]*>([^<]+)</td>", text) == expected
+
+
+def test_a_value_has_the_decimals_of_its_standard_error() -> None:
+    assert _with_error(0.6174, 0.1312) == "0.62 ± 0.13"
+    assert _with_error(214.4, 44.2) == "214 ± 44"
+    assert _with_error(0.5, 0.0) == "0.500 ± 0"
+    assert _with_error(0.5, float("inf")) == "0.500 ± –"
 
 
 def test_percentiles_with_bands_as_text() -> None:

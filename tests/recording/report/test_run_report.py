@@ -174,7 +174,7 @@ def test_a_page_with_everything(recorded):
     assert [r for r in Tables(page).with_heads("time [s]") if "turns" in r[-1]] == [["12.5", "turns |left|"]]
     timing = {row[0]: row[1] for row in Tables(page).with_heads("stage")[1:]}
     assert value(timing["total"]) == pytest.approx(result.summary["timing"]["total_s"], abs=0.0051)
-    made = dict(row for row in Tables(page).with_heads("computed by")[1:])
+    made = dict(row for row in Tables(page).with_heads("computed with")[1:])
     assert made["seed"] == "3"
     assert made["numpy"] == np.__version__
 
@@ -294,7 +294,7 @@ def test_errors_that_no_grade_has_are_told_too(tmp_path):
     assert accel["coupling with z"] == ["µg/g²", "2.000", "4.000", "", "given"]
     assert "K₂" not in accel
     # 40 °C of Zerodur are 0.336 µm, half of which is 0.26549 λ: ξ = 0.21803 and 150.53 deg/h · 2ξD(ξ)
-    told = "Flicker B 0.5 deg/h, pulse weight 1.61483 arcsec, range ± 400 deg/s, null shift by gas flow, at most "
+    told = "Flicker B 0.5 deg/h, pulse weight 1.615 arcsec, range ± 400 deg/s, null shift by gas flow, at most "
     assert float(page.partition(told)[2].partition(" deg/h")[0]) == pytest.approx(13.87, rel=2e-3)
     assert "Rate random walk 7 µg/√h." in page
     assert "Faults: dropout from 1 s to 2 s; bias step from 3 s to the end; a spike at 4 s." in page
@@ -321,7 +321,7 @@ def test_the_other_sets_of_sensors_have_pages_too(tmp_path, kind):
         assert [value(c) for c in table[2][2:5]] == pytest.approx(drift, rel=1e-3)
         assert table[2][-1] == "1"
         assert not any(t.startswith("Gyros") for t in titles)
-        assert any(t.startswith("Attitude sensor, inertial axes: error of each reading [") for t in titles)
+        assert any(t.startswith("Attitude sensor, inertial axes: error of each measurement [") for t in titles)
 
 
 def test_the_air_is_told_whether_or_not_it_is_the_default():

@@ -8,9 +8,11 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
 from types import SimpleNamespace
+from urllib.parse import parse_qs, urlsplit
 
 import psutil
 import pytest
@@ -46,11 +48,14 @@ def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
         processes = [psutil.Process(server.pid), *children]
         listening = [c for p in processes for c in p.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
         assert {c.laddr.ip for c in listening} == {"127.0.0.1"}
-        assert {f"127.0.0.1:{c.laddr.port}" for c in listening} > {
-            page.removeprefix("http://").strip("/"),
-            "127.0.0.1:" + address.split("%3A")[-1].removesuffix("%2Fproxy"),
-        }
-        assert len(listening) == 3  # and the server whose files the page consists of
+        assert page.removeprefix("http://").strip("/") in {f"127.0.0.1:{c.laddr.port}" for c in listening}
+        files = parse_qs(urlsplit(address).query)["url"]
+        assert [Path(file).name for file in files] == ["recording.rrd", "view.rbl"]
+        assert all(file.startswith(page) for file in files)
+        assert urllib.request.urlopen(files[0], timeout=10.0).read() == (directory / "recording.rrd").read_bytes()
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(f"{page}files/summary.json", timeout=10.0)
+        assert len(listening) == 3  # and the server that has the viewer's page
     finally:
         server.send_signal(how)
         server.wait(20.0)

@@ -219,7 +219,7 @@ def test_an_axis_without_any_range_is_left_to_the_viewer():
 def test_paths_that_are_no_recording_are_refused(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
         find_recording(tmp_path / "nothing")
-    with pytest.raises(InputError, match=r"has no recording\.rrd"):
+    with pytest.raises(InputError, match=r"contains no recording\.rrd"):
         find_recording(tmp_path)
     (tmp_path / "recording.rrd").write_bytes(b"RRF2 not really")
     assert find_recording(tmp_path) == tmp_path / "recording.rrd"

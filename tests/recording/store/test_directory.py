@@ -460,6 +460,16 @@ def test_a_run_that_cannot_be_put_in_its_place_changes_nothing_there(tmp_path, s
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
 
 
+def test_a_recording_that_cannot_be_opened_gives_its_reason_and_leaves_nothing(tmp_path, short, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("sinssim.recording.rerun.rrd.Recording", full)
+    with pytest.raises(InputError, match="No space left"):
+        run(fake_run.scenario(("euler",)), tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_failed_run_does_not_go_where_somebody_elses_files_are(tmp_path, short, monkeypatch):
     monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate", lambda *_, **__: 1 / 0)
     for name in ("run", "run-failed"):

@@ -80,7 +80,7 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
     assert notes == [
         "note        aiding.gnss.outages_s.2 begins at 200 s, but the run ends at 200 s: it has no effect.",
         "note        aiding.gnss.ramps.1 begins at 700 s, but the run ends at 200 s: it has no effect.",
-        "note        aiding.baro.latency_s = 300: no reading arrives before the end of the run at 200 s.",
+        "note        aiding.baro.latency_s = 300: no measurement arrives before the end of the run at 200 s.",
     ]
     (note,) = times_not_reached(load_scenario(write(tmp_path, TEXT + "alignment_s = 199.0\n")), 198.0)
     assert note == "filter.alignment_s = 199: the alignment takes longer than the run, which ends at 198 s."
@@ -102,7 +102,7 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         ("lever_arm_m =", "latency_ms = 200.0\nlever_arm_m =", 0, "use 'latency_s' (latency_s = 0.2)"),
         ("lever_arm_m =", "position_sigma_m = 0.0\nlever_arm_m =", 0, "position_sigma_m = 0.0 must be at least 1e-12"),
         ("lever_arm_m =", "latency_s = -0.1\nlever_arm_m =", 0, "latency_s = -0.1 must be at least 0"),
-        ("rate_hz = 2.0", "position = false\nvelocity = false", -1, "leave no reading"),
+        ("rate_hz = 2.0", "position = false\nvelocity = false", -1, "leave no measurement"),
         ("[aiding.baro]", "[aiding.barro]", 0, "unknown key 'aiding.barro'. Did you mean 'aiding.baro'?"),
         ('"gyro scale"', '"gyro bias"', -1, "states contains 'gyro bias' twice; give each block once"),
         ('"gyro scale"', '"gyro scal"', 0, "unknown block of states 'gyro scal'. Did you mean 'gyro scale'? Known:"),

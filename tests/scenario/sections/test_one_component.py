@@ -96,9 +96,9 @@ def test_no_table_of_three_dimensions_beside_it(tmp_path: Path) -> None:
 
 
 def test_too_short_and_too_long() -> None:
-    with pytest.raises(InputError, match=r"gives no reading in a run of 0.01 s; at least 100 would give one"):
+    with pytest.raises(InputError, match=r"gives no sample in a run of 0.01 s; at least 100 would give one"):
         list(plan_lines(made(**PLAIN | {"duration_s": 0.01})))
-    with pytest.raises(InputError, match=r"GB of memory where this machine has .*; at most"):
+    with pytest.raises(InputError, match=r"GB of memory; this machine has .* GB. Use at most"):
         list(plan_lines(made(**PLAIN | {"duration_s": 1e9, "rate_hz": 1e6})))
 
 

@@ -604,6 +604,6 @@ def test_better_system_gives_its_own_solution():
 
 def test_motion_that_is_over_before_the_first_reading():
     with pytest.raises(
-        InputError, match=r"aiding\.gnss\.rate_hz = 0\.01: the first reading comes after 100 s, and the"
+        InputError, match=r"aiding\.gnss\.rate_hz = 0\.01: the first measurement comes after 100 s, and the"
     ):
         read(parked(50.0), GnssSection(rate_hz=0.01))

@@ -50,7 +50,7 @@ OWN: dict[str, dict[str, Any]] = {
     "zero_rate": {"during_s": ((0.0, 20.0),)},
     "attitude": {"bias_sigma_arcmin": 3.0},
     "master": {"attitude": True},
-    "land_vehicle": {"lateral_limit_mps2": 1e3},
+    "land_vehicle": {"lateral_limit_mps2": 1e3, "drift_vertical_mps": 0.3},
 }
 """Keys by which a sensor has all of its terms."""
 
@@ -99,6 +99,7 @@ DEG, ARCMIN, ARCSEC = np.pi / 180.0, np.pi / 10_800.0, np.pi / 648_000.0
         ("gnss", "time_offset_sigma_s", 0.3, "gnss time offset", 0.3),
         ("gnss", "velocity_delay_sigma_s", 0.2, "gnss-velocity delay", 0.2),
         ("dual_antenna", "bias_sigma_deg", 0.7, "dual-antenna bias", 0.7 * DEG),
+        ("land_vehicle", "drift_lateral_mps", 0.3, "land-vehicle bias", 0.3),
         ("land_vehicle", "mounting_sigma_deg", 4.0, "land-vehicle mounting", 4.0 * DEG),
         ("land_vehicle", "lever_arm_sigma_m", 0.5, "land-vehicle lever arm", 0.5),
         ("land_vehicle", "slip_sigma_deg_per_g", 3.0, "land-vehicle slip", 3.0 * DEG / 9.80665),

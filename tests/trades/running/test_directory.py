@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,22 @@ def test_numbers_keep_every_bit(tmp_path: Path) -> None:
     for name in ("time", "cep", "r95"):
         np.testing.assert_array_equal(getattr(found, name), getattr(NUMBERS, name))
     assert there.read("f" * 64, pytest.fail) is None
+
+
+@pytest.mark.parametrize("exists", [False, True])
+def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exists: bool) -> None:
+    def fail(path: Path, text: str) -> None:
+        path.with_name(path.name + ".part").write_text("")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    place = tmp_path / "deep" / "out"
+    if exists:
+        place.mkdir(parents=True)
+    monkeypatch.setattr("sinssim.trades.running.directory.write_text", fail)
+    with pytest.raises(InputError, match=r"out cannot be made: No space left on device\. Give a folder"):
+        begin(tmp_path, place)
+    left = [path for path in tmp_path.rglob("*") if path.name != "standing.toml"]
+    assert left == ([tmp_path / "deep", place] if exists else [])
 
 
 def test_a_file_of_another_cell(tmp_path: Path) -> None:

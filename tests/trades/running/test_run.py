@@ -136,7 +136,7 @@ def test_resumed_bit_for_bit(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt) as interrupt:
         trade(made, place, progress=stop)
-    assert "3 of 6 cells are finished and kept" in " ".join(interrupt.value.__notes__)
+    assert "3 of 6 cells are finished, in" in " ".join(interrupt.value.__notes__)
     left = json.loads((place / "results.json").read_text(encoding="utf-8"))
     assert (left["status"], left["finished"]) == ("interrupted", 3)
     assert [cell["status"] for cell in left["cells"]] == ["finished"] * 3 + ["open"] * 3

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from sinssim.scenario.sections.flight import FlightSection
+from sinssim.truth.curve import Curve
 from sinssim.truth.flight import cache
 from sinssim.truth.flight.cache import cached_flight, flight_key
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
@@ -66,6 +68,21 @@ def test_second_time_is_read_bit_for_bit(folder: Path, monkeypatch: pytest.Monke
     assert same(cold, warm)
     assert same(cold, flight_log(fly_plan(flight())))
     assert [file.suffix for file in folder.iterdir()] == [".flight"]  # nothing half-written beside it
+
+
+@pytest.mark.parametrize("mounting", [(1.0, 0.0, 0.0, 0.0), (0.6, 0.0, 0.0, 0.8)])
+def test_stored_derivatives_give_the_curve_of_the_knots(folder: Path, mounting: tuple[float, ...]) -> None:
+    cached_flight(flight())
+    log = cached_flight(flight())
+    assert log.derivatives is not None
+    spline = CubicSpline(log.time, log.position_ecef)  # far from the ends another spline of the same knots agrees
+    inner = slice(20, -20)
+    assert np.abs(log.derivatives.second[inner, :3] - spline(log.time[inner], 2)).max() < 0.02
+    knots = log.time, log.position_ecef, log.q_eb
+    read = Curve(*knots, q_bs=mounting, derivatives=log.derivatives).increments(100.0)
+    computed = Curve(*knots, q_bs=mounting).increments(100.0)
+    assert np.array_equal(read.dtheta, computed.dtheta)
+    assert np.array_equal(read.dvel, computed.dvel)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty"])

@@ -102,7 +102,7 @@ def test_check_estimates_the_durations(hop: FlightLog) -> None:
 @pytest.mark.parametrize(
     ("legs", "words"),
     [
-        ([{"type": "take_off", "runway_m": 150.0}], r"leg 1 \(take_off\) failed at .*the take-off does not happen"),
+        ([{"type": "take_off", "runway_m": 150.0}], r"leg 1 \(take_off\) failed at .*the aircraft does not take off"),
         (
             [{"type": "take_off", "height_m": 60.0}, {**LAND, "heading_deg": 184.0}],
             r"leg 2 \(land\) failed at .* s of the flight: there is no approach to this runway",

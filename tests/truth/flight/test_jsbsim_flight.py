@@ -508,7 +508,7 @@ def test_wind_that_is_too_strong_on_the_runway_is_named() -> None:
         {"aircraft": "c172x", "start": start, "legs": legs, "wind": {"north_mps": 11.0}}
     )
     said = (
-        r"on the runway, .*The likely cause is the wind of 11 m/s towards north and 0 m/s towards east.*Give less wind"
+        r"on the runway, .*The likely cause is the wind of 11 m/s towards north and 0 m/s towards east.*a weaker wind"
     )
     with pytest.raises(InputError, match=said):
         fly_plan(flight)

@@ -203,7 +203,7 @@ def test_bad_input() -> None:
         Vibrating(parked, [Tone("pich", 1.0, 1.0)])
     with pytest.raises(InputError, match="tone 1 on yaw"):
         Vibrating(parked, [Tone("yaw", np.nan, 1.0)])
-    with pytest.raises(InputError, match="the band must rise"):
+    with pytest.raises(InputError, match="the band must begin"):
         band_noise("yaw", 1.0, 2.0, 1.0, 0)
     with pytest.raises(InputError, match="Known: down"):
         band_noise("up", 1.0, 1.0, 2.0, 0)

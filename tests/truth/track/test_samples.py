@@ -53,13 +53,13 @@ def test_repeated_sample_is_left_out_and_said() -> None:
     twice = samples().part(np.array([0, 1, 2, 2, 3, 4]))
     left = checked_samples(twice, LAND)
     assert len(left) == 5
-    assert left.notes == ("1 row at the time of the one before left out, the first of them row 3.",)
+    assert left.notes == ("1 row with the time of the previous one left out, the first of them row 3.",)
 
 
 def test_missing_heights_are_interpolated_and_said() -> None:
     found = checked_samples(samples(height=(slice(4, 7), np.nan)), LAND)
     assert np.array_equal(found.height, np.full(20, 10.0))
-    assert "3 of 20 rows without a height, the first of them row 5" in found.notes[0]
+    assert "3 of 20 rows have no height, first row 5" in found.notes[0]
     none = checked_samples(samples(height=(slice(None), np.nan)), LAND)
     assert np.array_equal(none.height, np.zeros(20))
     assert "No row has a height" in none.notes[0]

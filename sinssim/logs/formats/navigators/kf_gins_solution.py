@@ -53,7 +53,7 @@ def read(path: Path) -> Streams:
     week = rows[:, 0]
     if (week != np.floor(week)).any() or (week < 0.0).any() or (week > 1e4).any():
         row = int(np.argmax((week != np.floor(week)) | (week < 0.0) | (week > 1e4)))
-        raise InputError(f"{path}, row {row + 1}: {week[row]:g} is no GPS week; the first column holds the week, or 0.")
+        raise InputError(f"{path}, row {row + 1}: {week[row]:g} is not a GPS week; the first column is the week, or 0.")
     known = bool((week > 0.0).all())
     time = rows[:, 1] + (week - week[0]) * WEEK if known else unrolled(rows[:, 1], WEEK)
     sigma, notes = _sigma(path, rows[:, 1])

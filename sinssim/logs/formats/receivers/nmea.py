@@ -30,7 +30,7 @@ _FIELDS = ("latitude", "longitude", "height", "speed", "course", "s_n", "s_e", "
 
 def recognises(path: Path, head: bytes) -> bool:
     """Return whether the first lines begin with $ and an address of five letters, and no UBX is between them."""
-    if b"\xb5\x62" in head:
+    if b"\xb5\x62" in head or b"$GPCHC," in head or b"$GICHC," in head:
         return False
     for line in head.splitlines()[:20]:
         if line[:1] == b"$" and line[1:6].isalnum() and line[1:6].isupper() and line[6:7] == b",":

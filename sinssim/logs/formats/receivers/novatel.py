@@ -1,4 +1,4 @@
-"""NovAtel OEM7, binary or ASCII, by novatel-edie: RAWIMUSX, BESTPOS with BESTVEL, INSPVAX.
+"""NovAtel OEM7: binary logs by novatel-edie (RAWIMUSX, BESTPOS with BESTVEL, INSPVAX), and logs as text.
 
 Times are seconds of the GPS week, with the week. Heights of BESTPOS and INSPVAX are those above mean sea level plus the
 undulation. RAWIMUSX has counts of increments along z, −y, x; their scale factors depend on the type of IMU ("Raw IMU
@@ -18,30 +18,13 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.formats.receivers.imu_counts import SCALES
+from sinssim.logs.formats.receivers.novatel_ascii import WORDS, is_ascii, read_ascii
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.libraries import library, refused
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.units import ARCSEC, DEG, FOOT, G0
+from sinssim.units import DEG
 
-_EPSON = 1e-3 * G0 / 65536.0
-SCALES: dict[int, tuple[str, float, float]] = {
-    5: ("HG1900-CA29", 2.0**-33, 2.0**-27 * FOOT),
-    8: ("LN-200", 2.0**-19, 2.0**-14),
-    11: ("HG1700-AG58", 2.0**-33, 2.0**-27 * FOOT),
-    12: ("HG1700-AG62", 2.0**-33, 2.0**-26 * FOOT),
-    13: ("iMAR-FSAS", 0.1 * 2.0**-8 * ARCSEC, 0.05 * 2.0**-15),
-    16: ("CPT", 0.1 * 2.0**-8 * ARCSEC, 0.05 * 2.0**-15),
-    26: ("ISA-100C", 1e-9, 2e-8),
-    27: ("HG1900-CA50", 2.0**-33, 2.0**-27 * FOOT),
-    31: ("ADIS16488", 720.0 / 2.0**31 * DEG, 200.0 / 2.0**31),
-    32: ("STIM300", 2.0**-21 * DEG, 2.0**-22),
-    33: ("KVH 1750", 0.1 * 2.0**-8 * ARCSEC, 0.05 * 2.0**-15),
-    41: ("EG320N", 0.008 / 65536.0 / 125.0 * DEG, 0.2 * _EPSON / 125.0),
-    58: ("HG4930", 2.0**-33, 2.0**-29),
-}
-"""Name, rad and m/s of a count, by the type of IMU. Type 41 agrees with the manual's example: |f| = 9.86 m/s²."""
-
-_TYPES = {0: "none", 16: "single", 17: "differential", 18: "SBAS", 32: "float", 34: "float", 48: "fixed", 50: "fixed"}
 _WANTED = ("RAWIMUSX", "BESTPOS", "BESTVEL", "INSPVAX")
 
 
@@ -50,14 +33,14 @@ def recognises(path: Path, head: bytes) -> bool:
     for at in range(min(len(head) - 3, 512)):
         if head[at : at + 3] in (b"\xaa\x44\x12", b"\xaa\x44\x13") and (head[at + 2] == 0x13 or head[at + 3] == 28):
             return True
-    return any(
-        line[:1] in (b"#", b"%") and b";" in line and line[1:].split(b",")[0].endswith(b"A") and line[1:4].isupper()
-        for line in head.splitlines()[:20]
-    )
+    return is_ascii(head)
 
 
 def read(path: Path) -> Streams:
     """Read the logs."""
+    with path.open("rb") as file:
+        if is_ascii(file.read(4096)):
+            return read_ascii(path)
     oem = library("novatel_edie.oem", "novatel-edie", str(path))
     found: dict[str, list[Any]] = {name: [] for name in _WANTED}
     with warnings.catch_warnings():
@@ -78,7 +61,7 @@ def read(path: Path) -> Streams:
     fixes = _fixes(found["BESTPOS"], found["BESTVEL"], week)
     solutions = _solutions(found["INSPVAX"], week)
     if not (inertial or fixes or solutions):
-        raise InputError(f"{path} holds no reading that can be used. {' '.join(notes)}".rstrip())
+        raise InputError(f"{path} contains no usable measurement. {' '.join(notes)}".rstrip())
     clock = Clock("gps", week * WEEK if week else None, f"seconds of the GPS week {week}")
     return Streams(path, "novatel", clock, inertial, fixes, solutions, notes=tuple(notes))
 
@@ -135,7 +118,7 @@ def _fixes(positions: list[tuple[Any, Any]], velocities: list[tuple[Any, Any]], 
         ),
         velocity_ned=velocity if np.isfinite(velocity).any() else None,
         quality=quality,
-        quality_words={code: _TYPES.get(code, f"type {code}") for code in sorted(set(quality.tolist()))},
+        quality_words={code: WORDS.get(code, f"type {code}") for code in sorted(set(quality.tolist()))},
     )
     return {"gnss": stream}
 

@@ -50,7 +50,7 @@ def read(path: Path) -> Streams:
         stamps.append(_stamp(folder / "timestamps.txt", number, line.strip()))
         rows.append(_numbers(file))
     if not rows:
-        raise InputError(f"{folder} has no instants: timestamps.txt and data/*.txt do not belong together.")
+        raise InputError(f"{folder} has no time stamps: timestamps.txt and data/*.txt do not correspond.")
     r = np.array(rows)
     clock, time = clock_of(np.array(stamps, dtype=np.int64), "dates of the logger")
     q_nb = rotation.quaternion_from_euler(r[:, 3], -r[:, 4], math.pi / 2.0 - r[:, 5])
@@ -60,7 +60,7 @@ def read(path: Path) -> Streams:
         time, r[:, 0] * DEG, r[:, 1] * DEG, r[:, 2], "unknown", velocity, q_nb, sigma, np.repeat(r[:, 24:25], 3, axis=1)
     )
     imu = InertialStream(time, r[:, 17:20], r[:, 11:14], "rates", axes=("forward", "left", "up"))
-    notes = (f"{missing} instants have no file and were left out.",) if missing else ()
+    notes = (f"{missing} time stamps have no file and were left out.",) if missing else ()
     return Streams(path, "kitti-oxts", clock, {"imu": imu}, {}, {"solution": solution}, notes=notes)
 
 
@@ -71,7 +71,7 @@ def _stamp(file: Path, number: int, text: str) -> int:
         seconds = int(datetime.strptime(whole, "%Y-%m-%d %H:%M:%S").replace(tzinfo=UTC).timestamp())
         return seconds * NS + int((decimals + "000000000")[:9])
     except (ValueError, OverflowError) as error:
-        raise InputError(f"{file}, line {number}: {text[:40]!r} is no date such as 2011-09-26 13:02:25.964.") from error
+        raise InputError(f"{file}, line {number}: {text[:40]!r} is not a date like 2011-09-26 13:02:25.964.") from error
 
 
 def _numbers(file: Path) -> list[float]:

@@ -71,7 +71,7 @@ def split_first(path: Path, delimiter: str | None, skip: int) -> NDArray[np.int6
                         raise ValueError
                     found.append(int(whole or b"0") * NS + (-part if whole.startswith(b"-") else part))
             except (ValueError, OverflowError) as error:
-                raise InputError(f"{path}, line {number}: {word[:40].decode('latin-1')!r} is no stamp.") from error
+                raise InputError(f"{path}, line {number}: {word[:40].decode('latin-1')!r} is not a stamp.") from error
             if not -(2**62) < found[-1] < 2**62:
                 raise InputError(f"{path}, line {number}: the stamp {word[:40].decode('latin-1')} is out of range.")
     return np.array(found, dtype=np.int64)

@@ -46,5 +46,5 @@ def write(content: Content, place: Path) -> list[str]:
     place.write_text(text + "\n", encoding="utf-8")
     return [
         f"The path of {content.solution_name}: {p.sentence}",
-        "Heights are above the ellipsoid WGS-84, as RFC 7946 wants them. Times are UTC, in coordTimes.",
+        "Heights are above the ellipsoid WGS-84, as RFC 7946 requires. Times are UTC, in coordTimes.",
     ]

@@ -1,4 +1,9 @@
-"""Folder of CSV files as gnss-ins-sim (Aceinna) saves and loads them: ref_*.csv, gyro-0.csv, accel-0.csv, gps-0.csv."""
+"""Folder of CSV files as gnss-ins-sim (Aceinna) saves and loads them: ref_*.csv, gyro-0.csv, accel-0.csv, gps-0.csv.
+
+A row of gnss-ins-sim is an instant: its rates lead from the state of this row to the state of the next one (path_gen in
+pathgen.py computes the rates first and then moves; FreeIntegration takes row i − 1 for the step from i − 1 to i). A row
+of this folder is therefore the start of an interval.
+"""
 
 from __future__ import annotations
 
@@ -36,16 +41,17 @@ def write(content: Content, place: Path) -> list[str]:
     """
     imu, truth = content.imu, content.motion
     assert imu.interval is not None
-    rows = np.searchsorted(truth.time, imu.time - 1e-9)
-    if len(truth) <= rows.max() or np.abs(truth.time[rows] - imu.time).max() > 1e-9:
+    start = imu.time - imu.interval[:, 0]
+    rows = np.searchsorted(truth.time, start - 1e-6)
+    if len(truth) <= rows.max() or np.abs(truth.time[rows] - start).max() > 1e-6:
         raise InputError("the truth is not known at the times of the data; gnss-ins-sim needs both.")
-    _table(place / "time.csv", ("time (sec)",), rounded(imu.time))
+    _table(place / "time.csv", ("time (sec)",), rounded(start))
     gyro, accel = imu.gyro / imu.interval[:, :1] / DEG, imu.accel / imu.interval[:, 1:]
     _table(place / "gyro-0.csv", [f"gyro_{a} (deg/s)" for a in _XYZ], gyro)
     _table(place / "accel-0.csv", [f"accel_{a} (m/s^2)" for a in _XYZ], accel)
     _write_truth(truth, rows, place)
     said = [
-        f"gyro-0.csv, accel-0.csv: {content.imu_name} data as mean rates over the interval that ends at time.csv.",
+        f"gyro-0.csv, accel-0.csv: {content.imu_name} data as mean rates over the interval that begins at time.csv.",
         "ref_pos.csv, ref_vel.csv (north-east-down), ref_att_euler.csv (yaw, pitch, roll): the truth at time.csv.",
     ]
     if "ideal" in content.run.inertial:

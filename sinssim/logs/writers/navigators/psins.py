@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,7 @@ def write(content: Content, place: Path) -> list[str]:
         "[°], height [m], time [s].",
     ]
     for receiver in content.fixes:
-        stream = Content(content.run, content.start_gps_s, receiver).solution
+        stream = replace(content, solution_name=receiver, rate_hz=None).solution
         _write_avp(stream, place / f"{receiver}.avp")
         said.append(f"{receiver}.avp: fixes of the antenna.")
     return [*said, "Times are the run's own."]

@@ -88,9 +88,9 @@ def error_tables(
     yield '<div class="errors">'
     yield table(("algorithm", *_KINDS * len(groups)), lines, 1, f"<tr><th></th>{''.join(heads)}</tr>")
     yield (
-        f'</div><p class="note">Solution minus {against} in the local level there. The final height error '
-        "has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single rotation "
-        f"between computed and true attitude. Full precision: {where}.</p>"
+        f'</div><p class="note">Solution minus {against}, in the local level of the latter. The final '
+        "height error has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single "
+        f"rotation between computed and true attitude. Full precision: {where}.</p>"
     )
 
 
@@ -178,7 +178,7 @@ def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterat
             name = f"Tilt about {axis.lower()}, φ{axis[0]}" if title == "tilt φ" else f"{axis} {title}"
             yield draw_one(name, values, one)
     height = [e.height for e in errors]
-    yield draw_one("Azimuth, φD", azimuth[0], z_unit)
+    yield draw_one("Azimuth misalignment, φD", azimuth[0], z_unit)
     yield draw_one("Height error (positive: too high)", height, suiting(HEIGHTS, *_known(height)))
     yield draw_one("Velocity error, magnitude", speed, v_unit, from_zero=True)
     yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *_known(angle)), from_zero=True)

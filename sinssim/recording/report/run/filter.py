@@ -57,7 +57,7 @@ _TITLES = {
     "velocity_down": "Down velocity error",
     "tilt_north": "Tilt about north, φN",
     "tilt_east": "Tilt about east, φE",
-    "azimuth": "Azimuth, φD",
+    "azimuth": "Azimuth misalignment, φD",
 }
 
 
@@ -143,13 +143,13 @@ def _learned(numbers: Mapping[str, Any]) -> Iterator[str]:
         less = f"<strong>{less}</strong>" if s.get("observable") else less
         label = words(f"{name.replace('accelerometer', 'accel.')} [{unit}]")  # short: two tables share the page
         lines.append((label, *(signed(v) if v == v else "–" for v in values), less))
-    heads = ("state", "σ, start", "σ, end", f"{last}, end", "σ smaller")
+    heads = ("state", "σ, start", "σ, end", f"{last}, end", "σ reduced by")
     half = (len(lines) + 1) // 2
     yield f'<div class="pair">{table(heads, lines[:half])}{table(heads, lines[half:])}</div>'
     yield (
-        '<p class="note">σ smaller: factor by which σ decreased; bold if the state is observable. A state is '
-        "observable if, without process noise, a deviation by the initial σ would change the measurements by ten times "
-        "their noise, and if the filter at least halved σ.</p>"
+        '<p class="note">σ reduced by: ratio of σ at the start to σ at the end; bold if the state is observable. A '
+        "state is observable if, without process noise, a deviation by the initial σ would change the measurements by "
+        "ten times their noise, and if the filter at least halved σ.</p>"
     )
 
 
@@ -160,7 +160,7 @@ def _against_truth(numbers: Mapping[str, Any]) -> Iterator[str]:
         ("states", "number", "NEES per state"),
         [(words(name), str(s["states"]), _test(s)) for name, s in numbers["nees"].items()],
     )
-    noise = table(("noise", "variance over assumed"), [(words(n), _test(s)) for n, s in numbers["noise"].items()])
+    noise = table(("noise", "variance / assumed variance"), [(words(n), _test(s)) for n, s in numbers["noise"].items()])
     yield (
         f'<div class="pair">{nees}<div>{noise}<p class="note">NEES: normalised estimation error squared, '
         "mean over the run, with the band that contains 95 % of the runs of a correct filter; the band accounts for "
@@ -230,7 +230,7 @@ def outage_marks(aided: Aided) -> list[Mark]:
         gaps = np.diff(time)
         least = max(10.0 * float(every[1] - every[0]), 0.02 * float(every[-1] - every[0]))
         for k in np.flatnonzero(gaps > least):
-            label = sensor.measurements.label.partition("-")[0]
+            label = sensor.measurements.label.partition("-")[0].replace("gnss", "GNSS")
             marks += [(float(time[k]), f"no {label}"), (float(time[k + 1]), f"{label} again")]
     return [Mark(time, text) for time, text in sorted(set(marks))]
 
@@ -274,5 +274,5 @@ def _innovations(aided: Aided, span: tuple[float, float]) -> Iterator[str]:
                 time = np.repeat(sensor.time[rows], size)
                 lines.append(Line(name, time, values, style.css(style.COLORS[kind]), dots=dots))
         yield plot.plot(
-            f"{sensor.sensor}, in σ", "", lines, span, axis=(-EDGE, EDGE, 2.0), width=_WIDTH, height=_HEIGHT
+            f"{sensor.sensor} innovations", "σ", lines, span, axis=(-EDGE, EDGE, 2.0), width=_WIDTH, height=_HEIGHT
         )

@@ -216,7 +216,7 @@ def _legs(
 def place_text(truth: NavState, row: int) -> str:
     lat, lon, height = (float(v[row]) for v in (truth.latitude, truth.longitude, truth.height))
     height = round(height, 1) + 0.0  # no negative zero
-    return f"{degrees(lat / units.DEG, 'NS', 5)} {degrees(lon / units.DEG, 'EW', 5)}, {height:.1f} m"
+    return f"{degrees(lat / units.DEG, 'NS', 5)} {degrees(lon / units.DEG, 'EW', 5)}, {height:.1f}\u00a0m"
 
 
 def between_text(values: Array, places: int, unit: str) -> str:

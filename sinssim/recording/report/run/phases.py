@@ -42,7 +42,8 @@ def phase_section(summary: Mapping[str, Any]) -> Iterator[str]:
     said = False
     for name, found in source_tables(summary):
         if isinstance(found, str):
-            yield f'<p class="note">{words(f"{name}: no budget says which sources made it. {found}")}</p>'
+            unknown = f"{name}: the sources of the phases’ errors are unknown (no budget). {found}"
+            yield f'<p class="note">{words(unknown)}</p>'
             continue
         lines = [
             (f'<td class="name">{words(phase)}</td>', *(f"<td {_TEXT}>{_together(cell)}</td>" for cell in cells))

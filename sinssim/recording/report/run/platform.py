@@ -83,11 +83,13 @@ def _side_by_side(run: Run, span: tuple[float, float]) -> Iterator[str]:
         found[f"strapdown ({beside[0]})"] = beside[1]
         paint += style.colors([beside[0]])
     if run.without_errors_of_turns is not None:
-        found["strapdown, no errors of turns"] = run.without_errors_of_turns
+        found["strapdown, no rate-dependent errors"] = run.without_errors_of_turns
         paint.append(style.COLORS["reference"])
     names = {
         "platform": "platform",
-        "strapdown, no errors of turns": "strapdown, gyros without scale-factor error, misalignment and non-linearity",
+        "strapdown, no rate-dependent errors": (
+            "strapdown, gyros without scale-factor error, misalignment and non-linearity"
+        ),
     }
     rows = [
         (

@@ -54,8 +54,8 @@ def redundancy_section(run: Run) -> Iterator[str]:
     yield (
         '<p class="note">Statistic pᵀC⁻¹p of the parity vector p at the end of each window, with the covariance C of '
         "the stated 1σ of all errors; without a fault it has a χ² distribution. Above the threshold a fault is "
-        f"detected. Values beyond {_SHOWN:g} thresholds are cut off. After an exclusion the other sensors are "
-        "tested, with one degree of freedom less.</p>"
+        f"detected. Values above {_SHOWN:g} thresholds are clipped. After an exclusion the other sensors are "
+        "tested, with one degree of freedom fewer.</p>"
     )
     yield from _tests(found, section)
     if run.has("truth", "errors"):
@@ -102,8 +102,8 @@ def _alarms(found: Sequence[Monitored]) -> str:
                 )
             )  # fmt: skip
     if not rows:
-        return "<p>No fault was found.</p>"
-    heads = ("faulty sensor", "detected at [s]", "found by", "statistic", "threshold", "isolated and excluded at [s]")
+        return "<p>No fault was detected.</p>"
+    heads = ("faulty sensor", "detected at [s]", "window", "statistic", "threshold", "isolated and excluded at [s]")
     return table(heads, rows)
 
 
@@ -118,7 +118,7 @@ def _statistic(one: Monitored, run: Run, span: tuple[float, float]) -> str:
     ]
     limit = Line("threshold", time, one.threshold, style.css(style.COLORS["refused"]), 2.0, "7 4", reference=True)
     marks = [
-        Mark(alarm.isolated or alarm.detected, f"without {alarm.sensor}" if alarm.sensor else "fault detected")
+        Mark(alarm.isolated or alarm.detected, f"{alarm.sensor} excluded" if alarm.sensor else "fault detected")
         for alarm in one.alarms
     ]
     high = _SHOWN * float(np.nanmax(one.threshold))
@@ -141,17 +141,17 @@ def _tests(found: Sequence[Monitored], section: Redundant) -> Iterator[str]:
         tests = int(np.isfinite(one.statistic).sum())
         expected = number_text(tests * section.false_alarm_probability, 2)
         blocks.append(
-            f"<div><h3>{capital(NAMES[one.kind])}s</h3>{table(('window', f'smallest bias found [{unit}]'), rows)}"
+            f"<div><h3>{capital(NAMES[one.kind])}s</h3>{table(('window', f'smallest detectable bias [{unit}]'), rows)}"
             f'<p class="note">{tests:,} tests; of such tests without a fault, at most {expected} false alarms are '
             "expected.</p></div>"
         )
     yield f'<div class="pair">{"".join(blocks)}</div>'
     yield (
         f'<p class="note">Each test raises a false alarm with the probability {section.false_alarm_probability:g}. '
-        "The smallest bias is a step of the output of one sensor that lasts for the window and that a test at the "
-        f"start of the run misses with the probability {section.missed_detection_probability:g}. The 1σ of the errors "
-        "include noise, turn-on biases, scale factors, misalignments and all other errors stated in [imu], so they "
-        "are not faults.</p>"
+        "The smallest detectable bias is a step of the output of one sensor that lasts for the window and that a test "
+        f"at the start of the run misses with the probability {section.missed_detection_probability:g}. The 1σ of the "
+        "errors include noise, turn-on biases, scale factors, misalignments and all other errors stated in [imu], so "
+        "they are not faults.</p>"
     )
 
 

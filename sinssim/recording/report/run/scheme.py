@@ -1,4 +1,4 @@
-"""The scheme of a run's navigation in its report: the blocks that the scenario asks for, with its names and rates."""
+"""The scheme of a run's navigation in its report: the blocks of the scenario, with its names and rates."""
 
 from __future__ import annotations
 

@@ -159,8 +159,13 @@ def _six(section: ImuSection, triads: Sequence[TriadErrors], arm: float) -> str:
 def _spread(given: bool, sigma: float | None, of_grade: float) -> str:
     """Return the 1σ of an error; beside a given error it is zero by default, not that of the grade."""
     if given:
-        return f"given ± {sigma:.6g}" if sigma else "given"
-    return f"{of_grade if sigma is None else sigma:.6g}"
+        return f"given ± {_short(sigma)}" if sigma else "given"
+    return _short(of_grade if sigma is None else sigma)
+
+
+def _short(value: float) -> str:
+    """Write a size with four significant digits, which a conversion of units does not lengthen."""
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
 
 
 def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -> str:
@@ -179,7 +184,7 @@ def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -
     ]  # fmt: skip
     return (
         table(("reference", "unit", "X", "Y", "Z", "1σ"), rows, 2)
-        + _noises(("noise of every reading, 1σ", errors.noise, units.ARCSEC, "arcsec"))
+        + _noises(("noise of each measurement, 1σ", errors.noise, units.ARCSEC, "arcsec"))
         + '<p class="note">Earth-centred inertial axes: Z to the north pole, X to the prime meridian at t = 0.</p>'
     )
 
@@ -215,7 +220,7 @@ def _of_kind(kind: SensorComparison) -> Iterator[str]:
     if len(means[0][0]):
         of_mean = (unit, size) if kind.measured is None else kind.drift
         yield draw_all(f"error, mean over {kind.window:g} s", of_mean[0], means, of_mean[1])
-    what = "error of each reading" if kind.measured is None else "error, accumulated"
+    what = "error of each measurement" if kind.measured is None else "error, accumulated"
     yield draw_all(what, unit, [(kind.time, error) for error, *_ in lines], size)
     if kind.left is not None:
         unit, size = suiting(kind.sums, kind.left)
@@ -255,5 +260,5 @@ def _of_noise(errors: TriadErrors, kind: str) -> Iterator[tuple[str, float, floa
 
 
 def _noises(*terms: tuple[str, float, float, str]) -> str:
-    parts = [f"{name} {value / size:.6g} {unit}" for name, value, size, unit in terms if value]
+    parts = [f"{name} {_short(value / size)} {unit}" for name, value, size, unit in terms if value]
     return f'<p class="note">{capital(", ".join(parts) or "no noise")}.</p>'

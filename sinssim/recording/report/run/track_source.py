@@ -1,4 +1,4 @@
-"""The part of a run's report about a recorded or planned track: what the curve was made from, and how well it fits."""
+"""The part of a run's report about a recorded or planned track: the source of the curve, and the quality of the fit."""
 
 from __future__ import annotations
 

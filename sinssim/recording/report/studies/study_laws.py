@@ -52,7 +52,7 @@ def turning(comparison: StudyResult, part: Part, name: str) -> list[str]:
     ]
     heads = (
         "motion", "form", "rate, Hz", "turns", "error max", "final", "jumps", "wrong by > 0.3′",
-        "least rate of reading, Hz",
+        "lowest rate of reading, Hz",
     )  # fmt: skip
     return [
         "<h3>Heading through full turns</h3>",

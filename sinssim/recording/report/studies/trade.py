@@ -46,13 +46,13 @@ def trade_report(result: TradeResult, drawn: Sequence[figures.Picture], about: M
     if study.requirements:
         lines = "".join(f"<li>{words(line)}</li>" for line in requirement_lines(result))
         body += ["<h2>Requirements</h2>", f"<ul>{lines}</ul>"]
-    body.append("<h2>The trade</h2>")
+    body.append("<h2>Trade-offs</h2>")
     panels = len(result) // (study.shape[-1] * (study.shape[-2] if len(study.axes) > 1 else 1))
     if panels > MOST_PANELS:
         body.append(f"<p class=note>The figures show {MOST_PANELS} of {panels} panels; the table has all.</p>")
     for one in drawn:
         body += [f"<h3>{words(one.title)}</h3>", to_svg(one.figure, one.name)]
-    body.append("<h2>The cells</h2>")
+    body.append("<h2>Cells</h2>")
     for when in (None, *instants(result)):
         heads, rows, count = cell_table(result, when, bands=True)
         body.append(f"<h3>{'At the end' if when is None else words(when.instant).capitalize()}</h3>")

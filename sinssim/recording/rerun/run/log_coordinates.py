@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim import units
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.scales import Rows, thinned
 from sinssim.recording.store.streams import Stream, Vector, blocks
+
+if TYPE_CHECKING:
+    from sinssim.recording.rerun.rrd import Recording
 
 _UNITS = (("_rad", "deg", units.DEG), ("_mps", "m/s", 1.0), ("_m", "km", 1e3))
 _FAR = 1e5  # m: farther places are shown in km

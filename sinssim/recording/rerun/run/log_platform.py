@@ -64,8 +64,8 @@ def draw_platform(
     return labels
 
 
-_FREE = "strapdown, no errors of turns"
-"""Name of the strapdown solution with gyros free of errors that act on what they sense."""
+_FREE = "strapdown, no rate-dependent errors"
+"""Name of the strapdown solution whose gyros have no errors that depend on the sensed rate."""
 
 
 def compared(own: NavError, strapdown: tuple[str, NavError] | None, without: NavError | None) -> dict[str, NavError]:

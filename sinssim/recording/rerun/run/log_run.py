@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import rerun as rr
 
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording import style
-from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.scene import Scene, aircraft_mesh
 from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import FlightEvent
+
+if TYPE_CHECKING:
+    from sinssim.recording.rerun.rrd import Recording
 
 _PATH_POINTS = 4096
 _POSTS = 60
@@ -55,6 +57,8 @@ def draw_flight(
         events: events of the flight.
         angles: range of the heading, or "continuous"; None for 0…360°.
     """
+    import rerun as rr
+
     k = thinned(len(time))
     t, lat, lon, height = time[k], truth.latitude[k], truth.longitude[k], truth.height[k]
     velocity, q_nb = truth.velocity_ned[k], truth.q_nb[k]
@@ -113,6 +117,8 @@ def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Se
         truth: the track at those times.
         outages: spans, s.
     """
+    import rerun as rr
+
     parts = []
     for begin, end in outages:
         first, last = (int(k) for k in np.searchsorted(time, (begin, end)))
@@ -128,6 +134,8 @@ def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Se
 
 def _draw_attitude(recording: Recording, t: Array, q_nb: Array) -> None:
     """Record the aircraft's attitude in the local level, with horizon and compass, below `attitude/`."""
+    import rerun as rr
+
     grey = style.COLORS["ground"]
     swap = rotation.multiply(np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0]), q_nb)
     recording.static("attitude", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
@@ -141,6 +149,8 @@ def _draw_attitude(recording: Recording, t: Array, q_nb: Array) -> None:
 
 def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float) -> None:
     """Record a moving aircraft: a mesh in body axes below a transform over time."""
+    import rerun as rr
+
     vertices, triangles, shades = aircraft_mesh()
     color = np.array(style.COLORS["aircraft"])
     mesh = rr.Mesh3D(
@@ -310,6 +320,8 @@ def draw_path(
         color: colour of the line.
         width: width of the line in plots, points.
     """
+    import rerun as rr
+
     s = solution
     path = thinned(len(s.time), _PATH_POINTS)
     lat_lon = np.column_stack((s.latitude[path], s.longitude[path])) / units.DEG

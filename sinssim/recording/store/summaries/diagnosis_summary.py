@@ -1,4 +1,4 @@
-"""The entry `diagnosis` of a filter in summary.json: refused readings, what would explain them, and what to try."""
+"""The entry `diagnosis` of a filter in summary.json: rejected measurements, likely causes, and remedies."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def _told(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
         factor, told = number_text(cause.value[0], 3), section.inertial_noise_factor * cause.value[0]
         return (
             f"the noise of gyros and accelerometers is {factor} times the assumed noise",
-            f"filter.inertial_noise_factor = {short(told)}, or for vibration filter.vibration_noise = 0.5",
+            f"filter.inertial_noise_factor = {short(told)}, or for vibration filter.vibration_noise = 0.4",
         )
     if cause.kind == "bias walk" and cause.name not in _WALKS:
         return sensor_walk(cause, scenario)

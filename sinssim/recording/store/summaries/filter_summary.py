@@ -1,4 +1,4 @@
-"""Summary of a filter: accepted and rejected readings, consistency, estimated sensor errors."""
+"""Summary of a filter: accepted and rejected measurements, consistency, estimated sensor errors."""
 
 from __future__ import annotations
 
@@ -247,14 +247,14 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
             yield f"{what} was detected by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
             if (again := fault["believed_again_s"]) is not None:
                 yield (
-                    f"From {again:.0f} s on, with the GNSS fixes {number_text(fault['forged_then_m'])} m off, the "
-                    f"filter accepted them again: without GNSS, its uncertainty had grown so large that the gate "
+                    f"From {again:.0f} s on, with GNSS errors of {number_text(fault['forged_then_m'])} m, the "
+                    f"filter accepted the fixes again: without GNSS, its uncertainty had grown so large that the gate "
                     "could not detect the fault."
                 )
         else:
             inconsistent = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
             seen = ", but the tests of the innovations fail" if inconsistent else ", and the innovations do not show it"
-            yield f"{what} was not caught by the gate: {how}{far}{seen}."
+            yield f"{what} was not detected by the gate: {how}{far}{seen}."
 
 
 def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
@@ -381,7 +381,7 @@ def filter_markdown(numbers: Mapping[str, Any]) -> str:
         nis = s["tests"].get("NIS")
         band = "–" if nis is None else f"{nis['value']:.3g} ({nis['lower_95']:.3g} … {nis['upper_95']:.3g})"
         lines.append(f"| {name} | {s['taken']} | {s['refused']} | {band} | {s['verdict']} |")
-    for head, what in (("states | NEES", "nees"), ("noise | variance over assumed", "noise")):
+    for head, what in (("states | NEES", "nees"), ("noise | variance / assumed variance", "noise")):
         if not numbers[what]:
             continue
         lines += ["", f"| {head} | 95 % band |", "|---|---|---|"]

@@ -116,7 +116,7 @@ def compared_words(about: Mapping[str, Any]) -> str:
         return f"Errors are differences from the reference {against}{without}."
     if against is None:
         return "There is no reference and only one solution, so the errors are unknown."
-    return f"There is no reference: differences from {against} are shown, which is no truth."
+    return f"There is no reference: differences from {against} are shown, which is not the truth."
 
 
 def outage_sentence(numbers: Mapping[str, Any]) -> Iterator[str]:

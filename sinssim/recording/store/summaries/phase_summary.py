@@ -208,8 +208,9 @@ SOURCE_HEADS = {
 """Columns of the table of the sources: key and unit of the root mean square, by quantity."""
 
 SOURCE_NOTE = (
-    "What made it: root mean square over all runs of what a phase adds, from the covariance budget, and the shares of "
-    "its largest sources in the square. This run is one of them. `sinssim budget` ranks the sources over the whole run."
+    "Sources: root mean square over all runs of what a phase adds, from the covariance budget, and the shares of the "
+    "largest sources in the mean square. This run is one of these runs. `sinssim budget` ranks the sources over the "
+    "whole run."
 )
 _LARGEST, _SHARE = 2, 0.1
 

@@ -93,7 +93,7 @@ def redundancy_sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Ma
             if alarm["window_s"] == numbers[kind]["windows_s"][0]:
                 over = "by a single sample"
             if alarm["sensor"] is None:
-                why = "" if numbers["monitoring"] == "detect" else ", but the sensor could not be told"
+                why = "" if numbers["monitoring"] == "detect" else ", but the faulty sensor could not be identified"
                 yield (
                     f"A fault of the {name}s was detected at {alarm['detected_s']:.8g} s {over}{why}; the last test "
                     f"over the threshold was at {alarm['last_s']:.8g} s."

@@ -170,8 +170,8 @@ class AidingSensor(Section):
             ours = (k for k, entry in SENSORS.items() if entry.endswith(f".{type(self).__name__}"))
             key = self.table or next(ours, "?")
             raise InputError(
-                f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first reading comes after {1.0 / self.rate_hz:g} s, and "
-                f"the motion ends after {duration:g} s. Use a higher rate or a longer motion."
+                f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first measurement comes after {1.0 / self.rate_hz:g} "
+                f"s, and the motion ends after {duration:g} s. Use a higher rate or a longer motion."
             )
         return sample_edges(trajectory.start, trajectory.end, self.rate_hz)[1:]
 

@@ -134,7 +134,7 @@ class LandLeg(LegBase):
         if abs(offset) > 20.0 or abs(remainder(pilot.heading - state.psi, 2.0 * pi)) > 20.0 * DEG:
             raise LegError(
                 f"the approach is not aligned at the flare: {abs(offset):.0f} m from the centreline",
-                "a beginning farther out, or less wind",
+                "an approach that begins farther out, or a weaker wind",
             )
 
     def _flare(self, runway: _Runway, pilot: Autopilot, state: AircraftState, standing_height: float) -> Iterator[None]:
@@ -153,17 +153,17 @@ class LandLeg(LegBase):
             if state.time > limit or left < -self.length_m:
                 raise LegError(
                     f"it does not touch down: {-left:.0f} m beyond the threshold it is still {wheels:.1f} m high",
-                    "less wind, or a slower approach",
+                    "a weaker wind, or a slower approach",
                 )
             if state.climb < -_HARD_MPS and wheels < 0.5:
-                raise LegError(f"the touchdown is too hard: {-state.climb:.1f} m/s", "less wind or turbulence")
+                raise LegError(f"the touchdown is too hard: {-state.climb:.1f} m/s", "weaker wind or turbulence")
             yield
         left, offset = runway.place(state)
         if left > 0.0 or abs(offset) > 30.0:
             raise LegError(
                 f"it touches down {'before the threshold' if left > 0.0 else 'beside the runway'}: {abs(left):.0f} m "
                 f"{'before' if left > 0.0 else 'beyond'} the threshold, {abs(offset):.0f} m from the centreline",
-                "less wind, or a beginning farther out",
+                "a weaker wind, or an approach that begins farther out",
             )
 
     def _roll_out(
@@ -181,8 +181,7 @@ class LandLeg(LegBase):
             pilot.brakes = min(performance.braking, pilot.brakes + _BRAKE_RAMP * INTERVAL) if state.on_wheels else 0.0
             if left < -self.length_m:
                 raise LegError(
-                    f"it runs over the end of the runway at {state.ground_speed:.0f} m/s (length_m = "
-                    f"{self.length_m:g})",
+                    f"it overruns the end of the runway at {state.ground_speed:.0f} m/s (length_m = {self.length_m:g})",
                     "a longer runway",
                 )
             yield

@@ -61,13 +61,13 @@ class TakeoffLeg(LegBase):
             run += state.ground_speed * INTERVAL
             if self.runway_m is not None and run > self.runway_m:
                 raise LegError(
-                    f"the take-off does not happen: after runway_m = {self.runway_m:g} m the aircraft has "
-                    f"{state.cas / KNOT:.0f} kt, and rotates at {performance.takeoff_kt:g} kt",
-                    "a longer runway, or an aircraft that needs less",
+                    f"the aircraft does not take off: after runway_m = {self.runway_m:g} m it has "
+                    f"{state.cas / KNOT:.0f} kt, but its rotation speed is {performance.takeoff_kt:g} kt",
+                    "a longer runway, or an aircraft that needs a shorter one",
                 )
             if state.time > limit and state.ground_speed < _MOVING:
                 raise LegError(
-                    f"the take-off does not happen: after {_TO_MOVE_S:g} s of take-off thrust the aircraft has "
+                    f"the aircraft does not take off: after {_TO_MOVE_S:g} s of take-off thrust it has only "
                     f"{state.ground_speed:.1f} m/s",
                     "an aircraft whose engines move it",
                 )

@@ -73,9 +73,9 @@ class TaxiLeg(LegBase):
             turn_onto(pilot, state, heading, self.radius_m)
             if state.time > limit:
                 raise LegError(
-                    f"after {rolling.way:.0f} m of distance_m = {self.distance_m:g} it is three times as late as at "
-                    f"{speed:g} m/s",
-                    "less wind, or an aircraft whose engines move it",
+                    f"after {rolling.way:.0f} m of distance_m = {self.distance_m:g} it has taken three times as long "
+                    f"as at {speed:g} m/s",
+                    "a weaker wind, or an aircraft whose engines move it",
                 )
             yield
         left = math.remainder(heading - state.psi, 2.0 * math.pi)

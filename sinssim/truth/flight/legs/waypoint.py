@@ -193,7 +193,7 @@ class WaypointLeg(LegBase):
         slope = place.slope(speed)
         change = f"from {height:.0f} m to height_m = {place.height_m:g}"
         if slope is None:
-            return f"{change} within {left / 1e3:.1f} km there is no path"
+            return f"there is no path {change} within {left / 1e3:.1f} km"
         key = "path_deg" if place.path_deg is not None else "vertical_speed_mps"
         needed = length_at_a_slope(height, place.height_m or 0.0, speed, slope)
         return f"{change} at {key} = {getattr(place, key):g} takes {needed / 1e3:.1f} km; {left / 1e3:.1f} km are left"
@@ -302,7 +302,7 @@ class WaypointLeg(LegBase):
                     f"the aircraft circles {label or 'the waypoint'}, which lies within its turn: at "
                     f"{state.tas:.0f} m/s and {pilot.bank_limit / DEG:.0f}° of bank a turn has a radius of "
                     f"{radius / 1e3:.1f} km, and the waypoint was never nearer than {nearest / 1e3:.1f} km",
-                    f"more bank_deg, less airspeed, a capture_radius_m above {self.capture_radius_m:g}, or a more "
+                    f"a larger bank_deg, a lower airspeed, a capture_radius_m above {self.capture_radius_m:g}, or a "
                     "distant waypoint",
                 )
             # The heading for this track is the bearing minus the drift angle.
@@ -365,7 +365,7 @@ class _Heights:
             raise LegError(
                 f"{self._label} cannot be reached at its height: "
                 f"{self._leg.shortage(self._number, self._start, left, speed)}",
-                "a steeper path, a nearer height, or a waypoint farther away",
+                "a steeper path, a smaller change of height, or a waypoint farther away",
             )
         self._path, self._begun = path or self._path, path is None or left <= path.begin
         if self._begun and self._place.slope(1.0) is not None and self._to < self._start:

@@ -1,1 +1,1 @@
-"""What is known of a flight plan before the flight: heights over the way, limits of the aircraft."""
+"""Predictions from a flight plan: heights over the way, limits of the aircraft."""

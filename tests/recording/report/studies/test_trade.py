@@ -20,7 +20,7 @@ def test_the_report_is_whole(tmp_path: Path) -> None:
     result = TradeResult(result.study, tuple(cells), notes=["A file was damaged."])
     text = trade_report(result, pictures(result), {"sinssim": "1"})
     assert text.count("<svg") == 3
-    for part in ("Requirements", "The trade", "At the end", "Failed cells", "Definitions", "How it was computed"):
+    for part in ("Requirements", "Trade-offs", "At the end", "Failed cells", "Definitions", "How it was computed"):
         assert f">{part}</h" in text
     assert "met in 3 of 5 cells" in text
     assert "it hit &lt;the&gt; ground." in text

@@ -215,8 +215,9 @@ def test_report_shows_the_filter(recorded):
     result, _ = recorded
     page = (result.directory / "report.html").read_text(encoding="utf-8")
     section = page[page.index("The aided solution") : page.index("How the run was computed")]
-    for words in ("North position error", "Azimuth, φD", "gnss-velocity, in σ", "NEES per state", "gyro bias x [deg/h]",
-                  "no gnss", "gnss again", ">jump<", "inertial, quaternion", "smoothed"):  # fmt: skip
+    for words in ("North position error", "Azimuth misalignment, φD", "gnss-velocity innovations [σ]", "NEES per state",
+                  "gyro bias x [deg/h]", "no GNSS", "GNSS again", ">jump<", "inertial, quaternion",
+                  "smoothed"):  # fmt: skip
         assert words in section
     assert "With the aiding sensors and the filter:" in page[: page.index("The aided solution")]
     assert "nan" not in section.lower().replace("nano", "")
@@ -344,4 +345,4 @@ def test_a_ramp_that_is_believed_again_is_said_to_be():
     }  # fmt: skip
     caught, again = filter_summary.fault_sentences({"faults": [ramp]})
     assert "was detected by the gate" in caught
-    assert again.startswith("From 160 s on, with the GNSS fixes 60.0 m off, the filter accepted them again")
+    assert again.startswith("From 160 s on, with GNSS errors of 60.0 m, the filter accepted the fixes again")
