@@ -116,6 +116,8 @@ EXAMPLES: dict[str, Any] = {
     "log.imu.gyro.unit": "rad",
     "log.imu.accel.columns": ["ax", "ay", "az"],
     "log.imu.accel.unit": "m/s",
+    "log.imu.gravity.columns": ["gravity_x", "gravity_y", "gravity_z"],
+    "log.imu.gravity.unit": "m/s^2",
     "log.from_s": 10.0,
     "log.to_s": 600.0,
     **{
@@ -249,6 +251,7 @@ OTHERS = {
     "turntable.turns",
     "one_component.attitude_sensor",
     "one_component.arm_accelerometer",
+    "log.imu.gravity",
     "log.gnss.speed",
     "log.gnss.course",
     "log.reference.speed",

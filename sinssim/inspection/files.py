@@ -15,8 +15,10 @@ from sinssim.inspection.description import suggested_scenario
 from sinssim.inspection.drift import even_times
 from sinssim.inspection.finding import doubt, fact
 from sinssim.inspection.inspection import Described, Inspection, inspect_streams
+from sinssim.inspection.layouts.gravity import opposite, other_units
 from sinssim.inspection.layouts.guess import Guessed, fix_words, guess_files
 from sinssim.inspection.layouts.inertial import Layout, other_gyro_units
+from sinssim.inspection.layouts.sum_sign import relative_sign
 from sinssim.inspection.layouts.text_table import TextTable, read_table
 from sinssim.logs.aiding import quality_factor
 from sinssim.logs.clocks import file_clock, gps_instant
@@ -82,9 +84,13 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
     files += guessed.streams()
     if unread and not any(one.inertial for one in files):
         raise unread[0]
-    result = inspect_streams(_with_fixes(files), said)
+    if guessed.unit is not None and guessed.unit[1].gravity is not None:
+        result, guessed = _of_sum(files, guessed)
+    else:
+        result = inspect_streams(_with_fixes(files), said)
     if guessed.unit is not None:
-        result, guessed = _decided(result, files, guessed)
+        if guessed.unit[1].gravity is None:
+            result, guessed = _decided(result, files, guessed)
         assert guessed.unit is not None
         result.findings.insert(1, fact(str(guessed.unit[0].path), _words(*guessed.unit)))
     for table, layout in guessed.fixes:
@@ -196,6 +202,37 @@ def _decided(result: Inspection, files: list[Streams], guessed: Guessed) -> tupl
     return result, guessed
 
 
+def _of_sum(files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed]:
+    """Return the inspection of a sum of acceleration and gravity, with the sign and the unit that the data show."""
+    assert guessed.unit is not None
+    table, layout = guessed.unit
+    sign = relative_sign(table, layout)
+    first = opposite(layout) if sign < 0 else layout
+    tried = []
+    for one in (first, *other_units(table, first)):
+        changed = replace(guessed, unit=(table, one))
+        streams = [s for s in files if s.path not in guessed.paths] + changed.streams()
+        tried.append((*_decided(inspect_streams(_with_fixes(streams)), streams, changed), streams))
+        if any(f.subject == "units and axes" and f.grade == "fact" for f in tried[-1][0].findings):
+            break  # another unit is tried only if this one does not fit the fixes
+    else:
+        tried = tried[:1]
+    result, guessed, files[:] = tried[-1]
+    text = "The specific force is the sum of a gravity vector and an acceleration without gravity"
+    if sign:
+        text += f", with {'the same sign' if sign > 0 else 'opposite signs'}: gravity slowly follows that sum."
+        result.findings.append(fact("accelerometers", text))
+    else:
+        text += ". The data do not show whether both have the same sign convention, which is assumed."
+        fix = "If possible, record the accelerometers with gravity."
+        result.findings.append(doubt("accelerometers", text, fix))
+    if not any(f.subject == "units and axes" and f.grade == "fact" for f in result.findings):
+        text = "The data do not show whether the sum points up or down at rest; up, as in Android, is assumed."
+        fix = "For down, as in iOS, reverse the signs of log.imu.accel and log.imu.gravity."
+        result.findings.append(doubt("accelerometers", text, fix))
+    return result, guessed
+
+
 def _words(table: TextTable, layout: Layout) -> str:
     """Return the sentence on the columns."""
 
@@ -206,10 +243,16 @@ def _words(table: TextTable, layout: Layout) -> str:
         return words if of is table else f"{words} of {of.path.name}"
 
     time = "dates" if layout.time in table.dates else layout.time_unit
+    added = ""
+    if layout.gravity is not None:
+        at, of = layout.gravity
+        added = (
+            f" plus gravity {', '.join(str(at.label(k)) for k in of.accel or ())} of {at.path.name} [{of.accel_unit}]"
+        )
     return (
         f"Columns, by their numbers{'' if table.names is None else ' and names'}: time {table.label(layout.time)} "
         f"[{time}], gyros {three('gyro')} [{layout.gyro_unit}], accelerometers {three('accel')} "
-        f"[{layout.accel_unit}], {layout.kind}."
+        f"[{layout.accel_unit}]{added}, {layout.kind}."
     )
 
 

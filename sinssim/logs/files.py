@@ -20,7 +20,8 @@ from sinssim.logs.streams import Clock, FixStream, InertialStream, OtherStream, 
 from sinssim.logs.text.columns import SUFFIXES, Table
 from sinssim.logs.text.description import TIME_UNITS, TRIADS, LogDescription, unit_in_name
 from sinssim.logs.text.fix_description import SIGNS, UNITS_OF, FixColumns, Quantity, SolutionColumns, Triple
-from sinssim.logs.text.samples import Samples, TriadName, read_samples
+from sinssim.logs.text.joined import joined, with_gravity
+from sinssim.logs.text.samples import read_samples
 from sinssim.scenario.sections.log import TEXT_FORMAT, LogFile, LogImu, LogOther
 
 _Stream = TypeVar("_Stream")
@@ -56,47 +57,16 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
     # the axes are already turned; a copy of the first interval stands before the first stamp
     time, triads, notes = samples.time[1:], samples.triads, tuple[str, ...]()
     for name in apart:
-        time, triads, notes = _joined(section, samples, name)
+        time, triads, notes = joined(section, samples, name)
+    if section.gravity is not None:
+        time, triads, note = with_gravity(section, time, triads, samples.clock)
+        notes += (note,)
     if samples.repeated:
         notes += (f"{path.name}: {samples.repeated} copies of the preceding row are skipped.",)
     if samples.empty:
         notes += (f"{path.name}: {samples.empty} rows have no readings of the IMU and are skipped.",)
     time, clock = _on_clock(section, time, samples.clock)
     return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
-
-
-def _joined(
-    section: LogImu, samples: Samples, name: TriadName
-) -> tuple[Array, dict[TriadName, Array], tuple[str, ...]]:
-    """Return the samples of the main file with the triad of another one, where both have some."""
-    triad = section.triad(name)
-    assert triad is not None
-    other_file = triad.file or section.file
-    layout = section if triad.rows is None else section.model_copy(update={"rows": triad.rows})
-    other = read_samples(Path(other_file), layout, [name])
-    shift = 0.0
-    if samples.clock is not None and other.clock is not None:
-        shift = float((other.clock.origin_gps_s or 0) - (samples.clock.origin_gps_s or 0))
-    time, at = samples.time[1:], other.time[1:] + shift
-    both = (time >= at[0]) & (time <= at[-1])
-    if int(both.sum()) < 2:
-        raise InputError(
-            f"{section.file} and {other_file} do not overlap: {time[0]:.9g} to {time[-1]:.9g} s and {at[0]:.9g} to "
-            f"{at[-1]:.9g} s."
-        )
-    read = np.stack([np.interp(time[both], at, axis) for axis in other.triads[name].T], axis=1)
-    longest = float(np.diff(at).max())
-    if longest > section.max_gap_s:
-        k = int(np.diff(at).argmax())
-        raise InputError(
-            f"{other_file}: no samples for {longest:.6g} s from {at[k]:.9g} s on, more than max_gap_s = "
-            f"{section.max_gap_s:g}."
-        )
-    triads: dict[TriadName, Array] = {key: value[both] for key, value in samples.triads.items()}
-    which = "" if triad.rows is None else f" with {', '.join(f'{k} = {v}' for k, v in triad.rows.items())}"
-    main = "the gyros" if name == "accel" else "the accelerometers"
-    note = f"The data of {Path(other_file).name}{which} are interpolated linearly to the times of {main}."
-    return time[both], {**triads, name: read}, (note,)
 
 
 def _on_clock(section: LogFile, time: Array, dated: Clock | None) -> tuple[Array, Clock]:

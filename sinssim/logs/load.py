@@ -22,7 +22,8 @@ from sinssim.logs.files import fix_stream, inertial_stream, other_stream, soluti
 from sinssim.logs.increments import gap_words, made_increments
 from sinssim.logs.reference import Reference
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream
-from sinssim.scenario.sections.log import LogFile, LogGnss, LogReference, LogSection
+from sinssim.logs.text.no_gravity import WITHOUT_GRAVITY, without_gravity
+from sinssim.scenario.sections.log import LogFile, LogGnss, LogImu, LogReference, LogSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings
 from sinssim.units import G0
 
@@ -99,7 +100,7 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
     )
     imu = made.imu
     if section.imu.check_scale:
-        _check_scale(imu, section.imu.file)
+        _check_scale(imu, section.imu)
     span = (float(imu.time[0]), float(imu.time[-1]))
     outages = () if section.outages is None else section.outages.spans(*span)
     passes = () if section.outages is None else section.outages.passes(*span)
@@ -132,16 +133,23 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
     return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), stream.axes)
 
 
-def _check_scale(imu: ImuData, file: str) -> None:
-    """Raise for a specific force that is not about gravity: a wrong unit, or increments taken for rates."""
+def _check_scale(imu: ImuData, section: LogImu) -> None:
+    """Raise for a specific force that is not about gravity: a wrong unit, increments taken for rates, no gravity."""
     step = np.diff(imu.time)[:, None]
-    force = float(np.median(np.linalg.norm(imu.dvel / step, axis=1)))
+    every, interval = imu.dvel / step, float(np.median(step))
+    force = float(np.median(np.linalg.norm(every, axis=1)))
     low, high = _FORCE
+    if without_gravity(every, interval):
+        raise InputError(
+            f"{section.file}: the specific force (log.imu.accel) is {force:.4g} m/s² (median), but much less where it "
+            f"changes least, which is not gravity. {WITHOUT_GRAVITY} If they contain gravity, set log.imu.check_scale "
+            "= false."
+        )
     if not low * G0 <= force <= high * G0:
         raise InputError(
-            f"{file}: the specific force is {force:.4g} m/s² (median), but at rest and in any usual motion it is about "
-            f"{G0:.4g}: a factor of {force / G0:.4g}. Check accel.unit and kind (rates, or increments over "
-            f"{float(np.median(step)):.4g} s), or set log.imu.check_scale = false."
+            f"{section.file}: the specific force is {force:.4g} m/s² (median), but at rest and in any usual motion it "
+            f"is about {G0:.4g}: a factor of {force / G0:.4g}. Check accel.unit and kind (rates, or increments over "
+            f"{interval:.4g} s), or set log.imu.check_scale = false."
         )
 
 

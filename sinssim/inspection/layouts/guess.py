@@ -7,7 +7,8 @@ from pathlib import Path
 
 from sinssim.errors import InputError
 from sinssim.inspection.layouts.fix_columns import FixLayout, guess_fixes
-from sinssim.inspection.layouts.inertial import Layout, guess_layout, guess_part, joined, off_gravity
+from sinssim.inspection.layouts.gravity import gravity_in, part_of_unit, whole_unit
+from sinssim.inspection.layouts.inertial import Layout, joined, off_gravity
 from sinssim.inspection.layouts.kinds import split_kinds
 from sinssim.inspection.layouts.names import triads
 from sinssim.inspection.layouts.text_table import TextTable
@@ -66,17 +67,21 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed
     units: list[tuple[TextTable, Layout]] = []
     parts: list[tuple[TextTable, Layout]] = []
     neither: list[InputError] = []
+    gravity = next(((table, own) for table in tables if (own := gravity_in(table)) is not None), None)
+    alone = None if gravity is None or not _is_gravity_alone(gravity[0]) else gravity[0]
     for table in tables:
+        if table is alone:
+            continue
         placed = guess_fixes(table) is not None
         if placed and not triads(table.words):
             continue
         try:
-            units.append((table, guess_layout(table)))
+            units.append((table, whole_unit(table)))
         except InputError as error:
             if placed:
                 continue
             try:
-                part = guess_part(table)
+                part = part_of_unit(table, gravity)
             except InputError as why:
                 neither.append(why)
                 continue
@@ -91,6 +96,8 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed
         units.append(joined(chosen))
         parts = [part for part in parts if not any(part is one for one in chosen)]
     left = [*beside, *(f"{_place(table)} contains only one triad and is not used." for table, _ in parts)]
+    if alone is not None and not any(layout.gravity is not None for _, layout in units):
+        left.append(f"{_place(alone)} contains only gravity and is not used.")
     if not units and not unit_known and (neither or parts):
         if neither:
             raise neither[0]
@@ -112,6 +119,11 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed
     return Guessed(unit, tuple(fixes), (*left, *(f"{error} The file is not used." for error in neither)))
 
 
+def _is_gravity_alone(table: TextTable) -> bool:
+    """Return whether a file of gravity holds nothing else: it is named so, and has one triad."""
+    return len(triads(table.words)) == 1
+
+
 def _split(tables: list[TextTable]) -> tuple[list[TextTable], list[str]]:
     """Return the parts of the files, and sentences on what is left out of them."""
     found: list[TextTable] = []
@@ -131,10 +143,11 @@ def _place(table: TextTable) -> str:
 def _chosen(parts: list[tuple[TextTable, Layout]]) -> list[tuple[TextTable, Layout]]:
     """Return the first file of gyros and that of accelerometers with gravity, calibrated ones before others."""
 
-    def badness(part: tuple[TextTable, Layout]) -> tuple[float, bool]:
+    def badness(part: tuple[TextTable, Layout]) -> tuple[bool, float, bool]:
         table, layout = part
         name = " ".join((table.path.stem, *table.rows.values())).lower()
-        return (0.0 if layout.accel is None else round(off_gravity(table, layout), 1)), "uncal" in name
+        off = 0.0 if layout.accel is None or layout.gravity is not None else round(off_gravity(table, layout), 1)
+        return layout.gravity is not None, off, "uncal" in name
 
     order = sorted(parts, key=badness)
     gyros = next(part for part in order if part[1].gyro is not None)

@@ -17,21 +17,22 @@ from sinssim.inspection.layouts.likeness import (
     gyro_unit_of,
     lasts,
     quaternion,
+    says_no_gravity,
     uneven,
     unlike_gyros,
     varies,
 )
-from sinssim.inspection.layouts.names import quantity, says, triads, unit_of
+from sinssim.inspection.layouts.names import quantity, triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
+from sinssim.inspection.layouts.time_column import time_column
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.streams import Clock, InertialStream
-from sinssim.logs.text.description import TIME_UNITS, UNITS, unit_in_name
+from sinssim.logs.text.description import TIME_UNITS, UNITS
+from sinssim.logs.text.no_gravity import WITHOUT_GRAVITY, without_gravity
 from sinssim.units import G0
 
 Kind = Literal["rates", "increments"]
 
-_RATES = (5.0, 10_000.0)
-"""Samples a second of inertial sensors, from slow recorders to raw outputs."""
 _NEAR_G = 0.3
 """Relative departure of the median specific force from gravity: manoeuvres make it larger, units differ by a factor of
 three or more."""
@@ -50,6 +51,8 @@ class Layout:
         gyro_unit_sure: whether names or the kind give the unit of the gyros; otherwise fixes have to tell.
         gyro_signs, accel_signs: signs of the columns.
         other: path, columns and numbers of the file with the other triad; None if one file has both.
+        gravity: file and layout (as `accel`) of a gravity vector that is added to the accelerometers, which do not
+            contain it; None if they do.
     """
 
     kind: Kind
@@ -63,6 +66,7 @@ class Layout:
     gyro_signs: Three = (1, 1, 1)
     accel_signs: Three = (1, 1, 1)
     other: tuple[TextTable, Layout] | None = None
+    gravity: tuple[TextTable, Layout] | None = None
 
     def columns(self, table: TextTable, name: str) -> tuple[TextTable, Three]:
         """Return the table and the columns of a triad, "gyro" or "accel"."""
@@ -100,11 +104,14 @@ class Layout:
             keys["clock"] = "unix"
         if self.coarse_stamps(table):
             keys["stamps"] = "even"
-        for name, unit, signs in (
-            ("gyro", self.gyro_unit, self.gyro_signs),
-            ("accel", self.accel_unit, self.accel_signs),
-        ):
-            of, three = self.columns(table, name)
+        triads = [
+            ("gyro", self.gyro_unit, self.gyro_signs, *self.columns(table, "gyro")),
+            ("accel", self.accel_unit, self.accel_signs, *self.columns(table, "accel")),
+        ]
+        if self.gravity is not None:
+            at, layout = self.gravity
+            triads.append(("gravity", layout.accel_unit, layout.accel_signs, *layout.columns(at, "accel")))
+        for name, unit, signs, of, three in triads:
             keys[name] = {"columns": [of.label(k) for k in three], "unit": unit}
             if signs != (1, 1, 1):
                 keys[name]["signs"] = list(signs)
@@ -127,13 +134,26 @@ class Layout:
             values = of.values[:, list(three)] * (UNITS[name, self.kind][unit] * np.array(signs, dtype=np.float64))
             if of is not table:
                 assert self.other is not None
-                at, its = self._time_of(of, self.other[1].time, self.other[1].time_unit)
-                at = at + ((its.origin_gps_s or 0) - (clock.origin_gps_s or 0))
-                inside = (time >= at[0]) & (time <= at[-1])
-                values = np.stack([np.interp(time, at, axis) for axis in values.T], axis=1)
+                values, within = self._at(time, clock, (of, self.other[1]), values)
+                inside &= within
             found[name] = values
+        if self.gravity is not None:
+            of, layout = self.gravity
+            size = UNITS["accel", "rates"][layout.accel_unit] * np.array(layout.accel_signs, dtype=np.float64)
+            gravity, within = self._at(time, clock, self.gravity, of.values[:, list(layout.accel or ())] * size)
+            found["accel"] = found["accel"] + gravity
+            inside &= within
         inside &= ~np.isnan(np.column_stack([found["gyro"], found["accel"]])).all(axis=1)
         return InertialStream(time[inside], found["gyro"][inside], found["accel"][inside], self.kind), clock
+
+    def _at(self, time: Array, clock: Clock, part: tuple[TextTable, Layout], values: Array) -> tuple[Array, Array]:
+        """Return values of another file or of other rows at some times, (N, 3), and which times are within, (N,)."""
+        of, layout = part
+        known = np.isfinite(values).all(axis=1)
+        at, its = self._time_of(of, layout.time, layout.time_unit)
+        at = at[known] + ((its.origin_gps_s or 0) - (clock.origin_gps_s or 0))
+        read = np.stack([np.interp(time, at, axis[known]) for axis in values.T], axis=1)
+        return read, (time >= at[0]) & (time <= at[-1])
 
     def turned(self, gyro: Array, accel: Array) -> Layout | None:
         """Return the layout with columns in another order and of other signs; None for anything else.
@@ -144,6 +164,10 @@ class Layout:
         for matrix in (gyro, accel):
             if not np.array_equal(np.sort(np.abs(matrix), axis=1), [[0.0, 0.0, 1.0]] * 3):
                 return None
+        if self.gravity is not None:
+            at, layout = self.gravity
+            of, own = layout.turned(np.eye(3), accel), replace(self, gravity=None).turned(gyro, accel)
+            return None if of is None or own is None else replace(own, gravity=(at, of))
         if self.other is not None and not np.array_equal(accel, np.eye(3)):
             at, layout = self.other
             of = layout.turned(np.eye(3), accel)
@@ -190,11 +214,12 @@ def relative(path: Path, folder: Path) -> str:
         return path.resolve().as_posix()
 
 
-def guess_layout(table: TextTable) -> Layout:
+def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> Layout:
     """Guess the layout of a log of inertial readings.
 
     Args:
         table: the numbers.
+        known: columns and unit of the accelerations, if they are known.
 
     Returns:
         The guess.
@@ -202,9 +227,11 @@ def guess_layout(table: TextTable) -> Layout:
     Raises:
         InputError: no column can be the time, or no three columns gravity; the message says what was looked for.
     """
-    time, unit, interval = _time(table)
+    time, unit, interval = time_column(table)
     free = _threes(table, time)
     accel = min((_accelerometers(table, three, time, interval) for three in free), default=None)
+    if known is not None:
+        accel = 0.0, known[0], "rates", known[1]
     if accel is None or not np.isfinite(accel[0]):
         named = [three for three in free if _quantity(table, three) == "accel"]
         raise InputError(_without_gravity(table, named[0]) if named else _no_gravity(table))
@@ -232,18 +259,21 @@ def guess_part(table: TextTable) -> Layout | None:
     Raises:
         InputError: no column can be the time.
     """
-    time, unit, interval = _time(table)
+    time, unit, interval = time_column(table)
     free = [three for three in _threes(table, time) if varies(table, three)]
-    stem = next((what for text in (*table.rows.values(), table.path.stem) if (what := quantity(text))), None)
-    gyros = [t for t in free if (_quantity(table, t) or stem) == "gyro"]
+    gyros = [t for t in free if quantity_of(table, t) == "gyro"]
     if gyros:
         gyro_unit, sure = gyro_unit_of(table, gyros[0], "rates")
         return Layout("rates", time, unit, gyros[0], None, gyro_unit, "m/s^2", sure)
-    accel = [t for t in free if (_quantity(table, t) or stem) == "accel"]
+    accel = [t for t in free if quantity_of(table, t) == "accel"]
     fits = min((_accelerometers(table, three, time, interval) for three in accel), default=None)
     if not accel or fits is None:
         return None
-    if not np.isfinite(fits[0]) or fits[2] != "rates":
+    # Sensor Logger writes this file without gravity; 1 m/s² of it would pass for 1 g
+    bare = (
+        table.path.stem.lower() == "accelerometer" and "seconds_elapsed" in (table.words or ()) and fits[3] != "m/s^2"
+    )
+    if not np.isfinite(fits[0]) or fits[2] != "rates" or bare:
         raise InputError(_without_gravity(table, accel[0]))
     return Layout("rates", time, unit, None, fits[1], "rad/s", fits[3], True)
 
@@ -281,7 +311,9 @@ def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
             f"{table.path} and {other.path}: their times are in the columns {table.label(layout.time)!r} and "
             f"{other.label(of.time)!r}, but both files must have the same layout. Rewrite one of them."
         )
-    return table, replace(layout, accel_unit=of.accel_unit, other=(other, of))
+    return table, replace(
+        layout, accel_unit=of.accel_unit, other=(other, replace(of, gravity=None)), gravity=of.gravity
+    )
 
 
 def _written(table: TextTable) -> dict[str, Any]:
@@ -300,8 +332,7 @@ def _without_gravity(table: TextTable, three: Three) -> str:
     names = ", ".join(str(table.label(k)) for k in three)
     return (
         f"{table.path}: the columns {names} have a median magnitude of {size:.3g}, which is not gravity in any unit. "
-        "If the recorder has removed gravity (linear or user acceleration), navigation with these data is "
-        "impossible: give the accelerometer data with gravity."
+        f"{WITHOUT_GRAVITY}"
     )
 
 
@@ -315,54 +346,18 @@ def _threes(table: TextTable, time: int) -> list[Three]:
     return [(k, k + 1, k + 2) for k in range(count - 2) if not {k, k + 1, k + 2} & taken]
 
 
+def quantity_of(table: TextTable, three: Three) -> str | None:
+    """Return what the names of three columns say, or else the rows or the name of the file, as `quantity`."""
+    stem = next((what for text in (*table.rows.values(), table.path.stem) if (what := quantity(text))), None)
+    return _quantity(table, three) or stem
+
+
 def _quantity(table: TextTable, three: Three) -> str | None:
     """Return what the names of three columns say: "gyro", "accel", "other" or nothing."""
     if table.words is None:
         return None
     said = {quantity(table.words[k]) for k in three}
     return said.pop() if len(said) == 1 else None
-
-
-def _says(table: TextTable, column: int, pattern: str) -> bool:
-    return table.words is not None and says(table.words[column], pattern)
-
-
-def _time(table: TextTable) -> tuple[int, str, float]:
-    """Return column, unit and interval [s] of the time."""
-    best: tuple[float, int, str, float] = (np.inf, -1, "", 0.0)
-    for k, column in enumerate(table.values.T):
-        if not np.isfinite(column).all() or len(column) < 3:
-            continue
-        steps = np.diff(column)
-        forward = steps[steps > 0.0]
-        # stamps may repeat: those of several samples in one packet, or of a clock coarser than the samples
-        if len(forward) < 0.1 * len(steps) or (steps < 0.0).mean() > 0.02:
-            continue
-        middle = float(column[-1] - column[0]) / len(steps)
-        if not middle > 0.0:
-            continue
-        spread = min(float(np.percentile(np.abs(steps - middle), 90.0)) / middle, 3.0)
-        spread = round(spread, 1) + 1e-3 * k  # of columns that are alike the first one, in every file of a logger
-        spread -= 10.0 * _says(table, k, r"time|stamp|^t$|^t[_\W]|sec|tow|sow|epoch")
-        middle = middle if len(forward) < 0.9 * len(steps) else float(np.median(forward))
-        word = "" if table.words is None else table.words[k]
-        said = "100us" if says(word, r"^sampletimefine") else unit_in_name(word)
-        for unit, scale in {"s": 1.0}.items() if k in table.dates else TIME_UNITS.items():
-            if unit == "100us" != said:
-                continue
-            rate = 1.0 / (middle * scale)
-            inside = _RATES[0] <= rate <= _RATES[1]
-            named = k in table.dates or said == unit
-            if inside or named:
-                off = abs(np.log10(rate / 200.0))  # most units of users give 50 to 1000 a second
-                best = min(best, (spread + 0.01 * off - 5.0 * named, k, unit, middle * scale))
-    if best[1] < 0:
-        raise InputError(
-            f"{table.path}: no column increases from row to row by the interval of inertial sensors ({_RATES[0]:g} to "
-            f"{_RATES[1]:g} samples per second) in s, ms, us or ns. Describe the columns in [log.imu] of a scenario, "
-            "and inspect the scenario."
-        )
-    return best[1], best[2], best[3]
 
 
 def _accelerometers(table: TextTable, three: Three, time: int, interval: float) -> tuple[float, Three, Kind, str]:
@@ -375,7 +370,7 @@ def _accelerometers(table: TextTable, three: Three, time: int, interval: float) 
     values = values[np.isfinite(values).all(axis=1)]
     interval *= len(table.values) / max(len(values), 1)
     size = float(np.median(np.linalg.norm(values, axis=1))) if len(values) else 0.0
-    if not size or not lasts(values, interval):
+    if not size or not lasts(values, interval) or without_gravity(values, interval):
         return best
     # neighbours of z have gravity in them, too, but not its noise; then a whole number of triads before them counts
     before = [k for k in range(min(three)) if k != time and table.values[:, k].std() > 0.0]
@@ -386,6 +381,8 @@ def _accelerometers(table: TextTable, three: Three, time: int, interval: float) 
         units = UNITS["accel", kind]
         named = unit_of(word, tuple(units))
         for unit, scale in units.items():
+            if unit != "m/s^2" and named is None and says_no_gravity(table, word):
+                continue  # 1 m/s² would pass for 1 g
             off = abs(size * scale * per_second / G0 - 1.0)
             if off <= _NEAR_G:
                 worse = (kind == "increments") * 1e-3 - 0.5 * (unit == named)

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.inspection.layouts.names import unit_of
+from sinssim.inspection.layouts.names import says, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.logs.text.description import UNITS
 
@@ -71,6 +71,13 @@ def lasts(values: Array, interval: float) -> bool:
     whole = values[: len(values) // width * width].reshape(-1, width, 3)
     mean, size = np.nanmean(whole, axis=1), np.nanmean(np.linalg.norm(whole, axis=2), axis=1)
     return bool(np.median(np.linalg.norm(mean, axis=1) / np.maximum(size, 1e-30)) > _LASTING)
+
+
+def says_no_gravity(table: TextTable, word: str | None) -> bool:
+    """Return whether names say that gravity is removed: linear or user acceleration, or this file of Sensor Logger."""
+    if table.path.stem.lower() == "accelerometer" and "seconds_elapsed" in (table.words or ()):
+        return True
+    return any(says(text, r"(?:lin(?:ear)?|user)[\W_]*acc") for text in (word, table.path.stem, *table.rows.values()))
 
 
 def gyro_unit_of(table: TextTable, three: Three, kind: Literal["rates", "increments"]) -> tuple[str, bool]:

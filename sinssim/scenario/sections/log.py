@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from sinssim.logs.text.description import LogDescription
+from sinssim.errors import unknown_name
+from sinssim.logs.text.description import UNITS, LogDescription, TriadColumns
 from sinssim.logs.text.fix_description import FixColumns, Quantity, SolutionColumns
 from sinssim.scenario.sections.filter import Factor
 from sinssim.section import (
@@ -98,6 +99,23 @@ class LogImu(LogFile, LogDescription):
     max_gap_s: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         default=0.1, description="longest gap that is bridged by linear interpolation; a longer one stops the run"
     )
+    gravity: TriadColumns | None = Field(
+        default=None,
+        description="columns and unit of a gravity vector that is added to accelerations without gravity (linear or "
+        "user acceleration); its signs are those under which the sum is a specific force",
+    )
+
+    @model_validator(mode="after")
+    def _gravity_is_a_part(self) -> Self:
+        if self.gravity is None:
+            return self
+        if self.kind != "rates" or self.accel is None:
+            raise ValueError('gravity is added to the accelerations of a table [accel], which needs kind = "rates"')
+        if self.gravity.unit not in UNITS["accel", "rates"]:
+            raise unknown_name("unit of gravity", self.gravity.unit, UNITS["accel", "rates"])
+        if self.gravity.model_dump(exclude={"signs", "unit"}) == self.accel.model_dump(exclude={"signs", "unit"}):
+            raise ValueError("gravity and accel have the same columns of the same file")
+        return self
 
 
 class _Position(LogFile, FixColumns):
@@ -361,6 +379,6 @@ def files_from(log: Any, folder: Path) -> None:
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             table["file"] = str(folder.resolve() / table["file"])
     imu = log.get("imu") if isinstance(log, dict) else None
-    for triad in (imu.get("gyro"), imu.get("accel")) if isinstance(imu, dict) else ():
+    for triad in (imu.get("gyro"), imu.get("accel"), imu.get("gravity")) if isinstance(imu, dict) else ():
         if isinstance(triad, dict) and isinstance(triad.get("file"), str):
             triad["file"] = str(folder.resolve() / triad["file"])
