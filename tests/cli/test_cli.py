@@ -420,7 +420,7 @@ def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None
         assert word in shown.decode()
 
 
-@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
+@pytest.mark.parametrize("closed", [(1,), pytest.param((2,), marks=pytest.mark.slow), (0, 1, 2)])
 def test_closed_standard_streams(folder: Path, closed: tuple[int, ...]) -> None:
     """What is written there is lost and nothing else: no file of a run gets the number of standard output."""
     (folder / "plan.toml").write_text(PARKED)

@@ -191,7 +191,7 @@ def test_every_call_is_sound_as_it_stands() -> None:
 
 
 def test_mangled_arguments() -> None:
-    calls(700, 1).must_be_sound()
+    calls(500, 1).must_be_sound()
 
 
 @pytest.mark.slow

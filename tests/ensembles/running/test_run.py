@@ -51,7 +51,7 @@ def test_files_do_not_depend_on_the_number_of_threads(tmp_path) -> None:
 def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
     """Processes give the files of one thread; so do they if one is killed."""
     base = scenario(AIDED)
-    sinssim.ensemble(base, 20, tmp_path / "thread", threads=1)
+    sinssim.ensemble(base, 12, tmp_path / "thread", threads=1)
     killed = []
 
     def kill_one(text: str, fraction: float) -> None:
@@ -59,7 +59,7 @@ def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
             killed.append(children()[0])
             os.kill(killed[0], signal.SIGKILL)
 
-    sinssim.ensemble(base, 20, tmp_path / "processes", threads=2, progress=kill_one)
+    sinssim.ensemble(base, 12, tmp_path / "processes", threads=2, progress=kill_one)
     assert len(killed) == 1
     assert files(tmp_path / "thread") == files(tmp_path / "processes")
 

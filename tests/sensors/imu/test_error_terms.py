@@ -144,7 +144,8 @@ def autocovariance_of_flicker(count: int) -> np.ndarray:
     d, w = 1.0 - np.array(RATES), np.array(WEIGHTS)
     state = 1.0 / (1.0 - np.outer(d, d))
     reached = w @ state + DIRECT  # covariance of the output with x_m at the same time
-    tail = (w * reached) @ d[:, None] ** np.arange(count)
+    lags = np.arange(float(count))
+    tail = sum(share * np.exp(rate * lags) for share, rate in zip(w * reached, np.log(d), strict=True))
     tail[0] = w @ state @ w + 2 * DIRECT * w.sum() + DIRECT**2
     return tail
 
