@@ -51,13 +51,13 @@ def decimal_year(date: float | str) -> float:
         elapsed = day.timetuple().tm_yday - 1
         year = day.year + elapsed / (366 if calendar.isleap(day.year) else 365)
     else:
-        year = float(date)
+        year = date  # not converted yet: an integer may be too large
     if not VALID[0] <= year <= VALID[1]:
         raise InputError(
             f"{date!r} is outside the validity of the World Magnetic Model, which is known here from {VALID[0]} to "
             f"{VALID[1]}"
         )
-    return year
+    return float(year)
 
 
 def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike, year: float) -> Array:

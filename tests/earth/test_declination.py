@@ -66,6 +66,8 @@ def test_dates() -> None:
         decimal_year("2030-01-02")
     with pytest.raises(InputError, match=r"2014\.9 is outside the validity .* from 2015\.0 to 2030\.0"):
         decimal_year(2014.9)
+    with pytest.raises(InputError, match="0000 is outside the validity"):
+        decimal_year(10**400)
     with pytest.raises(InputError, match="'1 May' is not a date"):
         decimal_year("1 May")
 
