@@ -18,7 +18,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.dates import date_seconds, is_date
 from sinssim.logs.text.description import WHITESPACE, Column
-from sinssim.logs.text.selection import read_rows, selected_text
+from sinssim.logs.text.selection import RowLayout, read_rows, selected_text
 from sinssim.system.memory import machine_memory
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
@@ -32,27 +32,15 @@ _SHOWN = 20  # names of columns listed in a message
 _LONGEST = 60  # characters of a name or value in a message
 
 
-class Layout(Protocol):
+class Layout(RowLayout, Protocol):
     """How the columns of a file are written.
 
     Attributes:
-        delimiter: one character, or `WHITESPACE`.
-        skip_lines: lines before the line of names, or before the numbers.
-        numbered: whether columns are numbered, in a text file without a line of names.
         decimal: the decimal sign.
-        rows: texts that columns have in the rows to be read; None for all rows.
     """
 
     @property
-    def delimiter(self) -> str: ...
-    @property
     def decimal(self) -> str: ...
-    @property
-    def skip_lines(self) -> int: ...
-    @property
-    def numbered(self) -> bool: ...
-    @property
-    def rows(self) -> dict[str, str] | None: ...
 
 
 class Table:
