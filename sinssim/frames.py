@@ -41,6 +41,11 @@ class Frame:
     starts_anywhere: bool = False
     path: str = ""
 
+    @property
+    def takes_azimuth(self) -> bool:
+        """Whether the direction of its x axis at the start can be chosen."""
+        return self.has_azimuth and not self.takes_route
+
 
 FRAME_REGISTRY: dict[str, Frame] = {
     "level": Frame(

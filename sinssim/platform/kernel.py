@@ -140,7 +140,7 @@ def simulate(
     # --- the frame at the start
     h = height[0]
     e0, e1, e2, e3 = q_en_k(latitude[0], longitude[0])
-    azimuth = 0.0
+    azimuth = of_x[0]
     if rule == TRANSVERSE:
         px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
         azimuth = atan2(py, px)

@@ -84,6 +84,7 @@ def navigate_platform(
     height: ArrayLike | HeightReadings | None = None,
     baro_time_constant: float = BARO_TIME_CONSTANT,
     route: tuple[float, float, float, float] | None = None,
+    azimuth: float = 0.0,
 ) -> PlatformSolution:
     """Navigate with a platform from a given initial state.
 
@@ -100,7 +101,8 @@ def navigate_platform(
         frame: one of `FRAMES`: "level", "wander", "free-azimuth" and "transverse" are levelled platforms turned with
             the frame; with "inertial" the platform keeps its direction in inertial space, that of north, east and down
             at the start.
-        gravity, ellipsoid, curvature, vertical, height, baro_time_constant, route: of the navigator, as for `navigate`.
+        gravity, ellipsoid, curvature, vertical, height, baro_time_constant, route, azimuth: of the navigator, as for
+            `navigate`.
 
     Returns:
         The solution at every edge. Its attitude is that of the gimbals.
@@ -114,7 +116,7 @@ def navigate_platform(
 
     check_name("frame", frame, FRAMES)
     check_name("curvature", curvature, CURVATURES)
-    check_used(frame, curvature, None, "hold", route)
+    check_used(frame, curvature, None, "hold", route, azimuth)
     baro_time_constant = checked_channel(vertical, height, baro_time_constant)
     count = len(forces.push)
     time = np.ascontiguousarray(time, dtype=np.float64)
@@ -142,8 +144,8 @@ def navigate_platform(
         pole[2] = 1.0  # the Earth's
     elif rule == TRANSVERSE:
         pole = route_pole(route, float(latitude[0]), float(longitude[0]), velocity[0])
-    azimuth = 0.0 if rule != TRANSVERSE else _towards(pole, float(latitude[0]), float(longitude[0]))
-    q_wb = rotation.multiply(_about_down(-azimuth), q_nb)
+    of_x[0] = azimuth if rule != TRANSVERSE else _towards(pole, float(latitude[0]), float(longitude[0]))
+    q_wb = rotation.multiply(_about_down(-of_x[0]), q_nb)
     q_ip[0] = rotation.multiply(forces.q_ib[0], rotation.conjugate(q_wb))
     q_wp = np.empty((0 if torqued else rows, 4))
     commanded, readings, drift = (np.empty((count, 3)) for _ in range(3))

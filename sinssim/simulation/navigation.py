@@ -121,6 +121,7 @@ def solve(
         "height": None if vertical == "free" else height,
         "baro_time_constant": section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
         "route": route,
+        "azimuth": float(np.radians(section.azimuth_deg)),
     }
 
     def by(algorithm: str) -> NavSolution | RunError:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
+from sinssim.arguments import number
 from sinssim.checks import checked_increments, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number
@@ -50,6 +51,7 @@ def navigate(
     baro_time_constant: float = BARO_TIME_CONSTANT,
     route: tuple[float, float, float, float] | None = None,
     slow_quantities: str = "hold",
+    azimuth: float = 0.0,
 ) -> NavSolution:
     """Navigate by inertial increments from a given initial state.
 
@@ -75,6 +77,8 @@ def navigate(
         route: for the transverse frame, latitude and longitude of A and of B, rad: its equator is the great circle from
             A to B; None for the great circle along the initial velocity.
         slow_quantities: with rates_hz, treatment of slow quantities between slow updates, one of `SLOW_QUANTITIES`.
+        azimuth: for the frames wander and free-azimuth, direction of their x axis at the start, clockwise from north,
+            rad.
 
     Returns:
         The solution at every imu.time, N+1 rows, the first of which is the initial state. An algorithm that advances by
@@ -96,7 +100,7 @@ def navigate(
         ("treatment of slow quantities", slow_quantities, SLOW_QUANTITIES),
     ):
         check_name(kind, name, known)
-    check_used(frame, curvature, rates_hz, slow_quantities, route)
+    check_used(frame, curvature, rates_hz, slow_quantities, route, azimuth)
     baro_time_constant = checked_channel(vertical, height, baro_time_constant)
     earth = parameters(ellipsoid_by_name(ellipsoid))
     gravity_model = gravity_number(gravity)
@@ -140,12 +144,13 @@ def navigate(
     room = np.empty((12 if has_azimuth else 11) * rows)
     latitude, longitude, height_out, defect = room[: 4 * rows].reshape(4, rows)
     velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows : 11 * rows].reshape(rows, 4)
-    azimuth = room[11 * rows :]
+    of_x = room[11 * rows :]
+    of_x[:1] = azimuth
     latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = lat0, lon0, h0, v0, q0
     problem = Problem(
         algorithm, time, dtheta, dvel, weights, uniform, earth, gravity_model, curvature,
         NUMBERS[vertical], reference, climb, baro_time_constant, route,
-        latitude, longitude, height_out, velocity, q_nb, defect, azimuth,
+        latitude, longitude, height_out, velocity, q_nb, defect, of_x,
     )  # fmt: skip
     in_frame, own = frame_file(frame), own_engine(algorithm, frame)
     if rates_hz is not None:
@@ -156,8 +161,9 @@ def navigate(
         in_frame.solve(problem, frame)
     in_frame.check(problem, frame)
     check_solution(problem)
-    of_x = azimuth if has_azimuth else None
-    solution = NavSolution(time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm, azimuth=of_x)
+    solution = NavSolution(
+        time, latitude, longitude, height_out, velocity, q_nb, defect, algorithm, azimuth=of_x if has_azimuth else None
+    )
     if algorithm != "euler":
         return solution
 
@@ -196,15 +202,19 @@ def check_used(
     rates_hz: tuple[float, ...] | None,
     slow_quantities: str,
     route: tuple[float, float, float, float] | None,
+    azimuth: float = 0.0,
 ) -> None:
     """Raise for an option that would have no effect with the others.
 
     Args:
-        frame, curvature, rates_hz, slow_quantities, route: as for `navigate`.
+        frame, curvature, rates_hz, slow_quantities, route, azimuth: as for `navigate`.
 
     Raises:
         InputError: an option has no effect; the message names it and its requirement.
     """
+    if number("azimuth", azimuth, "rad") and not FRAME_REGISTRY[frame].takes_azimuth:
+        able = listed(frames_that(lambda entry: entry.takes_azimuth))
+        raise InputError(f'azimuth would have no effect: it is for the frames {able}; here frame = "{frame}".')
     check_curvature(frame, curvature)
     if route is not None and not FRAME_REGISTRY[frame].takes_route:
         able = listed(frames_that(lambda entry: entry.takes_route))

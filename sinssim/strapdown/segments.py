@@ -171,7 +171,7 @@ class Segments:
         problem = Problem(
             self._algorithm, time, dtheta, dvel, self._weights_of(start, len(dtheta)), self._uniform, self._earth,
             self._gravity, self._curvature, FREE, _NO_REFERENCE, _NO_REFERENCE, 1.0, self._route, latitude, longitude,
-            height, velocity, q_nb, defect, np.empty(rows if entry.has_azimuth else 0),
+            height, velocity, q_nb, defect, np.zeros(rows if entry.has_azimuth else 0),
             first * self._per_row - start,
         )  # fmt: skip
         file = frame_file(self._frame)

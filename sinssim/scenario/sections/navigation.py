@@ -137,6 +137,11 @@ class NavigationSection(Section):
         description="latitude and longitude of the points A and B; the great circle through them is the equator of "
         'frame = "transverse"; default: the great circle along the initial velocity',
     )
+    azimuth_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(
+        default=0.0,
+        description="direction of the x axis of the frames wander and free-azimuth at the start, clockwise from north; "
+        "the segments of a filter's engine always begin with x to the north",
+    )
     alignment: AlignmentSection | None = None
     initial_error: InitialErrorSection = Field(default=InitialErrorSection())
 
@@ -162,6 +167,11 @@ class NavigationSection(Section):
     @model_validator(mode="after")
     def _everything_is_used(self) -> Self:
         check_curvature(self.frame, self.curvature)
+        if self.azimuth_deg and not FRAME_REGISTRY[self.frame].takes_azimuth:
+            able = listed(frames_that(lambda entry: entry.takes_azimuth))
+            raise ValueError(
+                f'azimuth_deg would have no effect: it is for the frames {able}; here frame = "{self.frame}"'
+            )
         if self.slow_quantities != "hold" and self.rates_hz is None:
             raise ValueError(
                 f'slow_quantities = "{self.slow_quantities}" would have no effect: it belongs to a schedule, and '

@@ -139,10 +139,10 @@ def _navigate(
 ) -> None:
     count = time.shape[0] - 1
     omega = p.omega
-    # --- the frame at the start: x north, or towards the route's pole
+    # --- the frame at the start: x at the azimuth in the first row, or towards the route's pole
     h = height[0]
     e0, e1, e2, e3 = q_en_k(latitude[0], longitude[0])
-    azimuth = 0.0
+    azimuth = of_x[0]
     if rule == TRANSVERSE:
         px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
         azimuth = atan2(py, px)

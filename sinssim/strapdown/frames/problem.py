@@ -35,8 +35,8 @@ class Problem(NamedTuple):
         velocity: north, east, down, (N+1, 3) m/s.
         q_nb: attitude quaternion relative to north, east, down, (N+1, 4).
         defect: defect of norm or orthogonality of the attitude variables, (N+1,).
-        azimuth: direction of the frame's x axis from north, (N+1,) rad; empty for a frame that points north or is not
-            level.
+        azimuth: direction of the frame's x axis from north, (N+1,) rad; its first row is that of the start. Empty for a
+            frame that points north or is not level.
         first: number of the first navigated increment; the fit uses those before it.
     """
 

@@ -229,7 +229,7 @@ def solve(problem: Problem, frame: str) -> None:
     p = problem
     rule, axis = (TRANSVERSE, np.array([0.0, 0.0, 1.0])) if frame == "level" else azimuth_rule(p, frame)
     q_en = earth.q_en(p.latitude[0], p.longitude[0])
-    azimuth = 0.0
+    azimuth = float(p.azimuth[0]) if len(p.azimuth) else 0.0
     if rule == TRANSVERSE:
         pole = rotation.rotate(rotation.conjugate(q_en), axis)
         azimuth = atan2(float(pole[1]), float(pole[0]))

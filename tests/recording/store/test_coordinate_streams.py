@@ -113,3 +113,16 @@ def test_every_kind_holds_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_what_cannot_be_is_refused(frame: str, output: dict[str, Any], message: str) -> None:
     with pytest.raises((InputError, ValueError), match=message):
         flight(frame, **output)
+
+
+def test_the_azimuth_of_the_axes_at_the_start(tmp_path: Path) -> None:
+    """Axes 30° from north: the speed is the same, and course and heading are 30° less than relative to north."""
+    own = flight("free-azimuth").model_dump(exclude_unset=True)
+    own["navigation"]["azimuth_deg"] = 30.0
+    true = run(Scenario.model_validate(own), tmp_path / "run").truth
+    north, east, down = true.velocity_ned[0]
+    course = np.arctan2(east, north) - np.radians(30.0)
+    heading = rotation.euler_from_quaternion(true.q_nb[0])[2] - np.radians(30.0)
+    speed = np.hypot(north, east)
+    wanted = [np.radians(30.0), speed * np.cos(course), speed * np.sin(course), down, heading]
+    np.testing.assert_allclose(columns(tmp_path / "run", "frame_quaternion")[0, 1:], wanted, atol=1e-9)

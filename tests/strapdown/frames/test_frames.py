@@ -97,6 +97,10 @@ def test_simplified_curvature_is_the_same_everywhere(s_turn, frame):
             {"frame": "wander", "route": (0.0, 0.0, 0.0, 1.0)},
             r'route .* for frame = "transverse"; here frame = "wander"',
         ),
+        (
+            {"frame": "transverse", "azimuth": 0.3},
+            r'azimuth .* for the frames wander and free-azimuth; here frame = "transverse"',
+        ),
         ({"height": np.zeros(60001)}, r'height .* vertical = "free" uses no height'),
         ({"baro_time_constant": 30.0}, r'baro_time_constant = 30 .* vertical = "baro-loop"; here vertical = "free"'),
         ({"slow_quantities": "extrapolate"}, r'slow_quantities = "extrapolate" .* rates_hz is not given'),
@@ -287,6 +291,20 @@ def test_transverse_frame_at_rest_on_its_routes_pole():
     circle, route = past_the_pole(0.0, speed=0.0, seconds=1.0)
     with pytest.raises(RunError, match="route's pole"):
         navigate(circle.increments(50.0), circle.state(0.0), frame="transverse", route=route)
+
+
+@pytest.mark.parametrize("frame", ["wander", "free-azimuth"])
+@pytest.mark.parametrize("options", [{}, {"rates_hz": (100.0, 50.0, 50.0)}, {"algorithm": "functional-iteration"}])
+def test_the_azimuth_at_the_start_turns_the_axes_and_nothing_else(s_turn, frame, options):
+    """No rule for the azimuth depends on the azimuth, so the difference stays as it was; the motion is the same."""
+    north, turned = run(s_turn, frame=frame, **options), run(s_turn, frame=frame, azimuth=2.5, **options)
+    assert turned.azimuth[0] == 2.5
+    off = np.mod(turned.azimuth - north.azimuth - 2.5 + np.pi, 2.0 * np.pi) - np.pi
+    assert np.max(np.abs(off)) < 1e-9
+    distance, speed, angle = apart(north, turned)
+    assert distance < 1e-5
+    assert speed < 1e-7
+    assert angle < 1e-5 * ARCSEC
 
 
 # --- the azimuth's rule --------------------------------------------------------------------------------------
