@@ -95,7 +95,10 @@ def judge(
     for some in epochs:
         errors = errors_of([result.errors.column(COMPONENTS[p], some)[rows] for p in columns_of(requirement)])
         tallies.append(_tally(requirement, elapsed[some], errors, failed))
-    return verdict_of(requirement, np.concatenate([elapsed[some] for some in epochs]), joined(tallies), error)
+    aiding = result.plan.scenario.aiding
+    outages = () if aiding is None or not result.plan.filtered else aiding.outages
+    instants = np.concatenate([elapsed[some] for some in epochs])
+    return verdict_of(requirement, instants, joined(tallies), error, outages)
 
 
 def _tally(requirement: Requirement, instants: Array, errors: Array, failed: NDArray[np.bool_]) -> Tally:

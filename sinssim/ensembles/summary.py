@@ -11,6 +11,7 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.ensembles.run_errors import COMPONENTS
 from sinssim.own_content.in_scenario import own_files
+from sinssim.requirements.exceeded import NEVER
 from sinssim.requirements.verdict import CONFIDENCE
 from sinssim.statistics.chi_square import share_inside
 from sinssim.statistics.circles import circle_radius
@@ -156,8 +157,9 @@ def requirements(result: EnsembleResult) -> list[dict[str, Any]]:
 
     Returns:
         For each the requirement as it was written, its meaning, the verdict and its confidence, the value of these runs
-        and the limit in the unit as written, the time of the value, the number of runs judged, and about how many more
-        are needed (None if more than can be counted).
+        and the limit in the unit as written, the time of the value, since when the limit is exceeded over the whole run
+        (None if it is not), the number of runs judged, and about how many more are needed (None if more than can be
+        counted).
     """
     return [
         {
@@ -169,6 +171,7 @@ def requirements(result: EnsembleResult) -> list[dict[str, Any]]:
             "limit": one.requirement.limit / one.requirement.unit_size,
             "unit": one.requirement.unit,
             "time_s": one.time,
+            **(one.exceeded.numbers if one.exceeded else NEVER),
             "runs": one.runs,
             "more_runs": one.more_runs,
         }

@@ -18,7 +18,7 @@ from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.result import BudgetResult
 from sinssim.errors import InputError
-from sinssim.requirements.quantity import Asked
+from sinssim.requirements.exceeded import Exceeded, first_exceeded
 from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement, parse_requirements
 from sinssim.statistics.circle_about_mean import radius_about_mean, share_inside
 
@@ -63,6 +63,7 @@ class Answer:
         allowances: of every source alone, in the order of their contributions to the quantity.
         joint: of the sources that are free together; None if none were named.
         everything: of all sources that a number describes, together.
+        exceeded: since when the limit is exceeded, throughout a run; None if it is not.
     """
 
     requirement: Requirement
@@ -71,6 +72,7 @@ class Answer:
     allowances: tuple[Allowance, ...]
     joint: Allowance | None
     everything: Allowance
+    exceeded: Exceeded | None = None
 
     @property
     def met(self) -> bool:
@@ -108,41 +110,37 @@ def answers(
     found = []
     for requirement in parse_requirements(requirements):
         requirement.check_within(float(result.time[-1]))
-        rows, values = _values(result, requirement)
-        worst = int(np.argmax(values))
-        order = [one.source for one in result.improvements(float(result.time[rows[worst]]))]
+        rows, (value, time, exceeded) = _rows(result, requirement), answer_of(result, requirement)
+        order = [one.source for one in result.improvements(time)]
         sized = tuple(source for source in order if not math.isnan(source.value))
         alone = tuple(
             sorted((_allowance(result, requirement, rows, (source,)) for source in sized), key=lambda one: one.without)
         )
         joint = _allowance(result, requirement, rows, together) if together else None
         every = _allowance(result, requirement, rows, sized)
-        found.append(Answer(requirement, float(values[worst]), float(result.time[rows[worst]]), alone, joint, every))
+        found.append(Answer(requirement, value, time, alone, joint, every, exceeded))
     return tuple(found)
 
 
-def answer_of(result: BudgetResult, asked: Asked) -> tuple[float, float]:
-    """Return a quantity of a budget and its instant; throughout the run, the largest.
+def answer_of(result: BudgetResult, requirement: Requirement) -> tuple[float, float, Exceeded | None]:
+    """Return the quantity of a requirement and its instant; throughout the run, the largest.
 
     Args:
         result: the budget, with the instant of the quantity.
-        asked: a quantity or a requirement.
+        requirement: the requirement.
 
     Returns:
-        The number that `answers` judges, SI, and its instant, s since the start.
+        The number that `answers` judges, SI, its instant, s since the start, and since when the limit is exceeded.
 
     Raises:
         InputError: the budget does not have the instant.
     """
-    rows, values = _values(result, asked)
-    worst = int(np.argmax(values))
-    return float(values[worst]), float(result.time[rows[worst]])
-
-
-def _values(result: BudgetResult, asked: Asked) -> tuple[NDArray[np.intp], Array]:
-    """Return the rows that count, and the quantity in each."""
-    rows = _rows(result, asked)
-    return rows, _quantity(asked, result.time[rows], result.total[rows], result.bias[rows])
+    rows = _rows(result, requirement)
+    values = _quantity(requirement, result.time[rows], result.total[rows], result.bias[rows])
+    worst, aiding = int(np.argmax(values)), result.scenario.aiding
+    outages = () if aiding is None or result.solution == "inertial" else aiding.outages
+    exceeded = first_exceeded(requirement, result.time[rows], values, outages)
+    return float(values[worst]), float(result.time[rows[worst]]), exceeded
 
 
 def _sized(result: BudgetResult, name: str) -> Source:
@@ -155,7 +153,7 @@ def _sized(result: BudgetResult, name: str) -> Source:
     return source
 
 
-def _rows(result: BudgetResult, requirement: Asked) -> NDArray[np.intp]:
+def _rows(result: BudgetResult, requirement: Requirement) -> NDArray[np.intp]:
     if requirement.when == "run":
         return np.arange(len(result.time))
     if requirement.when == "end":
@@ -163,7 +161,7 @@ def _rows(result: BudgetResult, requirement: Asked) -> NDArray[np.intp]:
     return np.array([result.row(requirement.time)])
 
 
-def _quantity(requirement: Asked, time: Array, covariance: Array, mean: Array) -> Array:
+def _quantity(requirement: Requirement, time: Array, covariance: Array, mean: Array) -> Array:
     """Return the quantity at instants, (R,) SI."""
     if requirement.quantity in COMPONENTS:
         k = COMPONENTS.index(requirement.quantity)

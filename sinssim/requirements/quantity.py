@@ -5,29 +5,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Protocol
 
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.requirements.requirement import QUANTITIES, When, parse_when
+from sinssim.requirements.requirement import QUANTITIES, Requirement, When, parse_when
 
 _PATTERN = re.compile(r"\s*(?P<name>\w+)\s*(\((?P<when>[^()]*)\))?\s*")
 _SI = {"length": "m", "speed": "mps", "angle": "rad"}
-
-
-class Asked(Protocol):
-    """What is asked for: a quantity and its instant; a `Requirement` is one, too."""
-
-    @property
-    def quantity(self) -> str:
-        """One of `QUANTITIES`."""
-
-    @property
-    def when(self) -> When:
-        """ "at" a time, at the "end", or throughout the "run"."""
-
-    @property
-    def time(self) -> float:
-        """The time for "at", s since the start."""
 
 
 @dataclass(frozen=True)
@@ -67,16 +50,16 @@ class Quantity:
         return f"{self.quantity}_{when}_{'nmi_h' if self.quantity == 'rate' else _SI[self.dimension]}"
 
 
-def quantity_of(asked: Asked) -> Quantity:
+def quantity_of(requirement: Requirement) -> Quantity:
     """Return the quantity of a requirement.
 
     Args:
-        asked: the requirement.
+        requirement: the requirement.
 
     Returns:
         Its quantity, without the limit.
     """
-    return Quantity(asked.quantity, asked.when, asked.time if asked.when == "at" else 0.0)
+    return Quantity(requirement.quantity, requirement.when, requirement.time if requirement.when == "at" else 0.0)
 
 
 def parse_quantity(text: str) -> Quantity:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.requirements.exceeded import Exceeded, first_exceeded
 from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement
 from sinssim.statistics.order_statistics import percentile
 
@@ -42,6 +43,7 @@ class Verdict:
         runs: N.
         more_runs: about how many more runs decide if the further ones are like these; 0 if decided, None if more runs
             than can be counted.
+        exceeded: since when the quantity of these runs exceeds the limit, throughout a run; None if it does not.
     """
 
     requirement: Requirement
@@ -50,6 +52,7 @@ class Verdict:
     time: float
     runs: int
     more_runs: int | None
+    exceeded: Exceeded | None = None
 
 
 def columns_of(requirement: Requirement) -> tuple[int, ...]:
@@ -174,7 +177,13 @@ def verdict(
     return verdict_of(requirement, instants, tally(requirement, instants, found, counts), error)
 
 
-def verdict_of(requirement: Requirement, time: Array, tallied: Tally, error: float = 1.0 - CONFIDENCE) -> Verdict:
+def verdict_of(
+    requirement: Requirement,
+    time: Array,
+    tallied: Tally,
+    error: float = 1.0 - CONFIDENCE,
+    outages: Sequence[tuple[float, float]] = (),
+) -> Verdict:
     """Judge a requirement by the tally of an ensemble of runs.
 
     Args:
@@ -182,6 +191,7 @@ def verdict_of(requirement: Requirement, time: Array, tallied: Tally, error: flo
         time: instants that it concerns, (E,) s since the start.
         tallied: the tally at these instants.
         error: as for `verdict`.
+        outages: beginning and end of each interval without fixes, s since the start.
 
     Returns:
         The verdict.
@@ -195,16 +205,17 @@ def verdict_of(requirement: Requirement, time: Array, tallied: Tally, error: flo
     if len(time) > 1:  # "not met" anywhere needs a smaller probability of error
         low = _limits(requirement, value, count, inside, error / len(time))[0]
     refuted = low > requirement.limit
+    exceeded = first_exceeded(requirement, time, value, outages)
     worst = int(np.argmax(value))
     if refuted.any():
         worst = int(np.argmax(np.where(refuted, value, -np.inf)))
-        return Verdict(requirement, "not met", float(value[worst]), float(time[worst]), runs, 0)
+        return Verdict(requirement, "not met", float(value[worst]), float(time[worst]), runs, 0, exceeded)
     if (high <= requirement.limit).all():
         return Verdict(requirement, "met", float(value[worst]), float(time[worst]), runs, 0)
     open_ones = high > requirement.limit
     most = float(np.max((need / (count / runs))[open_ones]))
     more = None if not np.isfinite(most) else max(int(np.ceil(most)) - runs, 1)
-    return Verdict(requirement, "undecided", float(value[worst]), float(time[worst]), runs, more)
+    return Verdict(requirement, "undecided", float(value[worst]), float(time[worst]), runs, more, exceeded)
 
 
 def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:

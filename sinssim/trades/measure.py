@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.formatting import number_text
+from sinssim.requirements.exceeded import NEVER, Exceeded
 from sinssim.requirements.quantity import Quantity
 from sinssim.requirements.requirement import COMPONENTS, SHARES, Requirement
 from sinssim.units import NAUTICAL_MILE
@@ -34,6 +37,8 @@ class CellVerdict:
         unit: the unit.
         time_s: instant of the value, s since the start.
         more_runs: about how many more runs would decide; 0 if decided, None if they cannot be counted.
+        exceeded_from_s: since when the limit is exceeded, throughout a run, s since the start; None if it is not.
+        after_fixes_end_s: how long after the last fix this is, s; None outside an outage.
     """
 
     requirement: str
@@ -43,6 +48,20 @@ class CellVerdict:
     unit: str
     time_s: float
     more_runs: int | None = 0
+    exceeded_from_s: float | None = None
+    after_fixes_end_s: float | None = None
+
+    @property
+    def text(self) -> str:
+        """The value, and since when the limit is exceeded, in words; "" if no run has a solution."""
+        if math.isnan(self.value):
+            return ""
+        value = f"{number_text(self.value)} {self.unit}" if math.isfinite(self.value) else "∞"
+        text = f"{value} at {self.time_s:g} s"
+        if self.exceeded_from_s is None:
+            return text
+        after = self.after_fixes_end_s
+        return f"{text}, {Exceeded(self.exceeded_from_s, None if after is None else self.exceeded_from_s - after).text}"
 
 
 @dataclass(frozen=True)
@@ -99,9 +118,9 @@ def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
         values["filter_r95_end_m"] = float(own[0])
     verdicts = []
     for requirement in study.requirements:
-        value, time = answer_of(result, requirement)
+        value, time, exceeded = answer_of(result, requirement)
         word: Word = "met" if value <= requirement.limit else "not met"
-        verdicts.append(_verdict(requirement, word, value, time, 0))
+        verdicts.append(_verdict(requirement, word, value, time, 0, exceeded))
     return CellNumbers(values, tuple(verdicts), result.time, cep, r95)
 
 
@@ -111,9 +130,12 @@ def _budget_value(result: BudgetResult, one: Quantity, course: Array) -> float:
     return float(course[-1 if one.when == "end" else result.row(one.time)])
 
 
-def _verdict(requirement: Requirement, word: Word, value: float, time: float, more: int | None) -> CellVerdict:
-    size = requirement.unit_size
-    return CellVerdict(requirement.text, word, value / size, requirement.limit / size, requirement.unit, time, more)
+def _verdict(
+    requirement: Requirement, word: Word, value: float, time: float, more: int | None, exceeded: Exceeded | None
+) -> CellVerdict:
+    size, since = requirement.unit_size, NEVER if exceeded is None else exceeded.numbers
+    limit = requirement.limit / size
+    return CellVerdict(requirement.text, word, value / size, limit, requirement.unit, time, more, **since)
 
 
 def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
@@ -144,7 +166,7 @@ def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
     verdicts = []
     for requirement in study.requirements:
         found = judge(result, requirement)
-        verdicts.append(_verdict(requirement, found.verdict, found.value, found.time, found.more_runs))
+        verdicts.append(_verdict(requirement, found.verdict, found.value, found.time, found.more_runs, found.exceeded))
     cep, r95 = np.asarray(result.cep.value), np.asarray(result.r95.value)
     return CellNumbers(values, tuple(verdicts), result.elapsed, cep, r95, tuple(result.notes))
 

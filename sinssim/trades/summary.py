@@ -175,9 +175,12 @@ def _percent(value: float) -> str:
 
 
 def verdict_text(one: CellResult, requirement: Requirement) -> str:
-    """Return the verdict of a cell on a requirement, "" without one."""
+    """Return the verdict of a cell on a requirement, and its value if no column shows it; "" without one."""
     found = one.verdict(requirement.text)
-    return "" if found is None else MARKS[found.verdict]
+    if found is None:
+        return ""
+    shown = requirement.when == "end" and requirement.quantity in _SHOWN
+    return MARKS[found.verdict] + (f": {found.text}" if found.text and not shown else "")
 
 
 @dataclass(frozen=True)

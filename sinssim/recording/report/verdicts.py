@@ -36,6 +36,8 @@ def verdict_text(found: Verdict) -> str:
     value = f"{number_text(found.value / size)} {one.unit}" if math.isfinite(found.value) else "∞ (failed runs)"
     at = "at the end" if one.when == "end" else f"at {found.time:g} s"
     text = f"In {found.runs} runs it is {value} {at}; the limit is {one.limit / size:g} {one.unit}."
+    if found.exceeded is not None:
+        text += f" It is {found.exceeded.text}."
     if found.verdict != "undecided":
         return text
     if found.more_runs is None:

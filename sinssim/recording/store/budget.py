@@ -16,6 +16,7 @@ from sinssim.error_budget.result import COMPONENTS, BudgetResult
 from sinssim.recording.store.directory import RunDirectory, write_text
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import versions
+from sinssim.requirements.exceeded import NEVER
 from sinssim.units import NAUTICAL_MILE
 
 _SI = ("m", "m", "m", "mps", "mps", "mps", "rad", "rad", "rad")
@@ -113,6 +114,7 @@ def _answer(answer: Answer) -> dict[str, Any]:
         "margin": answer.margin / size,
         "unit": one.unit,
         "time_s": answer.time,
+        **(answer.exceeded.numbers if answer.exceeded else NEVER),
         "sources": [_allowance(allowance, size) for allowance in answer.allowances],
         "free_together": None if answer.joint is None else _allowance(answer.joint, size),
         "factor_of_all_sources": answer.everything.factor if math.isfinite(answer.everything.factor) else None,

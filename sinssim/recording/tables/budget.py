@@ -166,6 +166,8 @@ def lines_of(answer: Answer) -> Iterator[str]:
         f"It is {number(answer.value / size)} {unit} at {answer.time:g} s, {number(abs(answer.margin) / size)} {unit} "
         f"({100.0 * abs(answer.margin) / one.limit:.3g} %) {side} the limit."
     )
+    if answer.exceeded is not None:
+        yield f"It is {answer.exceeded.text}."
     if answer.joint is not None:
         yield _joint(answer.joint, answer)
     if not any(allowance.possible for allowance in answer.allowances):

@@ -24,6 +24,7 @@ _STYLE = """
   overflow-wrap: anywhere; text-align: left; min-width: 24rem; }
 """
 _CLASSES = {MARKS["met"]: "met", MARKS["not met"]: "missed"}
+"""Styles of the verdicts of cells, by their first words."""
 
 
 def trade_report(result: TradeResult, drawn: Sequence[figures.Picture], about: Mapping[str, str]) -> str:
@@ -78,8 +79,9 @@ def _cells(heads: Sequence[str], rows: Sequence[Sequence[str]], columns: Sequenc
 
 
 def _marked(text: str) -> str:
-    kind = _CLASSES.get(text)
-    return f'<span class="{kind}">{words(text.lower())}</span>' if kind else words(text)
+    word, colon, value = text.partition(": ")
+    kind = _CLASSES.get(word)
+    return f'<span class="{kind}">{words(word.lower())}</span>{words(colon + value)}' if kind else words(text)
 
 
 def _definitions(result: TradeResult) -> str:
