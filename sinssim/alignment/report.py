@@ -42,7 +42,7 @@ class AlignmentReport:
         source: name of the scenario or of the log's file.
         method: method of alignment.
         imu: the session.
-        determination: the angles and the latitude.
+        determination: the angles and the latitude; the heading in the range of the scenario's [output], if it has one.
         sigma: standard deviations of the sensor block's errors, if known.
         mean: known part of the determination's error (from errors that a scenario fixes), rad, if known.
         budget: standard deviations by source, if known and if the theory holds, rad.
@@ -297,7 +297,29 @@ def _align_scenario(
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
     warmed = float(imu.time[0]) - trajectory.start
-    return align_session(imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed)
+    report = align_session(
+        imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed
+    )
+    return _in_range(report, scenario.output.angles)
+
+
+def _in_range(report: AlignmentReport, choice: str | None) -> AlignmentReport:
+    """Return the alignment with its headings in the range that the scenario requests."""
+    from sinssim.rotation import shown_heading
+
+    def heading(value: Array) -> Array:
+        return value if np.isnan(value) else np.asarray(shown_heading(choice, value[None])[0])
+
+    def within(angles: Angles | None) -> Angles | None:
+        return None if angles is None else angles._replace(heading=heading(np.asarray(angles.heading)))
+
+    d = report.determination
+    return replace(
+        report,
+        determination=replace(d, heading=heading(d.heading)),
+        truth=within(report.truth),
+        mean_angles=within(report.mean_angles),
+    )
 
 
 def _align_log(

@@ -199,6 +199,28 @@ def test_a_session_is_recorded(scenario, tmp_path, capsys):
     assert set(recorded(tmp_path / "sway.rrd")) == {"/session/turn", "/session/velocity"}
 
 
+@pytest.mark.parametrize("method", ["quiet", "disturbed"])
+def test_headings_lie_in_the_range_of_the_scenario(scenario, tmp_path, capsys, method):
+    """300.12° is −59.88° in the range −90°…270° of the formulas: as numbers, in the tables and in the recording."""
+    settings = ["--set", "parked.heading_deg=300.12", "--set", 'output.angles="-90..270"']
+    options = [*settings, *(["--disturbed"] if method == "disturbed" else [])]
+    code, out, _ = run(capsys, scenario, "--json", "--record", str(tmp_path / "session.rrd"), *options)
+    assert code == 0
+    result = json.loads(out)
+    found = result["heading_deg"]
+    assert found == pytest.approx(-59.88, abs=4 * result["sigma_arcmin"]["heading"] / 60)
+    assert (found + 59.88) * 60 == pytest.approx(result["error_arcmin"]["heading"], abs=1e-6)
+    code, out, _ = run(capsys, scenario, *options)
+    assert f"{found:.5f}" in out
+    assert "-59.88000" in out  # the true one
+    assert "300." not in out.split("Measured:")[0].split("\n", 1)[1]
+    if method == "quiet":
+        last, _ = recorded(tmp_path / "session.rrd")["/session/angles/heading"]
+        np.testing.assert_allclose(last[[0, 3]], [found, -59.88], rtol=0, atol=1e-9)
+    else:
+        assert result["eq_1_on_the_same_data_deg"]["heading"] == pytest.approx(found, abs=1.0)
+
+
 @pytest.mark.parametrize(("option", "name"), [("--record", "session.rrd"), ("--plot", "expected.svg")])
 def test_what_cannot_be_written_is_named(scenario, tmp_path, capsys, option, name):
     (tmp_path / "file").write_text("")  # where a folder would have to be

@@ -64,6 +64,8 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
     plots: list[rrb.View] = []
     for k, name in enumerate(Angles._fields):
         final = so_far[k][-1]
+        if np.isfinite(determined := getattr(report.determination, name)):  # in the range of the scenario's headings
+            final = determined + (final - determined + np.pi) % (2.0 * np.pi) - np.pi
         angle = final + (so_far[k] - final + np.pi) % (2.0 * np.pi) - np.pi  # no jump from 360° to 0°
         lines = {"so far": angle}
         if budget is not None:

@@ -12,7 +12,7 @@ from sinssim.recording import style
 from sinssim.recording.report.drawing import Drawing, Point
 from sinssim.recording.report.page import words
 from sinssim.recording.report.run.scheme import AIDED, ATTITUDE, POSITION
-from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion
+from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
@@ -47,10 +47,11 @@ def axes_drawing(run: Run) -> str:
     azimuth = _azimuth(run)
     _body(d, dcm_from_quaternion(q), heading, pitch, None if azimuth is None else azimuth[0])
     frame = run.scenario.navigation.frame
+    (shown,) = shown_heading(run.scenario.output.angles, [heading])
     text = (
         f"The true start: latitude {latitude / DEG:.3f}°, longitude {float(run.truth.longitude[0]) / DEG:.3f}°, "
-        f"heading {heading / DEG:.2f}°, pitch {pitch / DEG:.2f}°, roll {roll / DEG:.2f}°. N, E, D: north, east, down; "
-        "x, y, z: forward, right, down of the body."
+        f"heading {float(shown) / DEG:.2f}°, pitch {pitch / DEG:.2f}°, roll {roll / DEG:.2f}°. "
+        "N, E, D: north, east, down; x, y, z: forward, right, down of the body."
     )
     if azimuth is not None:
         first, last = azimuth
