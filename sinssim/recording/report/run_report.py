@@ -30,9 +30,7 @@ from sinssim.recording.report.run.track import STYLE as TRACK_STYLE
 from sinssim.recording.report.run.track import Track
 from sinssim.recording.report.turning import turning_section
 from sinssim.recording.scales import LENGTHS, duration_words, suiting
-from sinssim.recording.store.summaries.platform_summary import platform_sentences
-from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
-from sinssim.recording.store.summaries.rotation_summary import rotation_sentences
+from sinssim.recording.store.summaries.comparison_summary import comparison_sentences
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import earth_of_the_navigator
@@ -185,14 +183,9 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     yield from earth_of_the_navigator(scenario)
     if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
         yield flags
-    if "redundancy" in summary:
-        yield from redundancy_sentences(summary["redundancy"], numbers)
-    if "rotation" in summary:
-        yield from rotation_sentences(summary["rotation"], numbers)
-    if "platform" in summary:
-        yield from platform_sentences(summary["platform"], numbers)
-        if len(numbers) == 2:  # the sentences have the errors of both
-            return
+    yield from comparison_sentences(summary)
+    if "platform" in summary and len(numbers) == 2:  # the sentences have the errors of both
+        return
     if summary["failures"]:
         yield f"No result from {', '.join(summary['failures'])}; the section on navigation errors gives the reason."
     if not numbers:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rich import box
 from rich.table import Table
 
+from sinssim.recording.store.summaries.comparison_summary import comparison_sentences
 from sinssim.recording.store.summaries.filter_summary import sentences
 from sinssim.recording.store.summaries.log_summary import compared_words, outage_sentence
 from sinssim.recording.store.summaries.phase_summary import (
@@ -19,8 +20,6 @@ from sinssim.recording.store.summaries.phase_summary import (
     phase_tables,
     source_tables,
 )
-from sinssim.recording.store.summaries.platform_summary import platform_sentences
-from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect, torquer_taken
@@ -75,11 +74,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
     if flags := flagged_words(summary["flagged_samples"], samples):
         lines.append(flags)
-    numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
-    if "platform" in summary:
-        lines += platform_sentences(summary["platform"], numbers)
-    if "redundancy" in summary:
-        lines += redundancy_sentences(summary["redundancy"], numbers)
+    lines += comparison_sentences(summary)
     if of_log is None:
         lines += keys_without_effect(scenario.imu, summary["end_s"])
     lines += defaults_taken(scenario.imu, summary["end_s"])
