@@ -16,7 +16,10 @@ from sinssim.rotation import quaternion_from_euler
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def drawn(latitude: float, angles: tuple[float, float, float], frame: str = "level", azimuth: Any = None) -> str:
+def drawn(
+    latitude: float, angles: tuple[float, float, float], frame: str = "level", azimuth: Any = None,
+    headings: str | None = None,
+) -> str:  # fmt: skip
     """Draw the axes for a latitude and roll, pitch and heading in degrees."""
     truth = SimpleNamespace(
         q_nb=np.array([quaternion_from_euler(*np.radians(angles))]),
@@ -24,8 +27,8 @@ def drawn(latitude: float, angles: tuple[float, float, float], frame: str = "lev
         longitude=np.radians([7.0]),
     )
     solution = SimpleNamespace(azimuth=None if azimuth is None else np.radians(azimuth))
-    navigation = SimpleNamespace(navigation=SimpleNamespace(frame=frame))
-    run: Any = SimpleNamespace(truth=truth, scenario=navigation, solutions={"quaternion": solution})
+    scenario = SimpleNamespace(navigation=SimpleNamespace(frame=frame), output=SimpleNamespace(angles=headings))
+    run: Any = SimpleNamespace(truth=truth, scenario=scenario, solutions={"quaternion": solution})
     return axes_drawing(run)
 
 
@@ -66,6 +69,7 @@ def test_sentences_have_the_angles_of_the_run():
     text = drawn(-35.0, (-20.0, 25.0, 45.0))
     assert "latitude −35.000°, longitude 7.000°, heading 45.00°, pitch 25.00°, roll −20.00°" in text
     assert {"ψ", "θ", "φ", "N", "E", "D", "x", "y", "z"} <= set(labels(text))
+    assert "heading −60.00°" in drawn(50.0, (0.0, 0.0, 300.0), headings="-90..270")
     level = drawn(0.0, (0.0, 0.0, 0.0))
     assert not {"ψ", "θ", "φ"} & set(labels(level))  # arcs of no angle are left out
 
