@@ -23,7 +23,7 @@ from sinssim.inspection.layouts.text_table import TextTable, read_table
 from sinssim.logs.aiding import quality_factor
 from sinssim.logs.clocks import file_clock, gps_instant
 from sinssim.logs.files import fix_stream, inertial_stream, solution_stream
-from sinssim.logs.read import candidates, read_file
+from sinssim.logs.read import candidates, folder_of, read_file
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.scenario.sections.log import LogFile, LogReference
 from sinssim.truth.source import block_mounting
@@ -80,7 +80,8 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
                 tables.append(read_table(path))
             except InputError as error:
                 unread.append(error)
-    guessed = guess_files(tables, unit_known=any(one.inertial for one in files))
+    spans = [float(np.ptp(fixes.time)) for one in files for fixes in one.fixes.values()]
+    guessed = guess_files(tables, unit_known=any(one.inertial for one in files), lasts=max(spans, default=None))
     files += guessed.streams()
     if unread and not any(one.inertial for one in files):
         raise unread[0]
@@ -104,9 +105,9 @@ def _whole_folders(paths: Sequence[Path]) -> list[Path]:
     """Return the paths, with the folder in place of the files of a format that is a folder."""
     found: list[Path] = []
     for path in paths:
-        folder = next((up for up in (path.parent, path.parent.parent) if path.is_file() and candidates(up)), path)
-        if folder not in found:
-            found.append(folder)
+        whole = (folder_of(path) if path.is_file() else None) or path
+        if whole not in found:
+            found.append(whole)
     return found
 
 

@@ -55,16 +55,13 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
         )
     samples = read_samples(path, section, [name for name in TRIADS if name not in apart])
     # the axes are already turned; a copy of the first interval stands before the first stamp
-    time, triads, notes = samples.time[1:], samples.triads, tuple[str, ...]()
+    time, triads, notes = samples.time[1:], samples.triads, samples.notes
     for name in apart:
-        time, triads, notes = joined(section, samples, name)
+        time, triads, added = joined(section, samples, name)
+        notes += added
     if section.gravity is not None:
-        time, triads, note = with_gravity(section, time, triads, samples.clock)
-        notes += (note,)
-    if samples.repeated:
-        notes += (f"{path.name}: {samples.repeated} copies of the preceding row are skipped.",)
-    if samples.empty:
-        notes += (f"{path.name}: {samples.empty} rows have no readings of the IMU and are skipped.",)
+        time, triads, added = with_gravity(section, time, triads, samples.clock)
+        notes += added
     time, clock = _on_clock(section, time, samples.clock)
     return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
 
@@ -103,14 +100,15 @@ def fix_stream(section: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
     found = _formatted(section, described=_describes(section, FixColumns))
     if found is not None:
         return _one(found.fixes, section, found, "fixes"), found.clock, found.notes
-    stream, _, clock = _fixes_of_columns(section)
-    return stream, clock, ()
+    table = _table(section)
+    stream, _, clock = _fixes_of_columns(table, section)
+    return stream, clock, table.notes
 
 
-def _fixes_of_columns(section: LogFile) -> tuple[FixStream, NDArray[np.intp], Clock]:
+def _fixes_of_columns(table: Table, section: LogFile) -> tuple[FixStream, NDArray[np.intp], Clock]:
     """Return the fixes of a file in columns, their rows in the file, and their clock."""
     assert isinstance(section, FixColumns)
-    table, c = _table(section), section
+    c = section
     _needed(table.path, c, ("latitude", "longitude", "height"))
     quality = None if c.quality is None else table.column(c.quality, gaps=True)
     time, clock = _times(table, section)
@@ -153,7 +151,7 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
         unknown = np.full(len(time), np.nan)
         stream, rows = FixStream(time, unknown, unknown, unknown), np.arange(len(time))
     else:
-        stream, rows, clock = _fixes_of_columns(section)
+        stream, rows, clock = _fixes_of_columns(table, section)
     q_nb = None
     if c.quaternion is not None:
         q_nb = np.column_stack([table.column(column, gaps=True) for column in c.quaternion])
@@ -167,14 +165,14 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
         )
         q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     if q_nb is None:
-        return stream, clock, ()
+        return stream, clock, table.notes
     q_nb = q_nb[rows]
     sigma = None if c.attitude_sigma is None else np.abs(_three_of(table, c.attitude_sigma, "angle"))[rows]
     solution = SolutionStream(
         stream.time, stream.latitude, stream.longitude, stream.height, stream.datum, stream.velocity_ned, q_nb,
         stream.position_sigma, stream.velocity_sigma, sigma,
     )  # fmt: skip
-    return solution, clock, ()
+    return solution, clock, table.notes
 
 
 _DIMENSION = {"baro-height": "length", "heading": "angle", "speed": "speed", "airspeed": "speed"}
@@ -189,14 +187,14 @@ def other_units(section: LogOther) -> Mapping[str, float]:
     return UNITS_OF[_DIMENSION[section.kind]]
 
 
-def other_stream(section: LogOther) -> tuple[OtherStream, Clock]:
+def other_stream(section: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:
     """Read the readings of another sensor from columns.
 
     Args:
         section: an entry of [[log.others]].
 
     Returns:
-        The readings, and the clock of the file.
+        The readings, the clock of the file, and the reader's notes.
 
     Raises:
         InputError: the file cannot be read, or a unit is unknown.
@@ -211,7 +209,7 @@ def other_stream(section: LogOther) -> tuple[OtherStream, Clock]:
     time = table.column(section.time) * TIME_UNITS[section.time_unit or unit_in_name(section.time) or "s"]
     value = _values(table, section.reading, units[section.reading.unit], len(time))
     sigma = _values(table, section.sigma, units[section.sigma.unit], len(time))
-    return OtherStream(section.name, section.kind, time, value[:, None], sigma[:, None]), _OWN_TIMES
+    return OtherStream(section.name, section.kind, time, value[:, None], sigma[:, None]), _OWN_TIMES, table.notes
 
 
 def _describes(section: LogFile, of: type[LogDescription] | type[FixColumns], also: tuple[str, ...] = ()) -> list[str]:

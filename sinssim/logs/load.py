@@ -112,7 +112,8 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
         sensed += gnss_readings(fixes, section.gnss, outages)
         found += [*words, *quality_words(fixes, section.gnss)]
     for number, other in enumerate(section.others, start=1):
-        readings, other_clock = other_stream(other)
+        readings, other_clock, words = other_stream(other)
+        found += words
         at = _run_time(other, f"log.others.{number}", own, zero, other_clock, readings.time)
         kept = _within(at, span, whole, other.file, f"log.others.{number}")
         sensed.append(
@@ -127,7 +128,8 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
             )
         )
     if section.reference is not None:
-        reference = _reference(section.reference, own, zero, span, whole, mounting_deg)
+        reference, words = _reference(section.reference, own, zero, span, whole, mounting_deg)
+        found += words
     rate = 1.0 / float(np.median(np.diff(imu.time)))
     start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
     return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), stream.axes)
@@ -222,8 +224,8 @@ def _reference(
     span: tuple[float, float],
     whole: tuple[float, float],
     mounting_deg: Vector3 | None,
-) -> Reference:
-    stream, clock, _ = solution_stream(section)
+) -> tuple[Reference, tuple[str, ...]]:
+    stream, clock, notes = solution_stream(section)
     at = _run_time(section, "log.reference", own, zero, clock, stream.time)
     rows = _within(at, span, whole, section.file, "log.reference", _MARGIN)
     sound = np.isfinite(stream.latitude) & np.isfinite(stream.longitude) & np.isfinite(stream.height)
@@ -254,11 +256,12 @@ def _reference(
     if section.position_sigma_m is not None:
         sigma = np.tile(section.position_sigma_m, (len(rows), 1))
     velocity = None if stream.velocity_ned is None else stream.velocity_ned[rows]
-    return Reference(
+    reference = Reference(
         Path(section.file).name, at[rows], stream.latitude[rows], stream.longitude[rows],
         stream.height[rows] + section.geoid_height_m, velocity, q_nb, sigma, section.lever_arm_m, section.gap_s,
         at[rows] - section.velocity_delay_s if section.velocity_delay_s else None,
     )  # fmt: skip
+    return reference, notes
 
 
 def _clock_words(own: FileClock, first: float) -> Iterator[str]:

@@ -20,10 +20,11 @@ _HEAD = 4096
 
 
 class Format(Protocol):
-    """What a module of a format defines."""
+    """What a module of a format defines; `files_of` only if the format is a folder."""
 
     def recognises(self, path: Path, head: bytes) -> bool: ...
     def read(self, path: Path) -> Streams: ...
+    def files_of(self, folder: Path) -> list[Path]: ...
 
 
 def format_module(name: str) -> Format:
@@ -66,6 +67,19 @@ def candidates(path: Path) -> list[str]:
         if not head.strip():
             raise InputError(f"{path} is empty{' but for blanks' if head else ''}; it contains no data.")
     return [name for name in FORMATS if format_module(name).recognises(path, head)]
+
+
+def folder_of(file: Path) -> Path | None:
+    """Return the folder that a file is a part of, in one of the formats that are folders; None if there is none.
+
+    Args:
+        file: an existing file.
+    """
+    for folder in (file.parent, file.parent.parent):
+        for name in candidates(folder):
+            if file in format_module(name).files_of(folder):
+                return folder
+    return None
 
 
 def detect(path: Path) -> str:

@@ -287,7 +287,7 @@ def noise_report(
     if not found:
         raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
     tell("", 1.0)
-    return NoiseReport(str(log), samples, timing.interval, tuple(found), tuple(remarks))
+    return NoiseReport(str(log), samples, timing.interval, tuple(found), (*samples.notes, *remarks))
 
 
 def _samples(log: Path, columns: Path | None, triads: Sequence[TriadName] | None, others: Sequence[str]) -> Samples:

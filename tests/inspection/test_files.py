@@ -13,8 +13,10 @@ from sinssim.errors import InputError
 from sinssim.inspection.files import inspect
 from sinssim.inspection.layouts.inertial import guess_layout
 from sinssim.inspection.layouts.text_table import read_table
+from sinssim.logs.read import folder_of
 from sinssim.scenario import load_scenario
 from tests.inspection import worlds
+from tests.logs.formats.samples import FILES
 
 _DEG = np.pi / 180.0
 
@@ -233,3 +235,23 @@ roll = {{ column = 2, unit = "deg" }}
 pitch = {{ column = 3, unit = "deg" }}
 heading = {{ column = 4, unit = "deg" }}
 """  # noqa: E501
+
+
+@pytest.mark.parametrize("relative", [False, True])
+def test_a_folder_of_a_format_takes_only_its_own_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, relative: bool
+) -> None:
+    """Beside the folder mav0 of EuRoC lies the log of another logger, which is read for itself."""
+    folder = tmp_path / "mav0" / "imu0"
+    folder.mkdir(parents=True)
+    own = FILES["euroc"][0](folder / "data.csv")
+    unit = worlds.readings()
+    other = tmp_path / "imu.csv"
+    names = "t_s,gx,gy,gz,ax,ay,az"
+    np.savetxt(other, np.column_stack([unit.time, unit.gyro, unit.accel]), delimiter=",", header=names, comments="")
+    monkeypatch.chdir(tmp_path)
+    start = Path() if relative else tmp_path
+    assert folder_of(start / "imu.csv") is None
+    assert folder_of(start / "mav0" / "imu0" / "data.csv") == start / "mav0"
+    assert [one.path.name for one in inspect([start / "imu.csv"], tmp_path).files] == ["imu.csv"]
+    assert own.is_file()

@@ -17,6 +17,7 @@ from sinssim.data import Array
 from sinssim.inspection.layouts.inertial import is_unix
 from sinssim.inspection.layouts.names import triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
+from sinssim.inspection.layouts.time_column import epoch_unit, says_other, says_time
 from sinssim.logs.text.description import TIME_UNITS, unit_in_name
 from sinssim.logs.text.fix_description import UNITS_OF
 
@@ -33,9 +34,9 @@ _WORDS = {
     "speed": rf"speed|{_START}spd{_END}|{_START}vel_m_s{_END}|{_START}sog{_END}|^velocity(?:\s*[\[(].*)?$",
     "course": rf"course|bearing|{_START}g?crs{_END}|{_START}cog|{_START}heading{_END}|track|head(?:ing)?_?mot|"
     rf"^direction{_END}",
-    "sigma_h": rf"horizontal_?acc|{_START}h_?acc|{_START}eph{_END}|^acc(?:uracy)?(?:$|[ \[(])|pos\w*_acc",
-    "sigma_v": rf"vertical_?acc|{_START}v_?acc|{_START}epv{_END}|altitude_?acc",
-    "sigma_s": rf"speed_?acc|{_START}s_?acc|s_variance_m_s",
+    "sigma_h": rf"horizontal[\W_]*acc|{_START}h_?acc|{_START}eph{_END}|^acc(?:uracy)?(?:$|[ \[(])|pos\w*_acc",
+    "sigma_v": rf"vertical[\W_]*acc|{_START}v_?acc|{_START}epv{_END}|(?:altitude|height)[\W_]*acc",
+    "sigma_s": rf"(?:speed|velocity)[\W_]*acc|{_START}s_?acc|s_variance_m_s",
     "sigma_n": rf"{_START}(?:sd|std|sigma|s|var)_?(?:dev)?_?n(?:orth)?{_END}",
     "sigma_e": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?e(?:ast)?{_END}",
     "sigma_d": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?(?:d(?:own)?|u(?:p)?|h){_END}",
@@ -173,20 +174,20 @@ def _time(
     best: tuple[float, int, str] = (np.inf, -1, "")
     for k in range(table.values.shape[1]):
         column = table.values[known, k]
-        if k in place or not np.isfinite(column).all():
+        word = (table.words or [""] * (k + 1))[k]
+        if k in place or not np.isfinite(column).all() or says_other(word):
             continue
         steps = np.diff(column)
         forward = steps[steps > 0.0]
         if len(forward) < 0.02 * len(steps) or (steps < 0.0).mean() > 0.02:
             continue
         middle = float(np.median(forward))
-        word = (table.words or [""] * (k + 1))[k]
         spread = float(np.percentile(np.abs(forward - middle), 75.0)) / middle
         spread = round(spread, 1) + 1e-3 * k
         # a second of the minute or of the day is no time of a log: it begins again, or repeats
         spread += 100.0 * bool(-steps.min() > 0.3 * np.ptp(column)) + 50.0 * (len(forward) < 0.5 * len(steps))
-        spread -= 3.0 * bool(re.search(r"time|stamp|^t$|^t[_\W]|sec|tow|sow|epoch|utc", word, re.IGNORECASE))
-        named = unit_in_name(word) if word else None
+        spread -= 3.0 * says_time(word)
+        named = (unit_in_name(word) if word else None) or epoch_unit(column, middle)
         for unit, scale in {"s": 1.0}.items() if k in table.dates else TIME_UNITS.items():
             if not _STEPS[0] <= middle * scale <= _STEPS[1] and unit != named:
                 continue

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from sinssim.errors import InputError
 from sinssim.inspection.layouts.fix_columns import FixLayout, guess_fixes
 from sinssim.inspection.layouts.gravity import gravity_in, part_of_unit, whole_unit
@@ -12,6 +14,7 @@ from sinssim.inspection.layouts.inertial import Layout, joined, off_gravity
 from sinssim.inspection.layouts.kinds import split_kinds
 from sinssim.inspection.layouts.names import triads
 from sinssim.inspection.layouts.text_table import TextTable
+from sinssim.inspection.layouts.time_column import UncertainUnitError
 from sinssim.logs.files import fix_stream
 from sinssim.logs.streams import Streams
 from sinssim.logs.text.description import TIME_UNITS
@@ -42,7 +45,7 @@ class Guessed:
         found = []
         if self.unit is not None:
             stream, clock = self.unit[1].stream(self.unit[0])
-            found.append(Streams(self.unit[0].path, "text", clock, inertial={"imu": stream}))
+            found.append(Streams(self.unit[0].path, "text", clock, inertial={"imu": stream}, notes=self.unit[0].notes))
         for table, layout in self.fixes:
             keys = {"file": str(table.path.resolve()), "format": "text", **layout.description(table)}
             fixes, clock, notes = fix_stream(LogGnss.model_validate(keys))
@@ -50,12 +53,13 @@ class Guessed:
         return found
 
 
-def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed:
+def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: float | None = None) -> Guessed:
     """Guess what text files of unknown columns hold.
 
     Args:
         tables: the numbers of each.
         unit_known: whether another file contains the inertial data.
+        lasts: duration of the fixes of other files, s; None if there are none.
 
     Returns:
         The guess.
@@ -64,6 +68,7 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed
         InputError: a file is neither a log of an inertial unit, or a part of one, nor fixes.
     """
     tables, beside = _split(tables)
+    tables = [replace(table, lasts=lasts or _longest_fixes(tables)) for table in tables]
     units: list[tuple[TextTable, Layout]] = []
     parts: list[tuple[TextTable, Layout]] = []
     neither: list[InputError] = []
@@ -79,6 +84,7 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed
             units.append((table, whole_unit(table)))
         except InputError as error:
             if placed:
+                neither += [error] if isinstance(error, UncertainUnitError) else []
                 continue
             try:
                 part = part_of_unit(table, gravity)
@@ -117,6 +123,17 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False) -> Guessed
     if unit is not None and len(fixes) == 1 and fixes[0][0] is unit[0]:
         fixes = [(unit[0], replace(fixes[0][1], time=unit[1].time, time_unit=unit[1].time_unit))]
     return Guessed(unit, tuple(fixes), (*left, *(f"{error} The file is not used." for error in neither)))
+
+
+def _longest_fixes(tables: list[TextTable]) -> float | None:
+    """Return how long the fixes of files without inertial data last, s; None if there are no such files."""
+    found = [0.0]
+    for table in tables:
+        fixes = None if triads(table.words) else guess_fixes(table)
+        if fixes is not None:
+            scale = 1.0 if fixes.time in table.dates else TIME_UNITS[fixes.time_unit]
+            found.append(float(np.nanmax(table.values[:, fixes.time]) - np.nanmin(table.values[:, fixes.time])) * scale)
+    return max(found) or None
 
 
 def _is_gravity_alone(table: TextTable) -> bool:

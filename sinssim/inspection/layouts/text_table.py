@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.streams import Clock
+from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.dates import date_seconds, is_date
 
 _HEAD_LINES = 200
@@ -40,6 +41,8 @@ class TextTable:
             many words.
         rows: values of columns that select these rows of the file; empty if they are all its rows.
         kinds: texts of the columns that hold a few different words, from 0, (N,) each.
+        lasts: duration of the fixes that were recorded with it, s; None if it is not known.
+        notes: a sentence on each row that was cut short and is left out.
     """
 
     path: Path
@@ -53,6 +56,8 @@ class TextTable:
     clocks: dict[int, Clock | None] = field(default_factory=dict)
     rows: dict[str, str] = field(default_factory=dict)
     kinds: dict[int, NDArray[np.str_]] = field(default_factory=dict)
+    lasts: float | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def words(self) -> tuple[str, ...] | None:
@@ -138,18 +143,24 @@ def read_table(path: Path) -> TextTable:
             f"{path} is not a table of numbers: none of its first {len(lines)} lines contains several numbers. Give a "
             "log with rows of numbers, or a file of a format of `sinssim list formats`."
         )
-    first = numeric.index(True)
+    heading = first = numeric.index(True)
+    if first and 0 < widths[first - 1] < widths[first] and all(map(_is_value, _split(lines[first - 1], delimiter))):
+        heading -= 1  # a first row of which one number is left
+    cut = cut_rows(path, None if delimiter == "whitespace" else delimiter, heading)
+    first = cut.first or first
     fields = _split(lines[first], delimiter)
     decimal = "," if delimiter != "," and any(_COMMA.fullmatch(f) for f in fields) else "."
-    names, comment = _heading(lines[:first], widths[:first], delimiter, widths[first], fields[-1] == "")
-    if names is not None and "\ufffd" in lines[first - 1]:
-        latin = head[first - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿")
+    names, comment = _heading(lines[:heading], widths[:heading], delimiter, widths[first], fields[-1] == "")
+    if names is not None and "\ufffd" in lines[heading - 1]:
+        latin = head[heading - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿")
         names, comment = None, tuple(_split(latin, delimiter))
     dates = {k: f for k, f in enumerate(fields) if is_date(f)}
     values, kinds = _values(path, delimiter, first, widths[first], decimal, dates)
     clocks = {k: date_seconds([text])[1] for k, text in dates.items()}
-    skip = first - (names is not None)
-    return TextTable(path, delimiter, skip, names, values, decimal, dates, comment, clocks, kinds=kinds)
+    skip = heading - (names is not None)
+    return TextTable(
+        path, delimiter, skip, names, values, decimal, dates, comment, clocks, kinds=kinds, notes=cut.notes
+    )
 
 
 def _heading(

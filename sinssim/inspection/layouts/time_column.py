@@ -2,23 +2,69 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.inspection.layouts.names import says
+from sinssim.inspection.layouts.names import UNIT_WORDS, says, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.logs.text.description import TIME_UNITS, unit_in_name
 
-_RATES = (5.0, 10_000.0)
+_RATES = (1.0, 10_000.0)
 """Samples a second of inertial sensors, from slow recorders to raw outputs."""
+_USUAL = 200.0
+"""Samples a second in the middle of those of users' units, 50 to 1000."""
+_EPOCH = (1.0e9, 2.2e9)
+"""Seconds since 1970 of the years 2001 to 2039."""
+_EPOCH_STEPS = (1e-5, 1e3)
+"""Intervals of any logger, s: counters since the start of a computer that look like dates have others."""
+_CLEAR = 1.2
+"""Least difference of the evidence for two units, in decades of the rate, with which the first one is taken."""
+_TIME_WORDS = r"time|stamp|^t$|^t[_\W]|(?:^|[\W_])sec(?:$|[\W_]|ond)|tow|sow|epoch|utc|clock|millis|micros|nanos"
+_OTHER_WORDS = r"sound|speed|veloc|temp|press|humid|alt|height|depth|dist|odo|volt|current|batt|heading|course|energy"
 
 
-def _says(table: TextTable, column: int, pattern: str) -> bool:
-    return table.words is not None and says(table.words[column], pattern)
+class UncertainUnitError(InputError):
+    """Several units of the times of a file are possible."""
+
+
+def says_time(word: str) -> bool:
+    """Return whether the name of a column says that it is a time."""
+    return says(word, _TIME_WORDS) and not says_other(word)
+
+
+def says_other(word: str) -> bool:
+    """Return whether the name of a column says that it is no time: another quantity, or the unit of one."""
+    if says(word, r"time|stamp|utc|tow|sow|epoch|millis|micros|nanos"):
+        return False
+    return says(word, _OTHER_WORDS) or unit_of(word, tuple(UNIT_WORDS)) is not None
+
+
+def epoch_unit(column: Array, interval: float) -> str | None:
+    """Return the unit in which stamps are dates since 1970.
+
+    Args:
+        column: stamps, (N,).
+        interval: usual interval, in the same unit.
+
+    Returns:
+        The unit; None if they are no such dates.
+    """
+    for unit, scale in TIME_UNITS.items():
+        first, last = (float(column[k]) * scale for k in (0, -1))
+        if _EPOCH[0] < first < _EPOCH[1] and _EPOCH[0] < last < _EPOCH[1] and unit != "100us":
+            low, high = _EPOCH_STEPS
+            return unit if low <= interval * scale <= high else None
+    return None
 
 
 def time_column(table: TextTable) -> tuple[int, str, float]:
     """Find the time of a log of inertial readings.
+
+    The unit is that of the name; or else that in which the stamps are dates; or else that with the rate and the
+    duration of an inertial log.
 
     Args:
         table: the numbers.
@@ -27,11 +73,13 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
         Column, from 0, unit, and interval, s.
 
     Raises:
+        UncertainUnitError: neither name nor numbers show the unit.
         InputError: no column can be the time.
     """
-    best: tuple[float, int, str, float] = (np.inf, -1, "", 0.0)
+    best: tuple[float, int, list[tuple[float, str, float]]] = (np.inf, -1, [])
     for k, column in enumerate(table.values.T):
-        if not np.isfinite(column).all() or len(column) < 3:
+        word = "" if table.words is None else table.words[k]
+        if not np.isfinite(column).all() or len(column) < 3 or says_other(word):
             continue
         steps = np.diff(column)
         forward = steps[steps > 0.0]
@@ -43,23 +91,50 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
             continue
         spread = min(float(np.percentile(np.abs(steps - middle), 90.0)) / middle, 3.0)
         spread = round(spread, 1) + 1e-3 * k  # of columns that are alike the first one, in every file of a logger
-        spread -= 10.0 * _says(table, k, r"time|stamp|^t$|^t[_\W]|sec|tow|sow|epoch")
         middle = middle if len(forward) < 0.9 * len(steps) else float(np.median(forward))
-        word = "" if table.words is None else table.words[k]
-        said = "100us" if says(word, r"^sampletimefine") else unit_in_name(word)
-        for unit, scale in {"s": 1.0}.items() if k in table.dates else TIME_UNITS.items():
-            if unit == "100us" != said:
-                continue
-            rate = 1.0 / (middle * scale)
-            inside = _RATES[0] <= rate <= _RATES[1]
-            named = k in table.dates or said == unit
-            if inside or named:
-                off = abs(np.log10(rate / 200.0))  # most units of users give 50 to 1000 a second
-                best = min(best, (spread + 0.01 * off - 5.0 * named, k, unit, middle * scale))
-    if best[1] < 0:
+        units = sorted(_units(table, k, middle), reverse=True)
+        if units:
+            sure = units[0][0] == np.inf
+            best = min(best, (spread - 10.0 * says_time(word) - 5.0 * sure, k, units))
+    _, k, units = best
+    if k < 0:
         raise InputError(
             f"{table.path}: no column increases from row to row by the interval of inertial sensors ({_RATES[0]:g} to "
             f"{_RATES[1]:g} samples per second) in s, ms, us or ns. Describe the columns in [log.imu] of a scenario, "
             "and inspect the scenario."
         )
-    return best[1], best[2], best[3]
+    (evidence, unit, interval), *others = units
+    if others and not evidence - others[0][0] > _CLEAR:
+        of = " or ".join(
+            f"in {unit} there are {1.0 / step:.4g} samples per second over {len(table.values) * step:.4g} s"
+            for _, unit, step in units[:2]
+        )
+        raise UncertainUnitError(
+            f"{table.path}: the unit of the times in column {table.label(k)!r} is not certain: {of}. Put the unit into "
+            "the name of the column (t_s, t_ms, t_us), or describe the columns in [log.imu] of a scenario (time_unit), "
+            "and inspect the scenario."
+        )
+    return k, unit, interval
+
+
+def _units(table: TextTable, k: int, middle: float) -> Iterator[tuple[float, str, float]]:
+    """Yield the evidence for each unit of a column of times, infinite for a certain one, and the interval in it, s."""
+    column, word = table.values[:, k], "" if table.words is None else table.words[k]
+    if k in table.dates:
+        yield np.inf, "s", middle
+        return
+    certain = "100us" if says(word, r"^sampletimefine") else unit_in_name(word) or epoch_unit(column, middle)
+    if certain is not None:
+        yield np.inf, certain, middle * TIME_UNITS[certain]
+        return
+    fractions = bool((column != np.rint(column)).any())
+    for unit, scale in TIME_UNITS.items():
+        interval = middle * scale
+        if unit == "100us" or not _RATES[0] <= 1.0 / interval <= _RATES[1]:
+            continue
+        evidence = -abs(np.log10(1.0 / interval / _USUAL))
+        evidence += 2.5 * (fractions == (unit == "s"))  # loggers count whole ms, us and ns
+        if table.lasts is not None:  # what is recorded together lasts as long
+            ratio = len(column) * interval / table.lasts
+            evidence += 2.5 * (0.2 < ratio < 5.0)
+        yield float(evidence), unit, interval

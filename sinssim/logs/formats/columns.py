@@ -66,7 +66,8 @@ def read(path: Path) -> Streams:
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         raise InputError(f"{path}, line 1: the column {shortened(doubled[0])!r} appears twice.")
-    table = _Columns(path, names, read_numbers(path, (len(names),), delimiter=delimiter, skip=1))
+    notes: list[str] = []
+    table = _Columns(path, names, read_numbers(path, (len(names),), notes, delimiter=delimiter, skip=1))
     clock, time = _clock(path, table)
     position = table.vector(_POSITION)
     inertial = _inertial(time, table)
@@ -89,10 +90,9 @@ def read(path: Path) -> Streams:
         else:
             solutions["solution"] = SolutionStream(time, *place, "ellipsoid", velocity, q_nb, sigma, velocity_sigma)
     rest = [name for name in names if name not in table.used]
-    notes = (f"Columns left out: {shortened(', '.join(rest), 300)}.",) if rest else ()
-    return Streams(
-        path, "columns", clock, {"imu": inertial} if inertial is not None else {}, fixes, solutions, notes=notes
-    )
+    notes += [f"Columns left out: {shortened(', '.join(rest), 300)}."] if rest else []
+    unit = {"imu": inertial} if inertial is not None else {}
+    return Streams(path, "columns", clock, unit, fixes, solutions, notes=tuple(notes))
 
 
 class _Columns:

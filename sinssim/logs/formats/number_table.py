@@ -11,6 +11,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
+from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.system.memory import machine_memory
 
 _BLOCK = 1 << 20  # bytes of text at once
@@ -43,19 +44,24 @@ def head_numbers(head: bytes, delimiter: str | None = None, rows: int = 5) -> Ar
             return None
         if len(found) == rows:
             break
+    if len(found) > 2 and len(found[0]) < len(found[1]):  # cut short
+        del found[0]
     if not found or any(len(row) != len(found[0]) for row in found):
         return None
     return np.array(found)
 
 
-def read_numbers(path: Path, widths: Collection[int], *, delimiter: str | None = None, skip: int = 0) -> Array:
+def read_numbers(
+    path: Path, widths: Collection[int], notes: list[str], *, delimiter: str | None = None, skip: int = 0
+) -> Array:
     """Read a text file of numbers.
 
-    Lines that are empty or begin with # or % are left out.
+    Lines that are empty or begin with # or % are left out, and so are a first and a last row that were cut short.
 
     Args:
         path: the file.
         widths: numbers of columns that it may have.
+        notes: a sentence on each row that was cut short is added.
         delimiter: between the columns; None for blanks and tabs.
         skip: lines at the beginning that are left out, for example names of columns.
 
@@ -70,11 +76,13 @@ def read_numbers(path: Path, widths: Collection[int], *, delimiter: str | None =
         if 5 * path.stat().st_size > machine_memory():
             raise InputError(f"{path} does not fit into this machine's memory. Split it into parts.")
         parts: list[list[Array]] = []
+        cut = cut_rows(path, delimiter, skip)
+        notes += cut.notes
         with path.open("rb") as file:
-            for _ in range(skip):
+            for _ in range(cut.first or skip):
                 file.readline()
             rest = b""
-            while block := file.read(_BLOCK):
+            while block := file.read(min(_BLOCK, cut.end - file.tell())):
                 text, newline, rest_of_block = block.rpartition(b"\n")
                 if not newline:
                     rest += block

@@ -5,7 +5,9 @@ Adding a format takes a file beside this one and a line in `FORMATS`. The file d
     def recognises(path: Path, head: bytes) -> bool: whether a file with these first 4096 bytes may be of the format
     def read(path: Path) -> Streams: its streams; InputError with file and row if it cannot be read
 
-A format may be a folder; then the head is empty.
+A format may be a folder; then the head is empty, and the file also defines
+
+    def files_of(folder: Path) -> list[Path]: the files in a folder that belong to the format
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from sinssim.errors import InputError
 from sinssim.logs.clocks import leap_seconds
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, HeightDatum, Streams
+from sinssim.logs.text.cut_rows import CutRows, cut_rows
 from sinssim.units import DEG
 
 QUALITY = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"}
@@ -63,7 +64,8 @@ def read(path: Path) -> Streams:
         )
     kind = _kind(heads[-1])
     utc = "UTC" in heads[-1].split("latitude")[0].split("x-ecef")[0]
-    numbers, times = _rows(path, lines, utc, kind)
+    cut = cut_rows(path, None, 0)
+    numbers, times = _rows(path, lines, utc, kind, cut)
     if kind == "ecef":
         numbers = _geodetic(numbers)
     origin = int(min(seconds for seconds, _ in times))
@@ -85,15 +87,17 @@ def read(path: Path) -> Streams:
         covariance=_covariance(sd),
     )
     clock = Clock("utc" if utc else "gps", origin, "dates in UTC" if utc else "dates or weeks in GPS time")
-    return Streams(path, "rtklib-pos", clock, fixes={"gnss": fixes})
+    return Streams(path, "rtklib-pos", clock, fixes={"gnss": fixes}, notes=cut.notes)
 
 
-def _rows(path: Path, lines: list[str], utc: bool, kind: str | None) -> tuple[Array, list[tuple[int, float]]]:
+def _rows(
+    path: Path, lines: list[str], utc: bool, kind: str | None, cut: CutRows
+) -> tuple[Array, list[tuple[int, float]]]:
     """Return the numbers of every row after its time, and the times as whole seconds and fractions."""
     rows, times = [], []
     for number, line in enumerate(lines, start=1):
         fields = line.replace(",", " ").split()
-        if not fields or line.startswith("%"):
+        if not fields or line.startswith("%") or number in (cut.first, cut.last):
             continue
         try:
             times.append(_time(fields[0], fields[1], utc))

@@ -12,6 +12,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 from sinssim.logs.formats import columns
 from sinssim.logs.streams import Clock, HeightDatum, SolutionStream, Streams
+from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.utc import gps_seconds
 from sinssim.units import DEG
 
@@ -65,8 +66,9 @@ def read(path: Path) -> Streams:
     Raises:
         InputError: a column is missing, or a field is not a number; the message gives file and row.
     """
-    columns = _parquet(path) if path.read_bytes()[:4] == _PARQUET else _csv(path)
-    time, clock, notes = _time(path, columns)
+    notes: list[str] = []
+    columns = _parquet(path) if path.read_bytes()[:4] == _PARQUET else _csv(path, notes)
+    time, clock = _time(path, columns, notes)
     found = {name: _column(path, columns, name) for name in _PLACES}
     for name in ("latitude", "longitude"):
         if found[name] is None:
@@ -93,7 +95,7 @@ def read(path: Path) -> Streams:
         velocity_ned=_vectors(path, columns, _VELOCITIES),
         q_nb=_attitude(path, columns, found),
     )
-    return Streams(path, "track-csv", clock, solutions={"track": solution}, notes=notes)
+    return Streams(path, "track-csv", clock, solutions={"track": solution}, notes=tuple(notes))
 
 
 Columns = Mapping[str, "list[str] | Array"]
@@ -142,7 +144,7 @@ def _numbers(path: Path, columns: Columns, name: str) -> Array:
     return numbers
 
 
-def _time(path: Path, columns: Columns) -> tuple[Array, Clock, tuple[str, ...]]:
+def _time(path: Path, columns: Columns, notes: list[str]) -> tuple[Array, Clock]:
     name = next((name for name in _TIMES if name in columns), None)
     if name is None:
         raise InputError(
@@ -152,7 +154,7 @@ def _time(path: Path, columns: Columns) -> tuple[Array, Clock, tuple[str, ...]]:
     values = columns[name]
     text = not isinstance(values, np.ndarray) and bool(values) and "-" in values[0].strip()[1:] and ":" in values[0]
     if not text:
-        return _numbers(path, columns, name), Clock("machine", None, f"seconds of the column {name}"), ()
+        return _numbers(path, columns, name), Clock("machine", None, f"seconds of the column {name}")
     moments, zoned = np.empty(len(values)), True
     for row, word in enumerate(values):
         try:
@@ -161,20 +163,26 @@ def _time(path: Path, columns: Columns) -> tuple[Array, Clock, tuple[str, ...]]:
             raise InputError(f"{path}, row {row + 1}: {error}") from error
         zoned = zoned and zone
     origin = int(np.floor(moments[0]))
-    notes = () if zoned else ("Times without a time zone are taken as UTC.",)
-    return moments - origin, Clock("utc", origin, f"UTC of the column {name}"), notes
+    if not zoned:
+        notes.append("Times without a time zone are taken as UTC.")
+    return moments - origin, Clock("utc", origin, f"UTC of the column {name}")
+
+
+def _is_line(line: str) -> bool:
+    return bool(line.strip()) and not line.startswith("#")
 
 
 def _delimiter(line: str) -> str:
     return max(",;\t", key=line.count)
 
 
-def _csv(path: Path) -> dict[str, list[str]]:
+def _csv(path: Path, notes: list[str]) -> dict[str, list[str]]:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        data = path.read_bytes()
+        text = data.decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} cannot be read as text: {error}.") from error
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    lines = [line for line in text.splitlines() if _is_line(line)]
     if not lines:
         raise InputError(f"{path} is empty.")
     rows = csv.reader(lines, delimiter=_delimiter(lines[0]), skipinitialspace=True)
@@ -182,6 +190,11 @@ def _csv(path: Path) -> dict[str, list[str]]:
     columns: dict[str, list[str]] = {name: [] for name in names}
     if len(columns) < len(names):
         raise InputError(f"{path} has two columns of one name: {', '.join(names)}.")
+    cut = cut_rows(path, _delimiter(lines[0]), text.splitlines().index(lines[0]) + 1, len(names))
+    if cut.notes:
+        notes += cut.notes
+        lines = [line for line in cut.without(data).decode("utf-8-sig").splitlines() if _is_line(line)]
+        rows = csv.reader(lines[1:], delimiter=_delimiter(lines[0]), skipinitialspace=True)
     for number, row in enumerate(rows, start=1):
         if len(row) != len(names):
             raise InputError(f"{path}, row {number}: {len(row)} fields, but the first line names {len(names)} columns.")

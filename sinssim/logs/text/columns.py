@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.streams import Clock
+from sinssim.logs.text.cut_rows import CutRows, cut_rows
 from sinssim.logs.text.dates import date_seconds, is_date
 from sinssim.logs.text.description import WHITESPACE, Column
 from sinssim.logs.text.selection import RowLayout, read_rows, selected_text
@@ -53,6 +54,9 @@ class Table:
 
     Raises:
         InputError: the file cannot be read or does not fit into memory, or two of its columns have the same name.
+
+    Attributes:
+        notes: a sentence on each row that was cut short and is left out.
     """
 
     def __init__(self, path: Path, layout: Layout, wanted: Sequence[Column]) -> None:
@@ -68,13 +72,18 @@ class Table:
                 "columns."
             )
         self.path, self._layout, self._text = path, layout, suffix in TEXT
+        self.notes: tuple[str, ...] = ()
+        self._first_cut: int | None = None
         if layout.rows and not self._text:
             raise InputError(f"{path}: rows selects lines of text files only, not of a {suffix} file.")
         read = _text if self._text else _parquet if suffix == ".parquet" else _npz
         try:
             with path.open("rb"):  # its message for a missing file is clearer than pyarrow's
                 pass
-            self.names, self._columns = read(path, layout, frozenset(wanted))
+            cut = _cut(path, layout) if self._text else None
+            if cut is not None:
+                self.notes, self._first_cut = cut.notes, cut.first
+            self.names, self._columns = read(path, layout, frozenset(wanted), cut)
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
         except InputError:
@@ -97,7 +106,7 @@ class Table:
             rows = iter(read_rows(self.path, self._layout))
             if not self._layout.numbered:
                 next(rows, None)
-            for k, (line, _) in enumerate(rows):
+            for k, (line, _) in enumerate(row for row in rows if row[0] != self._first_cut):
                 if k == sample:
                     return f"{self.path}, sample {sample} (line {line})"
         return f"{self.path}, sample {sample}"
@@ -186,7 +195,7 @@ class Table:
 Columns = tuple[list[Column], dict[Column, NDArray[Any]]]
 
 
-def _npz(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
+def _npz(path: Path, layout: Layout, wanted: frozenset[Column], cut: object) -> Columns:
     if not zipfile.is_zipfile(path):
         raise ValueError("it is not an archive of arrays as written by numpy.savez")
     with zipfile.ZipFile(path) as archive:
@@ -212,7 +221,7 @@ def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     return np.lib.format.read_array_header_2_0(file)
 
 
-def _parquet(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
+def _parquet(path: Path, layout: Layout, wanted: frozenset[Column], cut: object) -> Columns:
     from pyarrow import parquet
 
     with parquet.ParquetFile(path) as file:
@@ -224,7 +233,7 @@ def _parquet(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
     return names, {_plain(name): table.column(name).to_numpy() for name in chosen}
 
 
-def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
+def _text(path: Path, layout: Layout, wanted: frozenset[Column], cut: CutRows | None) -> Columns:
     """Read a text file with pyarrow; if blanks are the delimiter, runs of blanks are first reduced to single ones."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
@@ -238,9 +247,10 @@ def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
     if layout.rows:
         source = io.BytesIO(selected_text(path, layout))
     elif delimiter == WHITESPACE:
-        source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in path.read_bytes().splitlines()))
-    elif (whole := _without_cut_line(path, layout)) is not None:
-        source = io.BytesIO(whole)
+        data = path.read_bytes() if cut is None else cut.without(path.read_bytes())
+        source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in data.splitlines()))
+    elif cut is not None and cut.notes:
+        source = io.BytesIO(cut.without(path.read_bytes()))
     try:
         table = arrow_csv.read_csv(
             source,
@@ -260,24 +270,15 @@ def _text(path: Path, layout: Layout, wanted: frozenset[Column]) -> Columns:
     }
 
 
-_TAIL = 1 << 16  # bytes at the end of a file, which hold its last lines
-
-
-def _without_cut_line(path: Path, layout: Layout) -> bytes | None:
-    """Return a file without its last line if the recorder was cut off within it; None for a file that ends whole.
-
-    Such a line has no end and fewer fields than the one before.
-    """
-    with path.open("rb") as file:
-        size = file.seek(0, io.SEEK_END)
-        file.seek(max(size - _TAIL, 0))
-        lines = file.read().split(b"\n")
-    if len(lines) < 3 or not lines[-1] or b'"' in lines[-2]:
+def _cut(path: Path, layout: Layout) -> CutRows | None:
+    """Return the rows of a file that were cut short; None if only some of its rows are read."""
+    if layout.rows:
         return None
-    sign = layout.delimiter.encode()
-    if lines[-1].count(sign) >= lines[-2].count(sign):
-        return None
-    return path.read_bytes()[: -len(lines[-1])]
+    delimiter = None if layout.delimiter == WHITESPACE else layout.delimiter
+    if layout.numbered:
+        return cut_rows(path, delimiter, layout.skip_lines)
+    names = next(iter(read_rows(path, layout)), None)
+    return None if names is None else cut_rows(path, delimiter, names[0], len(names[1]))
 
 
 def _check_text(path: Path, layout: Layout) -> None:

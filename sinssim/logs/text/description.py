@@ -40,6 +40,8 @@ _DIRECTIONS: dict[str, tuple[int, float]] = {
 }
 # A unit at the end of a column's name, after a separator or as capitals after a lower-case letter: t_ms, time [s],
 # TimeUS.
+_PER = re.compile(r"/\s*$|(?:^|[\W_])(?:[mck]?m|ft|[mk]?g|m?rad|deg|°|per|p)$")
+"""The end of a name before a unit of time that makes it one of a rate or a speed."""
 _UNIT_IN_NAME = re.compile(r"(?:[\W_]|(?<=[a-z])(?=[A-Z]))((?i:m|u|µ|μ|n)?(?i:s|sec))\W*$")
 
 
@@ -115,9 +117,11 @@ class TextLayout(Section):
 
 
 def unit_in_name(column: Column | None) -> str | None:
-    """Return the unit of time at the end of a column's name, None if there is none."""
+    """Return the unit of time at the end of a column's name, None if there is none, as in those of speeds (m_s)."""
     found = _UNIT_IN_NAME.search(column) if isinstance(column, str) else None
-    return None if found is None else found[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
+    if found is None or _PER.search(str(column)[: found.start(1)].rstrip(" _")):
+        return None
+    return found[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
 
 
 class LogDescription(TextLayout):

@@ -32,16 +32,16 @@ def joined(section: LogImu, samples: Samples, name: TriadName) -> tuple[Array, d
     triad = section.triad(name)
     assert triad is not None
     time = samples.time[1:]
-    both, read = _at(section, section, triad, name, (time, samples.clock))
+    both, read, notes = _at(section, section, triad, name, (time, samples.clock))
     triads: dict[TriadName, Array] = {key: value[both] for key, value in samples.triads.items()}
     main = "the gyros" if name == "accel" else "the accelerometers"
     note = f"The data of {_place(section, triad)} are interpolated linearly to the times of {main}."
-    return time[both], {**triads, name: read}, (note,)
+    return time[both], {**triads, name: read}, (*notes, note)
 
 
 def with_gravity(
     section: LogImu, time: Array, triads: dict[TriadName, Array], clock: Clock | None
-) -> tuple[Array, dict[TriadName, Array], str]:
+) -> tuple[Array, dict[TriadName, Array], tuple[str, ...]]:
     """Return the samples with the recorded gravity vector added to the accelerations, where both are known.
 
     Args:
@@ -59,14 +59,14 @@ def with_gravity(
     triad = section.gravity
     assert triad is not None
     layout = section.model_copy(update={"accel": triad, "gravity": None})
-    both, gravity = _at(section, layout, triad, "accel", (time, clock))
+    both, gravity, notes = _at(section, layout, triad, "accel", (time, clock))
     found = {key: value[both] for key, value in triads.items()}
     found["accel"] = found["accel"] + gravity
     columns = triad.columns if isinstance(triad.columns, str) else ", ".join(map(str, triad.columns))
     note = (
         f"The specific force is the sum of the accelerations and the gravity of {_place(section, triad)} ({columns})."
     )
-    return time[both], found, note
+    return time[both], found, (*notes, note)
 
 
 def _place(section: LogImu, triad: TriadColumns) -> str:
@@ -77,8 +77,8 @@ def _place(section: LogImu, triad: TriadColumns) -> str:
 
 def _at(
     section: LogImu, described: LogImu, triad: TriadColumns, name: TriadName, to: tuple[Array, Clock | None]
-) -> tuple[NDArray[np.bool_], Array]:
-    """Return which times lie within a triad's samples, (N,), and the triad interpolated to these, (M, 3)."""
+) -> tuple[NDArray[np.bool_], Array, tuple[str, ...]]:
+    """Return which times lie within a triad's samples, (N,), the triad interpolated to these, (M, 3), and notes."""
     other_file = triad.file or section.file
     layout = described if triad.rows is None else described.model_copy(update={"rows": triad.rows})
     other = read_samples(Path(other_file), layout, [name])
@@ -101,4 +101,4 @@ def _at(
             f"{section.max_gap_s:g}."
         )
     read = np.stack([np.interp(time[both], at, axis) for axis in other.triads[name].T], axis=1)
-    return both, read
+    return both, read, other.notes

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
-from sinssim.errors import InputError
+from sinssim.errors import InputError, warn
 from sinssim.logs.stored.made_by import warn_of_version
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.columns import SUFFIXES, TEXT, Table
@@ -50,8 +50,7 @@ class Samples:
         quantities: other columns by name, (N,), as in the log.
         time_unit_stated: whether the log or its description gives the unit of its times.
         clock: what dates in the column of times say; None for numbers.
-        repeated: copies of the row before, which were left out.
-        empty: rows without readings, which were left out.
+        notes: a sentence on each kind of rows that were left out.
     """
 
     kind: Literal["increments", "rates"]
@@ -60,8 +59,7 @@ class Samples:
     quantities: dict[str, Array] = field(default_factory=dict)
     time_unit_stated: bool = True
     clock: Clock | None = None
-    repeated: int = 0
-    empty: int = 0
+    notes: tuple[str, ...] = ()
 
 
 def read_log(path: Path | str, description: Path | str | None = None) -> ImuData:
@@ -80,6 +78,8 @@ def read_log(path: Path | str, description: Path | str | None = None) -> ImuData
             than stated.
     """
     samples = read_samples(path, description, TRIADS)
+    for note in samples.notes:
+        warn(note)
     gyro, accel = samples.triads["gyro"], samples.triads["accel"]
     if samples.kind == "rates":
         interval = np.diff(samples.time)[:, None]
@@ -168,7 +168,7 @@ def slow(time: Array) -> str | None:
 def _samples(
     table: Table, layout: LogDescription, triads: Sequence[TriadName], others: Mapping[str, Column], source: str
 ) -> Samples:
-    repeated, values = 0, {name: _triad(table, layout, name) for name in triads}
+    notes, values = [*table.notes], {name: _triad(table, layout, name) for name in triads}
     given = _given(table, layout, values)
     quantities = {name: table.column(column, gaps=not given.all()) for name, column in others.items()}
     lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
@@ -178,7 +178,8 @@ def _samples(
         raise InputError(f"{source}: the times of the samples are missing: give a time column or rate_hz.")
     else:
         fresh = _fresh(table, layout, [*values.values(), *quantities.values()])
-        repeated = int((~fresh).sum())
+        if not fresh.all():
+            notes.append(f"{table.path.name}: {int((~fresh).sum())} copies of the preceding row are skipped.")
         if len(given) == len(fresh):
             fresh &= given
         if not fresh.all():
@@ -200,10 +201,10 @@ def _samples(
                 f"{table.place(k)}: the {WORDS[name]} read {rates[k]:.4g} {unit}, but no such sensor exceeds {most:g}. "
                 "Units, times or kind (increments or rates) of the log are wrong."
             )
+    if not given.all():
+        notes.append(f"{table.path.name}: {int((~given).sum())} rows have no readings of the IMU and are skipped.")
     stated = layout.rate_hz is not None or layout.stated_time_unit is not None
-    return Samples(
-        layout.kind, edges, values, quantities, stated or clock is not None, clock, repeated, int((~given).sum())
-    )
+    return Samples(layout.kind, edges, values, quantities, stated or clock is not None, clock, tuple(notes))
 
 
 def _given(table: Table, layout: LogDescription, triads: Mapping[TriadName, Array]) -> NDArray[np.bool_]:

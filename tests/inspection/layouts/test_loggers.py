@@ -199,3 +199,18 @@ def test_gravity_decides_between_files_of_accelerometers(tmp_path: Path) -> None
     found, stream, _ = _read(*sorted(tmp_path.glob("*.csv")))
     _same(stream)
     assert len(found.left) == 2
+
+
+def test_the_accuracy_of_phyphox_is_the_sigma(tmp_path: Path) -> None:
+    """Names with blanks, quotation marks and units in brackets."""
+    at, place = _place()
+    names = ["Time (s)", "Latitude (°)", "Longitude (°)", "Height (m)", "Velocity (m/s)", "Direction (°)"]
+    names += ["Horizontal Accuracy (m)", "Vertical Accuracy (m)"]
+    rows: list[list[object]] = [[t, *p, 4.0, 90.0, 3.5, 6.25] for t, p in zip(at, place, strict=True)]
+    path = _rows(tmp_path / "Location.csv", rows, [",".join(f'"{name}"' for name in names)])
+    _, _, fixes = _read(path)
+    assert fixes is not None
+    assert fixes.position_sigma is not None
+    np.testing.assert_allclose(fixes.position_sigma[0], [3.5, 3.5, 6.25])
+    assert fixes.velocity_ned is not None
+    np.testing.assert_allclose(fixes.velocity_ned[0, :2], [0.0, 4.0], atol=1e-9)

@@ -21,6 +21,29 @@ ARDUPILOT = {
 }
 
 
+ARDUPILOT_2014 = {
+    "IMU": ("Iffffff", "TimeMS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", 200),
+    "GPS": ("BIHBcLLeeEefI", "Status,TimeMS,Week,NSats,HDop,Lat,Lng,RelAlt,Alt,Spd,GCrs,VZ,T", 201),
+    "MSG": ("Z", "Message", 203),
+}
+"""The messages of ArduCopter 3.1 and 3.2: milliseconds."""
+
+
+def _ardupilot_2014() -> list[tuple[str, tuple[float | str, ...]]]:
+    """One unit of the same log; the times of the autopilot in the first column, or in the last one."""
+    rows: list[tuple[str, tuple[float | str, ...]]] = []
+    for name, values in _ardupilot():
+        if name == "MSG":
+            rows.append((name, values[1:]))
+        elif name == "IMU" and values[1] == 0:
+            rows.append((name, (int(values[0]) // 1000, *values[2:])))
+        elif name == "GPS":
+            us, _, status, ms, week, sats, hdop, lat, lon, alt, speed, course, down, *_ = values
+            place = (lat, lon, 0.25, alt, speed, course, down)
+            rows.append((name, (status, ms, week, sats, hdop, *place, int(us) // 1000)))
+    return rows
+
+
 def _ardupilot() -> list[tuple[str, tuple[float | str, ...]]]:
     rows: list[tuple[str, tuple[float | str, ...]]] = [("MSG", (1, "ArduPlane"))]
     for k in range(4):
@@ -33,10 +56,11 @@ def _ardupilot() -> list[tuple[str, tuple[float | str, ...]]]:
     return rows
 
 
-def ardupilot(path: Path) -> Path:
+def ardupilot(path: Path, *, of_2014: bool = False) -> Path:
     """A DataFlash log, with the scaled integers of its format letters."""
-    codes = {"c": "h", "L": "i", "e": "i", "Z": "64s", "n": "4s", "N": "16s"}
-    scale = {"c": 100, "e": 100, "L": 10_000_000}
+    codes = {"c": "h", "L": "i", "e": "i", "E": "I", "Z": "64s", "n": "4s", "N": "16s"}
+    scale = {"c": 100, "e": 100, "E": 100, "L": 10_000_000}
+    layouts, rows = (ARDUPILOT_2014, _ardupilot_2014()) if of_2014 else (ARDUPILOT, _ardupilot())
 
     def formatted(number: int, name: str, letters: str, columns: str) -> bytes:
         size = 3 + struct.calcsize("<" + "".join(codes.get(c, c) for c in letters))
@@ -44,11 +68,9 @@ def ardupilot(path: Path) -> Path:
         return b"\xa3\x95\x80" + struct.pack("<BB4s16s64s", number, size, *texts)
 
     data = formatted(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
-    data += b"".join(
-        formatted(number, name, letters, columns) for name, (letters, columns, number) in ARDUPILOT.items()
-    )
-    for name, values in _ardupilot():
-        letters, _, number = ARDUPILOT[name]
+    data += b"".join(formatted(number, name, letters, columns) for name, (letters, columns, number) in layouts.items())
+    for name, values in rows:
+        letters, _, number = layouts[name]
         packed = [
             v.encode() if isinstance(v, str) else round(v * scale[c]) if c in scale else v
             for v, c in zip(values, letters, strict=True)
@@ -59,10 +81,11 @@ def ardupilot(path: Path) -> Path:
     return path
 
 
-def ardupilot_log(path: Path) -> Path:
+def ardupilot_log(path: Path, *, of_2014: bool = False) -> Path:
     """The same log as text."""
-    lines = [f"FMT, {n}, 50, {name}, {letters}, {columns}" for name, (letters, columns, n) in ARDUPILOT.items()]
-    lines += [", ".join(map(str, (name, *values))) for name, values in _ardupilot()]
+    layouts, rows = (ARDUPILOT_2014, _ardupilot_2014()) if of_2014 else (ARDUPILOT, _ardupilot())
+    lines = [f"FMT, {n}, 50, {name}, {letters}, {columns}" for name, (letters, columns, n) in layouts.items()]
+    lines += [", ".join(map(str, (name, *values))) for name, values in rows]
     path.write_text("\r\n".join(lines) + "\r\n")
     return path
 

@@ -55,6 +55,37 @@ def test_ardupilot(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     np.testing.assert_allclose(fixes.time[0], 20.25, atol=0.51)
 
 
+@pytest.mark.parametrize("make", [loggers.ardupilot, loggers.ardupilot_log])
+def test_ardupilot_of_2014(tmp_path: Path, make: Callable[..., Path]) -> None:
+    """Milliseconds; TimeMS is the time of the autopilot in IMU and that of the GPS week in GPS, which has its own T."""
+    found = read_file(make(tmp_path / "log", of_2014=True))
+    assert list(found.inertial) == ["imu0"]
+    _same(found.inertial["imu0"])
+    np.testing.assert_allclose(found.inertial["imu0"].time, 20.0 + 0.25 * np.arange(4), atol=1e-9)
+    fixes = found.fixes["gps0"]
+    _right(fixes)
+    assert found.clock.origin_gps_s is not None
+    np.testing.assert_allclose(
+        found.clock.origin_gps_s + fixes.time, WEEK * 604800 + TOW + np.array([0.25, 0.5, 0.75]), atol=1e-6
+    )
+
+
+def test_ardupilot_says_what_it_holds_instead(tmp_path: Path) -> None:
+    """Messages without a time of the autopilot are named with their columns, and a cut last line by its number."""
+    path = loggers.ardupilot_log(tmp_path / "log", of_2014=True)
+    path.write_text(path.read_text().replace(",VZ,T", ",VZ,X"))
+    assert any("4 GPS with Status, GMS, GWk" in note for note in read_file(path).notes)
+    path.write_text(path.read_text().replace("TimeMS,GyrX", "Clock,GyrX"))
+    with pytest.raises(InputError, match="4 IMU with Clock, GyrX"):
+        read_file(path)
+    path = loggers.ardupilot_log(tmp_path / "cut", of_2014=True)
+    whole = len(path.read_text().splitlines())
+    path.write_text(path.read_text() + "IMU, 21000, 0.01, -0.0")
+    found = read_file(path)
+    assert len(found.inertial["imu0"].time) == 4
+    assert any(f"line {whole + 1}" in note for note in found.notes)
+
+
 def test_ardupilot_resumes_after_damage(tmp_path: Path) -> None:
     path = loggers.ardupilot(tmp_path / "log.bin")
     data = path.read_bytes()

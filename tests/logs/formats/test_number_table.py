@@ -21,13 +21,13 @@ def test_exact_and_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     path = tmp_path / "a.txt"
     path.write_bytes(b"% a comment\n\n" + "\r\n".join(lines).encode())
     monkeypatch.setattr(number_table, "_BLOCK", 1000)
-    assert np.array_equal(read_numbers(path, (4,)), values)
+    assert np.array_equal(read_numbers(path, (4,), []), values)
 
 
 def test_missing_values_and_names(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("time,x\n1,2\n2,\n3,nan\n")
-    found = read_numbers(path, (2,), delimiter=",", skip=1)
+    found = read_numbers(path, (2,), [], delimiter=",", skip=1)
     assert np.array_equal(found, [[1, 2], [2, np.nan], [3, np.nan]], equal_nan=True)
 
 
@@ -47,5 +47,5 @@ def test_what_is_wrong(tmp_path: Path, text: bytes, said: str) -> None:
     path = tmp_path / "bad.txt"
     path.write_bytes(text)
     with pytest.raises(InputError, match=said) as caught:
-        read_numbers(path, (3,))
+        read_numbers(path, (3,), [])
     assert "bad.txt" in str(caught.value)

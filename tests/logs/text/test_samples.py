@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import csv, parquet
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, SinssimWarning
 from sinssim.logs.text.samples import read_log, read_samples
 
 GYRO = np.array([[1e-6, 2e-6, 3e-6], [4e-6, 5e-6, 6e-6], [7e-6, 8e-6, 9e-6]])  # rad
@@ -288,7 +288,7 @@ OWN_NAMES = ",".join(own_table().column_names) + "\n"
         ("", "0.03,1,2,x,4,5,6\n", r"log.csv, sample 2 \(line 4\): the column 'dtheta_z_rad' holds 'x', not a number"),
         ("", "\n0.03,1,2,,4,5,6\n", r"log.csv, sample 2 \(line 5\): the column 'dtheta_z_rad' is empty or not finite"),
         ("rig 7\n", "0.015,1,2,3,4,5,6\n", r"log.csv, sample 2 \(line 5\): the time 0.015 s is not later than 0.02"),
-        ("rig 7\n", "0.03,1,2\n", r"log.csv, line 5: it has 3 fields but line 2 has 7"),
+        ("rig 7\n", "0.03,1,2\n0.04,0,0,0,0,0,0\n", r"log.csv, line 5: it has 3 fields but line 2 has 7"),
         (
             "",
             "0.03,1e4,2,3,4,5,6\n",
@@ -414,7 +414,8 @@ def test_a_last_line_that_was_cut_off_is_left_out(tmp_path):
     head = "time_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dvel_x_mps,dvel_y_mps,dvel_z_mps"
     path = tmp_path / "log.csv"
     path.write_text("\n".join([head, *rows, "0.20,0,0"]))
-    assert len(read_log(path).time) == 21
+    with pytest.warns(SinssimWarning, match="line 22: the last row was cut short"):
+        assert len(read_log(path).time) == 21
     path.write_text("\n".join([head, *rows[:5], "0.05,0,0", *rows[6:]]) + "\n")
     with pytest.raises(InputError, match=r"line 7: it has 3 fields"):
         read_log(path)

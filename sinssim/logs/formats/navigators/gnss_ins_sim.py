@@ -21,15 +21,24 @@ _UNITS = {"deg/s": DEG, "rad/s": 1.0, "deg/hr": DEG / 3600.0, "m/s^2": 1.0, "m/s
           "deg": DEG, "rad": 1.0, "m": 1.0, "m/s": 1.0}  # fmt: skip
 
 
+_NAMES = ("time", "gps_time", "gyro-*", "accel-*", "gps-*", "mag-*", "ref_*", "algo_time")
+
+
 def recognises(path: Path, head: bytes) -> bool:
     """Return whether it is a folder with times, gyros and accelerometers."""
     return path.is_dir() and all((path / name).is_file() for name in ("time.csv", "gyro-0.csv", "accel-0.csv"))
 
 
+def files_of(folder: Path) -> list[Path]:
+    """Return the files of this format in a folder."""
+    return [file for name in _NAMES for file in folder.glob(f"{name}.csv")]
+
+
 def read(path: Path) -> Streams:
     """Read the readings and the fixes."""
-    time = _table(path / "time.csv", 1)[:, 0]
-    gyro, accel = _table(path / "gyro-0.csv", 3), _table(path / "accel-0.csv", 3)
+    notes: list[str] = []
+    time = _table(path / "time.csv", 1, notes)[:, 0]
+    gyro, accel = _table(path / "gyro-0.csv", 3, notes), _table(path / "accel-0.csv", 3, notes)
     if not len(time) == len(gyro) == len(accel):
         raise InputError(
             f"{path}: time.csv, gyro-0.csv and accel-0.csv have {len(time)}, {len(gyro)} and {len(accel)} rows; they "
@@ -37,15 +46,16 @@ def read(path: Path) -> Streams:
         )
     fixes = {}
     if (path / "gps-0.csv").is_file() and (path / "gps_time.csv").is_file():
-        at, place = _table(path / "gps_time.csv", 1)[:, 0], _table(path / "gps-0.csv", 6)
+        at, place = _table(path / "gps_time.csv", 1, notes)[:, 0], _table(path / "gps-0.csv", 6, notes)
         if len(at) != len(place):
             raise InputError(f"{path}: gps_time.csv has {len(at)} rows, gps-0.csv {len(place)}.")
         fixes["gnss"] = FixStream(at, place[:, 0], place[:, 1], place[:, 2], "ellipsoid", velocity_ned=place[:, 3:])
     imu = InertialStream(time, gyro, accel, axes=("forward", "right", "down"))
-    return Streams(path, "gnss-ins-sim", Clock("machine", None, "seconds of the simulation"), {"imu": imu}, fixes)
+    clock = Clock("machine", None, "seconds of the simulation")
+    return Streams(path, "gnss-ins-sim", clock, {"imu": imu}, fixes, notes=tuple(notes))
 
 
-def _table(path: Path, width: int) -> Array:
+def _table(path: Path, width: int, notes: list[str]) -> Array:
     """Return the columns of a file in SI units, by its heading."""
     with path.open(encoding="utf-8", errors="replace") as file:
         heads = file.readline().split(",")
@@ -54,6 +64,6 @@ def _table(path: Path, width: int) -> Array:
         raise InputError(
             f"{path}, line 1: {width} names with units are needed, such as 'gyro_x (deg/s)'; it has {heads!r}."
         )
-    values = read_numbers(path, (width,), delimiter=",", skip=1)
+    values = read_numbers(path, (width,), notes, delimiter=",", skip=1)
     check_finite(path, values, "number")
     return np.asarray(values * np.array([_UNITS[unit] for unit in units]))

@@ -19,6 +19,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, HeightDatum, SolutionStream, Streams
+from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.units import DEG
 
 _FASTER = 2.0  # m/s; above this a vehicle moves about where it points
@@ -47,9 +48,10 @@ def read(path: Path) -> Streams:
     columns = _columns(lines[at].replace(",", " "), lines[at + 1].replace(",", " "))
     width = sum(count for _, count in columns)
     rows: list[list[float]] = []
+    cut = cut_rows(path, None, at + 2)
     for number, line in enumerate(lines[at + 2 :], start=at + 3):
         fields = line.replace(",", " ").split()
-        if not fields:
+        if not fields or number in (cut.first, cut.last):
             continue
         if len(fields) not in (width, width - 1) and rows:
             break  # a footer
@@ -70,7 +72,7 @@ def read(path: Path) -> Streams:
         value = part[:, 0] if count == 1 else sign * (np.abs(part[:, 0]) + part[:, 1] / 60.0 + part[:, 2] / 3600.0)
         of.setdefault(name, value)
         first += count
-    return _streams(path, of)
+    return _streams(path, of, [*cut.notes])
 
 
 def _columns(names: str, units: str) -> list[tuple[str, int]]:
@@ -90,7 +92,7 @@ def _number(text: str) -> float:
     return float(text)
 
 
-def _streams(path: Path, of: dict[str, Array]) -> Streams:
+def _streams(path: Path, of: dict[str, Array], notes: list[str]) -> Streams:
     if "GPSTime" not in of:
         raise InputError(f"{path} has no column GPSTime: export it, with Week.")
     known = "Week" in of
@@ -100,7 +102,6 @@ def _streams(path: Path, of: dict[str, Array]) -> Streams:
     ellipsoidal = "H-Ell" in of
     height = of["H-Ell"] if ellipsoidal else of["H-MSL"]
     datum: HeightDatum = "ellipsoid" if ellipsoidal else "mean sea level"
-    notes: list[str] = []
     velocity = None
     if {"VEast", "VNorth", "VUp"} <= set(of):
         velocity = np.column_stack([of["VNorth"], of["VEast"], -of["VUp"]])

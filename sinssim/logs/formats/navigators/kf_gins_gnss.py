@@ -39,7 +39,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the fixes."""
-    rows = read_numbers(path, WIDTHS)
+    notes: list[str] = []
+    rows = read_numbers(path, WIDTHS, notes)
     check_finite(path, rows[:, :4], "time or position")
     wide = rows.shape[1] == 13
     stream = FixStream(
@@ -53,4 +54,4 @@ def read(path: Path) -> Streams:
         velocity_sigma=rows[:, 10:13] if wide else None,
     )
     clock = Clock("gps", None, "seconds of the GPS week; the file does not give the week")
-    return Streams(path, "kf-gins-gnss", clock, fixes={"gnss": stream})
+    return Streams(path, "kf-gins-gnss", clock, fixes={"gnss": stream}, notes=tuple(notes))

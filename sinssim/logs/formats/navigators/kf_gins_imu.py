@@ -37,7 +37,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the increments."""
-    rows = read_numbers(path, WIDTHS)
+    notes: list[str] = []
+    rows = read_numbers(path, WIDTHS, notes)
     check_finite(path, rows[:, :7], "time or increment")
     stream = InertialStream(
         time=unrolled(rows[:, 0], WEEK),
@@ -47,4 +48,4 @@ def read(path: Path) -> Streams:
         axes=("forward", "right", "down"),
     )
     clock = Clock("gps", None, "seconds of the GPS week; the file does not give the week")
-    return Streams(path, "kf-gins-imu", clock, inertial={"imu": stream})
+    return Streams(path, "kf-gins-imu", clock, inertial={"imu": stream}, notes=tuple(notes))

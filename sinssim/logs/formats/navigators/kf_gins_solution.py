@@ -48,7 +48,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the solution."""
-    rows = read_numbers(path, WIDTHS)
+    notes: list[str] = []
+    rows = read_numbers(path, WIDTHS, notes)
     check_finite(path, rows, "time, position, velocity or angle")
     week = rows[:, 0]
     if (week != np.floor(week)).any() or (week < 0.0).any() or (week > 1e4).any():
@@ -56,7 +57,7 @@ def read(path: Path) -> Streams:
         raise InputError(f"{path}, row {row + 1}: {week[row]:g} is not a GPS week; the first column is the week, or 0.")
     known = bool((week > 0.0).all())
     time = rows[:, 1] + (week - week[0]) * WEEK if known else unrolled(rows[:, 1], WEEK)
-    sigma, notes = _sigma(path, rows[:, 1])
+    sigma = _sigma(path, rows[:, 1], notes)
     stream = SolutionStream(
         time=time,
         latitude=rows[:, 2] * DEG,
@@ -71,20 +72,20 @@ def read(path: Path) -> Streams:
     )
     note = f"seconds of the GPS week {int(week[0])}" if known else "seconds of the GPS week; the file gives week 0"
     clock = Clock("gps", int(week[0]) * WEEK if known else None, note)
-    return Streams(path, "kf-gins-solution", clock, solutions={"solution": stream}, notes=notes)
+    return Streams(path, "kf-gins-solution", clock, solutions={"solution": stream}, notes=tuple(notes))
 
 
-def _sigma(path: Path, seconds: Array) -> tuple[Array | None, tuple[str, ...]]:
-    """Return the standard deviations beside a solution as they are written, (N, 21), and what there is to say."""
+def _sigma(path: Path, seconds: Array, notes: list[str]) -> Array | None:
+    """Return the standard deviations beside a solution as they are written, (N, 21), and add what there is to say."""
     beside = path.with_name(STD_FILE)
     if not beside.is_file():
-        return None, ()
-    rows = read_numbers(beside, _STD_WIDTHS)
+        return None
+    rows = read_numbers(beside, _STD_WIDTHS, notes)
     if len(rows) != len(seconds) or not np.array_equal(rows[:, 0], seconds):
-        return None, (
-            f"{STD_FILE} in the same folder is not used: it has other times and belongs to another solution.",
-        )
-    return rows[:, 1:], (f"The σ are those of {STD_FILE} in the same folder.",)
+        notes.append(f"{STD_FILE} in the same folder is not used: it has other times and belongs to another solution.")
+        return None
+    notes.append(f"The σ are those of {STD_FILE} in the same folder.")
+    return rows[:, 1:]
 
 
 def _heading_alone(heading: Array) -> Array:

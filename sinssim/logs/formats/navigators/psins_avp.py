@@ -27,7 +27,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the solution."""
-    rows = read_numbers(path, WIDTHS)
+    notes: list[str] = []
+    rows = read_numbers(path, WIDTHS, notes)
     check_finite(path, rows, "number")
     tagged = rows.shape[1] in (5, 8, 11)
     parts = rows[:, : rows.shape[1] - 1 - tagged]
@@ -41,4 +42,4 @@ def read(path: Path) -> Streams:
         rows[:, -1], position[:, 0] * DEG, position[:, 1] * DEG, position[:, 2], "ellipsoid", velocity, q_nb
     )
     clock = Clock("machine", None, "seconds of the program's own clock")
-    return Streams(path, "psins-avp", clock, solutions={"solution": stream})
+    return Streams(path, "psins-avp", clock, solutions={"solution": stream}, notes=tuple(notes))

@@ -27,7 +27,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the increments."""
-    rows = read_numbers(path, (6, 7))
+    notes: list[str] = []
+    rows = read_numbers(path, (6, 7), notes)
     if len(rows) < 4:
         raise InputError(f"{path} has {len(rows)} rows; three rows of the header and at least one sample are needed.")
     check_finite(path, rows, "number")
@@ -49,4 +50,4 @@ def read(path: Path) -> Streams:
     angles = f"pitch {rows[0, 0]:g}°, roll {rows[0, 1]:g}°, yaw {rows[0, 2]:g}° (counter-clockwise from north)"
     note = f"The header gives the start: {place}, {angles}; it may be inaccurate."
     clock = Clock("machine", None, f"seconds from {t0:g} s, the time of the header")
-    return Streams(path, "psins-imu", clock, inertial={"imu": stream}, notes=(note,))
+    return Streams(path, "psins-imu", clock, inertial={"imu": stream}, notes=(note, *notes))

@@ -15,6 +15,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.logs.text.cut_rows import cut_row
 from sinssim.units import DEG
 
 _KINDS = ("Accel", "UncalAccel", "Gyro", "UncalGyro", "Fix")
@@ -31,12 +32,16 @@ def read(path: Path) -> Streams:
     """Read the sensors and the fixes."""
     names: dict[str, list[str]] = {}
     rows: dict[str, list[tuple[int, list[str]]]] = {}
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    notes: list[str] = []
+    for number, line in enumerate(lines, start=1):
         fields = [field.strip() for field in line.lstrip("# ").split(",")]
         if fields[0] not in _KINDS:
             continue
         if line.startswith("#"):
             names[fields[0]] = fields
+        elif number == len(lines) and len(fields) < (width := len(names.get(fields[0], ()))):
+            notes.append(cut_row(path.name, number, "last", len(fields), width))
         else:
             rows.setdefault(fields[0], []).append((number, fields))
     tables = {kind: _table(path, kind, names, rows[kind]) for kind in rows if kind in names}
@@ -44,20 +49,19 @@ def read(path: Path) -> Streams:
     gyro = next((tables[kind] for kind in ("Gyro", "UncalGyro") if kind in tables), None)
     accel = next((tables[kind] for kind in ("Accel", "UncalAccel") if kind in tables), None)
     inertial: dict[str, InertialStream] = {}
-    notes: tuple[str, ...] = ()
     if gyro is not None and accel is not None:
         time = gyro[:, 1] * 1e-9
         force = np.stack([np.interp(time, accel[:, 1] * 1e-9, axis) for axis in accel[:, 2:5].T], axis=1)
         inside = (time >= accel[0, 1] * 1e-9) & (time <= accel[-1, 1] * 1e-9)
         inertial["imu"] = InertialStream(time[inside], gyro[inside, 2:5], force[inside])
-        notes = ("Accelerometers are interpolated linearly to the times of the gyros.",)
+        notes.append("Accelerometers are interpolated linearly to the times of the gyros.")
     if not (inertial or fixes):
         raise InputError(f"{path} has neither Gyro and Accel lines nor a Fix of the satellites.")
     if origin is None:
         clock = Clock("machine", None, "time since the start of the phone")
     else:
         clock = Clock("utc", int(gps_from_unix(origin)), "time since the start of the phone, in UTC by the fixes")
-    return Streams(path, "android-gnss", clock, inertial, {"gnss": fixes} if fixes else {}, notes=notes)
+    return Streams(path, "android-gnss", clock, inertial, {"gnss": fixes} if fixes else {}, notes=tuple(notes))
 
 
 def _table(path: Path, kind: str, names: dict[str, list[str]], rows: list[tuple[int, list[str]]]) -> Array:

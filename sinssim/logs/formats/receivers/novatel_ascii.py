@@ -87,14 +87,16 @@ def _logs(path: Path) -> tuple[dict[str, list[Row]], list[str]]:
     """Return the logs by name, without the A of ASCII, and notes on damaged lines."""
     found: dict[str, list[Row]] = {}
     damaged: list[int] = []
-    for number, line in enumerate(path.read_text(encoding="latin-1").splitlines(), start=1):
+    lines = path.read_text(encoding="latin-1").splitlines()
+    for number, line in enumerate(lines, start=1):
         at = max(line.find("#"), line.find("%")) if line[:1] not in "#%" else 0
         text, star, check = line[at:].partition("*")
         head, semicolon, body = text.partition(";")
         if at < 0 or not semicolon:
             continue
         fields = head[1:].split(",")
-        if star and not _right(text[1:], check):
+        cut = number == len(lines) and not star and "*" in lines[number - 2]
+        if cut or (star and not _right(text[1:], check)):
             damaged.append(number)
             continue
         try:

@@ -15,6 +15,7 @@ import numpy as np
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, gps_from_unix, unrolled
 from sinssim.logs.streams import Clock, FixStream, Streams
+from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.units import DEG, KNOT
 
 _GPS_EPOCH = datetime(1980, 1, 6)
@@ -41,7 +42,10 @@ def read(path: Path) -> Streams:
     if not {"time", "lat", "long"} <= set(columns) or not sections.get("[data]"):
         raise InputError(f"{path} has no [column names] with time, lat and long, or no [data].")
     rows = []
+    cut = cut_rows(path, None, sections["[data]"][0][0] - 1, len(columns))
     for number, line in sections["[data]"]:
+        if number in (cut.first, cut.last):
+            continue
         fields = line.split()
         try:
             rows.append([float(field) for field in fields])
@@ -66,7 +70,7 @@ def read(path: Path) -> Streams:
         velocity = np.column_stack([speed * np.cos(course), speed * np.sin(course), down])
     height = of.get("height", np.full(len(table), np.nan))
     fixes = FixStream(time, of["lat"] * _MINUTE, -of["long"] * _MINUTE, height, velocity_ned=velocity)
-    return Streams(path, "vbox", clock, fixes={"gnss": fixes})
+    return Streams(path, "vbox", clock, fixes={"gnss": fixes}, notes=cut.notes)
 
 
 def _clock(stamps: np.ndarray[tuple[int], np.dtype[np.float64]], first: str) -> tuple[Clock, np.ndarray]:

@@ -2,7 +2,8 @@
 
 Layout: every log describes its own messages by FMT messages (ArduPilot, libraries/AP_Logger/LogStructure.h). Used are
 IMU (with the number of the unit in I, or as IMU, IMU2, IMU3), GPS and GPA. Times are microseconds since the start of
-the autopilot. Fixes have the time of the receiver, and the smallest delay of their arrival puts it on that clock.
+the autopilot; logs of 2014 and before have milliseconds (`_RENAMED`). Fixes have the time of the receiver, and the
+smallest delay of their arrival puts it on that clock.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.logs.text.cut_rows import cut_row
 from sinssim.units import DEG
 
 QUALITY = {0: "no receiver", 1: "no fix", 2: "2D", 3: "single", 4: "differential", 5: "float", 6: "fixed", 7: "static",
@@ -31,6 +33,11 @@ _NUMBERS = {"b": "i1", "B": "u1", "M": "u1", "h": "<i2", "H": "<u2", "c": "<i2",
             "N": "S16", "Z": "S64", "a": "V64"}  # fmt: skip
 """Types of the fields by the letters of a message's format."""
 _SCALES = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
+_RENAMED = {
+    "IMU": {"TimeMS": ("TimeUS", 1e3)},
+    "GPS": {"TimeMS": ("GMS", 1.0), "Week": ("GWk", 1.0), "T": ("TimeUS", 1e3)},
+}
+"""Columns of logs before ArduCopter 3.3 and ArduPlane 3.3: their present name, and the factor to its unit."""
 _WANTED = re.compile(r"(?:IMU[23]?|GPS2?|GPA)$")
 _DUMPED = re.compile(rb"^(?:\S+ \S+: )?([A-Z][A-Z0-9]{2,3}) \{(.*)\}\s*$")
 
@@ -52,15 +59,35 @@ def read(path: Path) -> Streams:
     if data.startswith(_SYNC):
         found = _binary(path, data, notes)
     else:
-        found = _text(path, data)
+        found = _text(path, data, notes)
+    found = {name: _present_names(name, message) for name, message in found.items()}
     inertial = _inertial(found)
     fixes, origin = _fixes(found)
     if not (inertial or fixes):
-        raise InputError(f"{path} holds neither IMU nor GPS messages with a fix.")
+        raise InputError(
+            f"{path} holds neither IMU messages with a time nor GPS messages with a fix: {_held(found) or 'none'}."
+        )
+    untimed = [name for name, message in found.items() if "TimeUS" not in message]
+    if untimed:
+        notes.append(f"Messages without a time of the autopilot are left out: {_held({k: found[k] for k in untimed})}.")
     if len(inertial) > 1:
         notes.append(f"There are {len(inertial)} IMUs: {', '.join(inertial)}.")
     note = "time since the start of the autopilot" + ("" if origin is None else ", by the receiver's GPS time")
     return Streams(path, "ardupilot", Clock("machine", origin, note), inertial, fixes, notes=tuple(notes))
+
+
+def _present_names(name: str, message: dict[str, Array]) -> dict[str, Array]:
+    """Return the columns of a message by their present names."""
+    former = _RENAMED.get(name.rstrip("23"), {})
+    if "TimeUS" in message:
+        return message
+    given = {key: former.get(key, (key, 1.0)) for key in message}
+    return {new: message[key] * factor for key, (new, factor) in given.items()}
+
+
+def _held(found: Messages) -> str:
+    """Return what messages hold."""
+    return "; ".join(f"{len(next(iter(m.values())))} {name} with {', '.join(m)}" for name, m in found.items())
 
 
 def _binary(path: Path, data: bytes, notes: list[str]) -> Messages:
@@ -109,11 +136,12 @@ def _binary(path: Path, data: bytes, notes: list[str]) -> Messages:
     return found
 
 
-def _text(path: Path, data: bytes) -> Messages:
+def _text(path: Path, data: bytes, notes: list[str]) -> Messages:
     """Return the wanted messages of a log as text, or of what mavlogdump prints."""
     names: dict[str, list[str]] = {}
     rows: dict[str, list[list[str]]] = {}
-    for number, line in enumerate(data.splitlines(), start=1):
+    lines = data.splitlines()
+    for number, line in enumerate(lines, start=1):
         dumped = _DUMPED.match(line)
         if dumped is not None:
             name = dumped[1].decode()
@@ -130,6 +158,9 @@ def _text(path: Path, data: bytes) -> Messages:
                 continue
             if not _WANTED.match(name) or name not in names:
                 continue
+        if number == len(lines) and len(fields) < len(names[name]):
+            notes.append(cut_row(path.name, number, "last", len(fields), len(names[name])))
+            continue
         if len(fields) != len(names[name]):
             raise InputError(
                 f"{path}, line {number}: {name} has {len(fields)} fields; its format names {len(names[name])}."

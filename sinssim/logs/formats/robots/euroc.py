@@ -29,27 +29,31 @@ def _kind(head: bytes) -> str:
 
 def recognises(path: Path, head: bytes) -> bool:
     """Return whether it is a folder with imu0/data.csv, or a file with EuRoC's names."""
-    if path.is_dir():
-        return any((folder / _IMU).is_file() or (folder / _TRUTH).is_file() for folder in (path, path / "mav0"))
-    return bool(_kind(head))
+    return bool(files_of(path)) if path.is_dir() else bool(_kind(head))
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the files of this format in a folder."""
+    return [f for up in (folder, folder / "mav0") for f in (up / _IMU, up / _TRUTH) if f.is_file()]
 
 
 def read(path: Path) -> Streams:
     """Read a file, or both files of a folder."""
     files = [path]
     if path.is_dir():
-        files = [f for folder in (path, path / "mav0") for f in (folder / _IMU, folder / _TRUTH) if f.is_file()]
+        files = files_of(path)
         if not files:
             raise InputError(f"{path} has neither {_IMU} nor {_TRUTH}.")
     inertial: dict[str, InertialStream] = {}
     solutions: dict[str, SolutionStream] = {}
     clock: Clock | None = None
+    notes: list[str] = []
     for file in files:
         with file.open("rb") as opened:
             kind = _kind(opened.read(4096))
         if not kind:
             raise InputError(f"{file}, line 1: it does not begin with EuRoC's names, #timestamp, w_RS_S_x or p_RS_R_x.")
-        rows = read_numbers(file, (7,) if kind == "imu" else (8, 11, 17), delimiter=",")
+        rows = read_numbers(file, (7,) if kind == "imu" else (8, 11, 17), notes, delimiter=",")
         check_finite(file, rows[:, :11], "number")
         own, time = clock_of(split_first(file, ",", 0), "nanoseconds")
         if clock is None:
@@ -62,5 +66,5 @@ def read(path: Path) -> Streams:
             velocity = rows[:, 8:11] if rows.shape[1] > 8 else None
             solutions["solution"] = local_solution(time, rows[:, 1:4], unit(file, rows[:, 4:8]), velocity)
     assert clock is not None
-    notes = ("Axes of the truth taken as east-north-up and forward-left-up.",) if solutions else ()
-    return Streams(path, "euroc", clock, inertial, {}, solutions, notes=notes)
+    notes += ["Axes of the truth taken as east-north-up and forward-left-up."] if solutions else []
+    return Streams(path, "euroc", clock, inertial, {}, solutions, notes=tuple(notes))

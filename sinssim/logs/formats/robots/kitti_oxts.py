@@ -33,6 +33,12 @@ def recognises(path: Path, head: bytes) -> bool:
     return (folder / "timestamps.txt").is_file() and (folder / "data" / "0000000000.txt").is_file()
 
 
+def files_of(folder: Path) -> list[Path]:
+    """Return the files of this format in a folder."""
+    own = _folder(folder)
+    return [own / "timestamps.txt", *(own / "data").glob("*.txt")]
+
+
 def read(path: Path) -> Streams:
     """Read all instants; a missing file is left out with its stamp."""
     folder = _folder(path)

@@ -41,6 +41,11 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith((BAG1, MCAP)) or (head.startswith(SQLITE) and path.suffix == ".db3")
 
 
+def files_of(folder: Path) -> list[Path]:
+    """Return the files of this format in a folder."""
+    return [file for pattern in ("metadata.yaml", "*.db3*", "*.mcap*") for file in folder.glob(pattern)]
+
+
 def read(path: Path) -> Streams:
     """Read the messages of the known kinds, one stream for each topic."""
     highlevel = library("rosbags.highlevel", "rosbags", str(path))

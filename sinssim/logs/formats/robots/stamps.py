@@ -11,6 +11,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
 from sinssim.logs.streams import Clock
+from sinssim.logs.text.cut_rows import cut_rows
 
 NS = 1_000_000_000
 
@@ -53,10 +54,11 @@ def split_first(path: Path, delimiter: str | None, skip: int) -> NDArray[np.int6
     """
     found: list[int] = []
     sign = delimiter.encode() if delimiter else None
+    cut = cut_rows(path, delimiter, skip)
     with path.open("rb") as file:
         for number, line in enumerate(file, start=1):
             plain = line.strip()
-            if number <= skip or not plain or plain[:1] in (b"#", b"%"):
+            if number <= skip or number in (cut.first, cut.last) or not plain or plain[:1] in (b"#", b"%"):
                 continue
             word = plain.split(sign, 1)[0].strip()
             whole, point, decimals = word.partition(b".")

@@ -68,9 +68,9 @@ def local_solution(time: Array, position: Array, q: Array | None, velocity: Arra
 
 def read(path: Path) -> Streams:
     """Read the trajectory."""
-    rows = read_numbers(path, (8,))
+    notes = ["Axes taken as east-north-up and forward-left-up; the file does not define them."]
+    rows = read_numbers(path, (8,), notes)
     check_finite(path, rows, "number")
     clock, time = clock_of(split_first(path, None, 0), "seconds")
     stream = local_solution(time, rows[:, 1:4], unit(path, rows[:, 4:])[:, (3, 0, 1, 2)], None)
-    note = "Axes taken as east-north-up and forward-left-up; the file does not define them."
-    return Streams(path, "tum", clock, solutions={"solution": stream}, notes=(note,))
+    return Streams(path, "tum", clock, solutions={"solution": stream}, notes=tuple(notes))
