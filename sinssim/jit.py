@@ -27,7 +27,6 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
-from sinssim.system.locks import remove_unused
 from sinssim.system.signals import aside
 
 logger = logging.getLogger(__name__)
@@ -65,10 +64,7 @@ def _make_room() -> None:
     kept: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
     for path in _kernel_folder().iterdir():
         with contextlib.suppress(OSError):  # another process removes it
-            if path.is_dir():  # a whole version, as kept formerly
-                remove_unused(path)
-            else:
-                kept.setdefault(path.name.split(".")[0], []).append((path, path.stat()))
+            kept.setdefault(path.name.split(".")[0], []).append((path, path.stat()))
     total = sum(stat.st_size for files in kept.values() for _, stat in files)
     for files in sorted(kept.values(), key=lambda files: max(stat.st_mtime for _, stat in files)):
         if total <= _MOST:

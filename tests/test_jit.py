@@ -150,9 +150,9 @@ def test_a_read_only_folder_is_read(tmp_path: Path, used: Use) -> None:
 
 
 def test_the_least_used_kernels_go_when_there_are_too_many(tmp_path: Path, used: Use) -> None:
-    """Of kernels that fill the cache to its limit the one goes that was not used for longest, and a former version."""
+    """Of kernels that fill the cache to its limit the one goes that was not used for longest."""
     kernels = tmp_path / "cache" / "kernels"
-    (kernels / "0123456789abcdef").mkdir(parents=True)
+    kernels.mkdir(parents=True)
     for age, name in enumerate(("newest", "middle", "oldest")):
         for suffix in ("nbi", "1.nbc"):
             with (kernels / f"{name}-0.{suffix}").open("wb") as file:

@@ -7,8 +7,6 @@ frames, and of studies. The progress bars show it.
 from __future__ import annotations
 
 import multiprocessing
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +18,7 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.content import package_content
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.simulation.execute import rehearse, run
+from sinssim.system.drafts import Draft
 from sinssim.truth.curve import Curve
 
 _PARKED = Scenario.model_validate(
@@ -34,8 +33,8 @@ _PARKED = Scenario.model_validate(
 
 def first_half() -> None:
     """Navigate a parked vehicle by every algorithm: they share the larger part of their kernels."""
-    with tempfile.TemporaryDirectory(prefix="sinssim-") as folder:
-        run(_PARKED, Path(folder) / "run")
+    with Draft() as folder:
+        run(_PARKED, folder.path / "run")
 
 
 def second_half() -> None:

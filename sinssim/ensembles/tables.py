@@ -13,6 +13,7 @@ from sinssim.ensembles.run_errors import COMPONENTS
 from sinssim.ensembles.stored_errors import Errors
 from sinssim.errors import InputError
 from sinssim.statistics.rates import to_nmi_h
+from sinssim.system.drafts import draft
 
 
 def write_tables(errors: Errors, epochs: Array, mean_rates: Array, end_rates: Array, folder: Path) -> tuple[Path, Path]:
@@ -41,17 +42,14 @@ def _write(parts: Iterator[Any], path: Path) -> Path:
     """Write the parts of a table, one after another."""
     import pyarrow.parquet as pq
 
-    beside = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         first = next(parts)
-        with pq.ParquetWriter(beside, first.schema, compression="zstd") as writer:
+        with draft(path) as beside, pq.ParquetWriter(beside, first.schema, compression="zstd") as writer:
             writer.write_table(first)
             for part in parts:
                 writer.write_table(part)
-        beside.replace(path)
     except OSError as error:
-        beside.unlink(missing_ok=True)
         raise InputError(f"{path} cannot be written: {error.strerror or error}.") from error
     return path
 

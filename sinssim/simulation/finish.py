@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sinssim.own_content.in_scenario import FOLDER, own_files
-from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summary import versions
+from sinssim.system.outputs import write_text
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import shutil
+import stat
 import sys
 from pathlib import Path
 
@@ -14,30 +14,48 @@ MARK = ".sinssim-in-use"
 """Name of the locked file in a folder."""
 
 
-def hold(folder: Path) -> int:
-    """Mark a folder as in use until the returned descriptor is closed, at the latest when the process ends.
+def open_own(path: Path, *, make: bool = True) -> int:
+    """Open a file of this program for reading and writing; links are not followed.
 
     Args:
-        folder: the folder; it is made if it does not exist.
+        path: the file.
+        make: whether a missing file is made.
 
     Returns:
-        Descriptor of the locked file; not inherited by child processes.
+        Its descriptor, which child programs do not inherit.
 
     Raises:
-        OSError: the folder cannot be made, or its file cannot be opened.
+        OSError: it cannot be opened, is a link, no regular file, or another user's.
     """
-    while True:
-        folder.mkdir(parents=True, exist_ok=True)
-        file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
-        if sys.platform == "win32":
-            return file
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX)
-        except OSError:  # a file system without locks; `remove_unused` finds none there either, and removes nothing
-            return file
-        if os.fstat(file).st_nlink:
-            return file
-        os.close(file)  # another process has removed the folder meanwhile
+    flags = os.O_RDWR | (os.O_CREAT if make else 0)
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
+    file = os.open(path, flags, 0o666)
+    about = os.fstat(file)
+    if not stat.S_ISREG(about.st_mode) or (not make and sys.platform != "win32" and about.st_uid != os.geteuid()):
+        os.close(file)
+        raise PermissionError(f"{path} is not a file of this program")
+    return file
+
+
+def try_lock(file: int) -> bool | None:
+    """Lock a file until its descriptor is closed, at the latest when the process ends.
+
+    Args:
+        file: its descriptor.
+
+    Returns:
+        Whether this process has locked it, and not another one; None if the system has no such locks, as Windows or
+        some network drives.
+    """
+    if sys.platform == "win32":
+        return None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return None
+    return True
 
 
 def try_hold(folder: Path) -> int | None:
@@ -47,46 +65,14 @@ def try_hold(folder: Path) -> int | None:
         folder: an existing folder.
 
     Returns:
-        Descriptor of the locked file, as for `hold`; None if another process has locked it. Without locks, on Windows
-        or on some network drives, the folder is taken as free.
+        Descriptor of the locked file; None if another process has locked it. Without locks, the folder is taken as
+        free.
 
     Raises:
         OSError: the file cannot be opened.
     """
-    file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
-    if sys.platform == "win32":
-        return file
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    file = open_own(folder / MARK)
+    if try_lock(file) is False:
         os.close(file)
         return None
-    except OSError:  # a file system without locks
-        return file
     return file
-
-
-def remove_unused(folder: Path) -> bool:
-    """Remove a folder unless a process has marked it as in use.
-
-    Args:
-        folder: the folder, with everything in it.
-
-    Returns:
-        Whether it was removed. Nothing is removed if the system does not support such locks.
-    """
-    if sys.platform == "win32":
-        return False
-    try:
-        file = os.open(folder / MARK, os.O_RDWR | os.O_CREAT, 0o666)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    else:
-        shutil.rmtree(folder, ignore_errors=True)
-        return True
-    finally:
-        os.close(file)

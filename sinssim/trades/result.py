@@ -13,6 +13,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.lazy import from_later_stage
 from sinssim.requirements.quantity import Quantity, parse_quantity
+from sinssim.system.drafts import draft
 from sinssim.system.short_repr import short_repr
 from sinssim.trades.cells import Cell, command_of, digest_of, name_of
 from sinssim.trades.keys import value_text
@@ -293,7 +294,8 @@ class TradeResult:
 
         try:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
-            pq.write_table(self.to_table(), path)
+            with draft(Path(path)) as beside:
+                pq.write_table(self.to_table(), beside)
         except OSError as error:
             raise InputError(f"{path} cannot be written: {error.strerror or error}.") from error
         return Path(path)

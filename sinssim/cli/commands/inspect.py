@@ -56,6 +56,7 @@ def command(
     """
     from sinssim.errors import InputError
     from sinssim.inspection.files import inspect
+    from sinssim.system.outputs import write_text
 
     if out is not None:
         if out.suffix != ".toml":
@@ -64,9 +65,7 @@ def command(
             raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
     result = inspect(files, Path() if out is None else out.parent, land=vehicle == "land")
     if out is not None and result.scenario is not None:  # before printing, which may end early
-        beside = out.with_name(f".{out.name}.partial")
-        beside.write_text(result.scenario, encoding="utf-8")
-        beside.replace(out)
+        write_text(out, result.scenario)
     if as_json:
         print_json({**result.inspection.as_dict(), "scenario": result.scenario})
     elif not quiet:

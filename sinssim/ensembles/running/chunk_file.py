@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
-import secrets
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +19,8 @@ from sinssim.data import Array
 from sinssim.ensembles.plan import Plan
 from sinssim.ensembles.run_errors import COMPONENTS, VECTORS, RunErrors
 from sinssim.errors import RunError
+from sinssim.system.drafts import draft
 
-PART = ".part"
 _NAME = re.compile(r"(\d{7,})-(\d{7,})\.parquet$")
 
 
@@ -72,21 +69,15 @@ def write_chunk(errors: RunErrors, plan: Plan, folder: Path) -> Path:
     arrays["failure"] = pa.array(errors.failure, pa.string())
     table = pa.table(arrays).replace_schema_metadata({"sinssim": json.dumps(about, sort_keys=True)})
     path = folder / chunk_name(range(int(errors.number[0]), int(errors.number[-1]) + 1))
-    beside = folder / f".{path.name}-{secrets.token_hex(6)}{PART}"
     split = {
         f"{name}.list.element" if values.ndim > 1 else name: "BYTE_STREAM_SPLIT"
         for name, values in columns.items()
     }  # fmt: skip
-    try:
+    with draft(path) as beside:
         pq.write_table(
             table, beside, compression="zstd", compression_level=1, use_dictionary=False, write_statistics=False,
             column_encoding=split,
         )  # fmt: skip
-        os.replace(beside, path)
-    except BaseException:
-        with suppress(OSError):
-            beside.unlink()
-        raise
     return path
 
 

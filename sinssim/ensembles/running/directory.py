@@ -14,15 +14,15 @@ from typing import Any
 
 from sinssim.ensembles.plan import Plan
 from sinssim.ensembles.run_errors import RunErrors, put
-from sinssim.ensembles.running.chunk_file import PART, DamagedChunkError, chunk_name, read_chunk, runs_of
+from sinssim.ensembles.running.chunk_file import DamagedChunkError, chunk_name, read_chunk, runs_of
 from sinssim.ensembles.stored_errors import Errors, errors_for
 from sinssim.errors import InputError, shortened
-from sinssim.recording.store.directory import MARK, write_text
-from sinssim.recording.store.growing_directory import GrowingDirectory, Kind, read_manifest
+from sinssim.recording.store.growing_directory import GrowingDirectory, Kind, owned, read_manifest
 from sinssim.recording.store.summary import versions
+from sinssim.system.outputs import write_text
 
 MANIFEST, CHUNKS = "ensemble.json", "runs"
-_KIND = Kind(MANIFEST, "sinssim ensemble", "an", "ensemble")
+_KIND = Kind(MANIFEST, ("scenario.toml",), CHUNKS, "sinssim ensemble", "an", "ensemble")
 NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
 """Software whose versions must be the same throughout an ensemble."""
 
@@ -51,19 +51,11 @@ class EnsembleDirectory(GrowingDirectory):
     def _check_same(self, found: dict[str, Any], path: Path) -> None:
         _check_same(found, self.plan, path)
 
-    def _remove(self) -> None:
-        _remove(self.path)
+    def _computed(self) -> list[str]:
+        return _computed(self.path)
 
     def _begin(self) -> None:
         self._write_manifest()
-        self.chunks.mkdir(exist_ok=True)
-        for left in self.chunks.glob(f".*{PART}"):  # of processes that were killed
-            left.unlink(missing_ok=True)
-
-    @property
-    def chunks(self) -> Path:
-        """Folder of the files of runs."""
-        return self.path / CHUNKS
 
     def _write_manifest(self) -> None:
         """Write the manifest and the scenario."""
@@ -103,7 +95,7 @@ class EnsembleDirectory(GrowingDirectory):
             Numbers of the runs, one entry for each file.
         """
         found = []
-        files = ((path, runs_of(path)) for path in self.chunks.glob("*.parquet"))
+        files = ((path, runs_of(path)) for path in self.folder.glob("*.parquet"))
         end = 0
         for path, runs in sorted(((p, r) for p, r in files if r is not None), key=lambda item: item[1].start):
             if runs.start < end:
@@ -137,7 +129,7 @@ class EnsembleDirectory(GrowingDirectory):
             errors = errors_for(count, len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors, self.path)
             first = 0
             for runs in groups:
-                part = read_chunk(self.chunks / chunk_name(runs), plan)
+                part = read_chunk(self.folder / chunk_name(runs), plan)
                 if isinstance(errors, RunErrors):
                     put(errors, part, first)
                 else:
@@ -149,19 +141,6 @@ class EnsembleDirectory(GrowingDirectory):
                 f"({self.free():.0f} MB are free). All runs are kept; --resume continues."
             ) from error
         return errors
-
-    def keep(self, names: list[str]) -> None:
-        """Write the mark by which sinssim recognises the directory and its own files in it.
-
-        Args:
-            names: files beside the manifest, the scenario and the runs.
-
-        Raises:
-            OSError: it cannot be written.
-        """
-        files = [MANIFEST, "scenario.toml", *names]
-        text = json.dumps({"kind": _KIND.kind, "versions": versions(), "files": sorted(files)}, indent=1)
-        write_text(self.path / MARK, text + "\n")
 
 
 def kept_epochs(path: Path) -> list[float] | None:
@@ -265,15 +244,17 @@ def difference(then: Any, now: Any, path: str = "") -> str:
     return f"{path} was {shown[0]}, now {shown[1]}"
 
 
-def _remove(path: Path) -> None:
-    """Remove what sinssim wrote in the directory of an ensemble; other files stay."""
-    try:
-        names = json.loads((path / MARK).read_text(encoding="utf-8"))["files"]
-    except (OSError, ValueError, KeyError, TypeError):
-        names = [MANIFEST, "scenario.toml"]
-    for chunk in (path / CHUNKS).glob("*.parquet"):
-        if runs_of(chunk) is not None:
-            chunk.unlink()
-    for name in (*names, MARK):
-        if isinstance(name, str) and ".." not in Path(name).parts and not Path(name).is_absolute():
-            (path / name).unlink(missing_ok=True)
+def all_files(path: Path) -> list[str]:
+    """Return the files that sinssim wrote in the directory of an ensemble.
+
+    Args:
+        path: the directory.
+
+    Returns:
+        Their names, with slashes.
+    """
+    return [*owned(path, _KIND), *_computed(path)]
+
+
+def _computed(path: Path) -> list[str]:
+    return [f"{CHUNKS}/{file.name}" for file in (path / CHUNKS).glob("*.parquet") if runs_of(file) is not None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -23,6 +22,7 @@ from sinssim.errors import InputError, RunError, shortened
 from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
+from sinssim.system.drafts import Draft
 from sinssim.system.memory import give_back_memory
 
 if TYPE_CHECKING:
@@ -104,8 +104,8 @@ def ensemble(
         check_memory(plan, count)
         looks = Looks(wanted, count, until_decided)
         if directory is None:
-            with tempfile.TemporaryDirectory(prefix="sinssim-ensemble-") as place:
-                folder = EnsembleDirectory(Path(place), plan)
+            with Draft() as place:
+                folder = EnsembleDirectory(place.path / "ensemble", plan)
                 try:
                     return replace(_judged(folder, looks, how, report, tell), directory=None)
                 finally:
@@ -253,7 +253,7 @@ def _continued(
         _compute(folder, groups, how, _counter(sum(map(len, there)), computed, report))
         there = folder.finished(tell)
     if missing(there, count, plan.chunk):
-        raise RunError(f"files in {folder.chunks} changed while they were written; --resume computes what is missing.")
+        raise RunError(f"files in {folder.folder} changed while they were written; --resume computes what is missing.")
     seconds = time.perf_counter() - begin
     result = EnsembleResult(plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times)
     if len(result) > count:
@@ -266,7 +266,7 @@ def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> No
     from sinssim.recording.store.ensemble import write_ensemble
 
     try:
-        folder.keep(write_ensemble(result, folder.path, status))
+        folder.keep(lambda place: write_ensemble(result, place, status))
     except OSError as error:
         raise InputError(
             f"the report of the ensemble could not be written to {folder.path}: {error.strerror or error} "
@@ -313,7 +313,7 @@ def _check_workers(threads: int | None, workers: int | None, scheduler: str | No
 
 def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_run: OnRun) -> None:
     """Compute groups of runs by threads, processes or a cluster."""
-    plan, chunks = folder.plan, folder.chunks
+    plan, chunks = folder.plan, folder.folder
     try:
         if how.workers is not None or how.scheduler is not None:
             from sinssim.ensembles.running.cluster import on_cluster

@@ -8,8 +8,8 @@ from typing import Any
 
 from sinssim import __version__
 from sinssim.errors import warn
+from sinssim.system.outputs import MARK
 
-_MARK = ".sinssim.json"
 _PARTS = 2
 """Number of parts of a version, such as 0.1, within which the files and their columns stay the same."""
 
@@ -23,7 +23,7 @@ def version_of(run: Path) -> str:
     Returns:
         The version in summary.json, or else in the mark of the directory; "" if neither gives one.
     """
-    return next((str(v) for v in (_read(run / "summary.json", "versions"), _read(run / _MARK)) if v), "")
+    return next((str(v) for v in (_read(run / "summary.json", "versions"), _read(run / MARK)) if v), "")
 
 
 def _read(file: Path, *path: str) -> Any:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
-import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +14,8 @@ from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.writers.content import Content, choose
 from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
 from sinssim.scenario.outages import outage_spans
+from sinssim.system.drafts import Draft, draft
+from sinssim.system.outputs import publish
 
 
 class Writer(Protocol):
@@ -191,19 +190,10 @@ def _check_place(place: Path, *, folder: bool, overwrite: bool) -> None:
 def _write(writer: Writer, content: Content, place: Path) -> tuple[list[str], list[Path]]:
     """Write beside the place and rename; return the sentences and the files."""
     place.parent.mkdir(parents=True, exist_ok=True)
-    beside = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
-    try:
-        if writer.SUFFIX:
-            sentences = writer.write(content, beside / place.name)
-            os.replace(beside / place.name, place)
-            return sentences, [Path(place.name)]
-        inner = beside / place.name
-        inner.mkdir()
-        sentences = writer.write(content, inner)
-        files = sorted(path.relative_to(inner) for path in inner.rglob("*") if path.is_file())
-        for file in files:
-            (place / file).parent.mkdir(parents=True, exist_ok=True)
-            os.replace(inner / file, place / file)
-        return sentences, [Path(place.name) / file for file in files]
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
+    if writer.SUFFIX:
+        with draft(place) as beside:
+            return writer.write(content, beside), [Path(place.name)]
+    with Draft(place.parent, place.name) as folder:
+        sentences = writer.write(content, folder.path)
+        files = publish(folder, place.resolve())
+    return sentences, [Path(place.name, file) for file in files]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
-import os
 import re
 from collections.abc import Callable
 from functools import wraps
@@ -13,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from sinssim.errors import InputError, RunError
 from sinssim.recording import style
+from sinssim.system.drafts import draft
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -118,16 +117,12 @@ def save(figure: Figure, path: Path) -> None:
     check_format(path)
     import matplotlib
 
-    draft = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with matplotlib.rc_context({**_STYLE, "svg.hashsalt": "sinssim"}):
-            stamp: dict[str, Any] = {"Date": None} if path.suffix.lower() == ".svg" else {}
-            figure.savefig(draft, format=path.suffix[1:].lower(), metadata=stamp or None)
-        os.replace(draft, path)
+        stamp: dict[str, Any] = {"Date": None} if path.suffix.lower() == ".svg" else {}
+        with draft(path) as beside, matplotlib.rc_context({**_STYLE, "svg.hashsalt": "sinssim"}):
+            figure.savefig(beside, format=path.suffix[1:].lower(), metadata=stamp or None)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            draft.unlink()
         raise RunError(f"{path} cannot be written: {error.strerror or error}.") from error
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.recording.finished.compared_runs import ComparedRuns
-from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.directory import RunDirectory
+from sinssim.system.outputs import write_text
 
 
 def write_comparison(

@@ -17,8 +17,8 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.logs.stored.error_rule import ERROR_COLUMNS
 from sinssim.logs.stored.made_by import reason_of
 from sinssim.logs.stored.streams import StoredStreams, first_line
-from sinssim.recording.store.directory import MARK
 from sinssim.strapdown.nav_error import NavError
+from sinssim.system.outputs import MARK
 
 _KINDS = {
     "ensemble.json": "ensemble",

@@ -21,6 +21,7 @@ from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.store.streams import Rows, Stream, blocks
 from sinssim.recording.thinning import is_long, screen_vectors
+from sinssim.system.drafts import draft
 from sinssim.truth.trajectory import FlightEvent
 
 TIMELINE = "sim_time"
@@ -359,15 +360,11 @@ def whole_recording(path: Path, application: str) -> Iterator[Recording]:
     Raises:
         RunError: the file cannot be written.
     """
-    beside = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with Recording(beside, application) as recording:
+        with draft(path) as beside, Recording(beside, application) as recording:
             yield recording
-        os.replace(beside, path)
     except (OSError, RuntimeError) as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
         raise RunError(f"the recording {path} cannot be written: {error}.") from error
 
 

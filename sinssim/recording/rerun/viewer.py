@@ -19,6 +19,7 @@ from sinssim.errors import InputError, RunError
 from sinssim.logs.stored.made_by import warn_of_version
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.rerun.web_page import PageServer
+from sinssim.system.drafts import Draft, draft
 from sinssim.system.signals import interruptible
 
 RUN_ENTITY = "about/run"
@@ -203,13 +204,10 @@ def screenshot(
             png = client.take_screenshot()
         except (OSError, RuntimeError) as error:  # the viewer has ended, or does not answer
             raise viewer.failure() from error
-    beside = picture.with_name(picture.name + ".part")
     try:
-        beside.write_bytes(png)
-        os.replace(beside, picture)
+        with draft(picture) as beside:
+            beside.write_bytes(png)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
         raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
 
 
@@ -280,8 +278,8 @@ def _files(path: Path, view: str | None, *, menu: bool = True) -> Iterator[list[
         yield [str(recording)]
         return
     layout = all_views(replace(run, views=()), view, menu=menu)
-    with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
-        file = Path(folder) / "view.rbl"
+    with Draft() as folder:
+        file = folder.path / "view.rbl"
         layout.save(run.application, file)
         yield [str(recording), str(file)]
 
@@ -307,13 +305,13 @@ class _Viewer:
         binary = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
         self._output: IO[bytes] = tempfile.TemporaryFile()
         # The viewer makes a temporary folder and leaves it behind when a signal ends it.
-        self._folder = tempfile.TemporaryDirectory(prefix="sinssim-view-", ignore_cleanup_errors=True)
+        self._folder = Draft()
         self.process = subprocess.Popen(
             [str(binary), *self.arguments],
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=self._output,
-            env={**os.environ, "TMPDIR": self._folder.name},
+            env={**os.environ, "TMPDIR": str(self._folder.path)},
         )
         return self
 
@@ -324,7 +322,7 @@ class _Viewer:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        self._folder.cleanup()
+        self._folder.close()
         self._output.close()
 
     def wait_for_port(self, port: int) -> None:

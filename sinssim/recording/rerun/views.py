@@ -6,7 +6,6 @@ import importlib.util
 import json
 import logging
 import math
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cache
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinssim.errors import InputError, unknown_name
 from sinssim.scenario.content import find_content, list_content, package_content, warn_of_two
+from sinssim.system.drafts import Draft
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -213,8 +213,8 @@ def _layout(file: Path, module: ModuleType, run: RunInfo) -> Any:
     try:
         layout = module.blueprint(run)
         if package_content("viz") not in file.parents:
-            with tempfile.TemporaryDirectory(prefix="sinssim-view-") as folder:
-                layout.save(run.application, Path(folder) / "view.rbl")
+            with Draft() as folder:
+                layout.save(run.application, folder.path / "view.rbl")
         layout.root_container.name = file.stem
     except (Exception, SystemExit) as error:
         raise _broken(file, error) from error

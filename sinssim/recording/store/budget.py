@@ -13,10 +13,11 @@ import numpy as np
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.limits import Allowance, Answer
 from sinssim.error_budget.result import COMPONENTS, BudgetResult
-from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import versions
 from sinssim.requirements.exceeded import NEVER
+from sinssim.system.outputs import write_text
 from sinssim.units import NAUTICAL_MILE
 
 _SI = ("m", "m", "m", "mps", "mps", "mps", "rad", "rad", "rad")

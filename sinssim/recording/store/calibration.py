@@ -8,8 +8,9 @@ from typing import Any
 
 from sinssim.calibration.compensation_file import compensation_text
 from sinssim.calibration.result import CalibrationResult
-from sinssim.recording.store.directory import RunDirectory, write_text
+from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summary import versions
+from sinssim.system.outputs import write_text
 from sinssim.units import ARCSEC
 
 _SI = {("gyro", "bias"): "rad/s", ("accel", "bias"): "m/s²", "scale": "1", "misalignment": "rad", "arm": "m"}

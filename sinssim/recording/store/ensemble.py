@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from sinssim.ensembles.predicted import predicted_sigma
 from sinssim.ensembles.summary import ensemble_numbers
-from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.summary import plain, processor, versions
+from sinssim.system.outputs import write_text
 
 if TYPE_CHECKING:
     from sinssim.ensembles.result import EnsembleResult

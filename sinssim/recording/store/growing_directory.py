@@ -6,13 +6,16 @@ import json
 import os
 import shutil
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 from sinssim.errors import InputError
+from sinssim.system.drafts import Draft, remove_left
 from sinssim.system.locks import MARK as IN_USE
 from sinssim.system.locks import try_hold
+from sinssim.system.outputs import MARK, check_inside, publish, remove, written
 
 
 class Kind(NamedTuple):
@@ -20,12 +23,16 @@ class Kind(NamedTuple):
 
     Attributes:
         manifest: name of the file that says so.
+        files: further files beside it from the beginning.
+        folder: name of the folder of what is computed.
         kind: value of the key `kind` in it.
         article: "a" or "an".
         name: the contents in words, such as "ensemble".
     """
 
     manifest: str
+    files: tuple[str, ...]
+    folder: str
     kind: str
     article: str
     name: str
@@ -51,6 +58,7 @@ class GrowingDirectory(ABC):
         self.path = path.resolve()
         self._lock: int | None = None
         taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
+        ours: list[str] = []
         if taken:
             found = read_manifest(self.path, self.KIND)
             if not (resume or overwrite):
@@ -60,6 +68,9 @@ class GrowingDirectory(ABC):
                 )
             if resume:
                 self._check_same(found, path)
+            ours = [*owned(self.path, self.KIND), *self._computed()]
+        if self.path.is_dir():
+            check_inside(self.path, [IN_USE, MARK, f"{self.KIND.folder}/any", *ours])
         made = [place for place in (self.path, *self.path.parents) if not place.exists()]
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -69,7 +80,10 @@ class GrowingDirectory(ABC):
                     f"another process is computing the {self.KIND.name} in {path}; wait for it, or give another -o."
                 )
             if taken and overwrite and not resume:
-                self._remove()
+                remove(self.path, [*ours, MARK])
+            self.folder.mkdir(exist_ok=True)
+            remove_left(self.path)
+            remove_left(self.folder)
             self._begin()
         except OSError as error:
             self.close()
@@ -96,12 +110,31 @@ class GrowingDirectory(ABC):
         """Raise InputError unless a manifest is that of what is asked for; the message names the difference."""
 
     @abstractmethod
-    def _remove(self) -> None:
-        """Remove what sinssim wrote in the directory; other files stay."""
+    def _computed(self) -> list[str]:
+        """Return the names of the computed files in the directory, with slashes."""
 
     @abstractmethod
     def _begin(self) -> None:
-        """Write the manifest, and make folders."""
+        """Write the manifest."""
+
+    @property
+    def folder(self) -> Path:
+        """Folder of what is computed."""
+        return self.path / self.KIND.folder
+
+    def keep(self, write: Callable[[Path], object]) -> None:
+        """Write the results, in place of those of before; the files of others stay.
+
+        Args:
+            write: writes files to a given folder.
+
+        Raises:
+            InputError: a file of others has the name of a result; nothing is changed.
+            OSError: they cannot be written; nothing is changed.
+        """
+        with Draft(self.path, "results") as place:
+            write(place.path)
+            publish(place, self.path, [self.KIND.manifest, *self.KIND.files])
 
     def free(self) -> float:
         """Return the free space of the disk, MB."""
@@ -114,6 +147,27 @@ class GrowingDirectory(ABC):
                 (self.path / IN_USE).unlink(missing_ok=True)
             os.close(self._lock)
             self._lock = None
+
+
+def owned(path: Path, kind: Kind) -> list[str]:
+    """Return the files that sinssim wrote in a directory, beside the folder of what is computed.
+
+    Args:
+        path: the directory.
+        kind: what it holds.
+
+    Returns:
+        Their names, with slashes.
+
+    Raises:
+        InputError: the directory has a mark that cannot be one.
+    """
+    if os.path.lexists(path / MARK) and written(path) is None:
+        raise InputError(
+            f"{path / MARK}, by which sinssim recognises its own files, is damaged. The folder stays unchanged; give "
+            "another one with -o."
+        )
+    return list(dict.fromkeys([kind.manifest, *kind.files, *(written(path) or ())]))
 
 
 def read_manifest(path: Path, kind: Kind) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from sinssim.recording.store.streams import BLOCK, Stream, blocks
 from sinssim.system import memory
+from sinssim.system.drafts import draft
 from sinssim.truth.trajectory import FlightEvent
 
 _MOST_ROWS = 262144
@@ -105,24 +105,25 @@ def _write(tables: Iterable[Any], path: Path, metadata: Mapping[str, str] | None
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    beside = path.with_name(path.name + ".part")
     first, others = next(blocks := iter(tables)), blocks
     schema = first.schema.with_metadata({**(first.schema.metadata or {}), **(metadata or {})} or None)
     numbers = [f.name for f in schema if not (pa.types.is_string(f.type) or pa.types.is_boolean(f.type))]
-    with pq.ParquetWriter(
-        beside,
-        schema,
-        compression="zstd",
-        compression_level=3,
-        use_dictionary=False,
-        write_statistics=False,
-        column_encoding=dict.fromkeys(numbers, "BYTE_STREAM_SPLIT"),
-        data_page_size=8 * _MOST_ROWS,
-        max_rows_per_page=_MOST_ROWS,
-    ) as writer:
+    with (
+        draft(path) as beside,
+        pq.ParquetWriter(
+            beside,
+            schema,
+            compression="zstd",
+            compression_level=3,
+            use_dictionary=False,
+            write_statistics=False,
+            column_encoding=dict.fromkeys(numbers, "BYTE_STREAM_SPLIT"),
+            data_page_size=8 * _MOST_ROWS,
+            max_rows_per_page=_MOST_ROWS,
+        ) as writer,
+    ):
         for group in _groups(chain((first,), others), _rows_together(len(schema))):
             writer.write_table(group.replace_schema_metadata(schema.metadata))
-    os.replace(beside, path)
     return path
 
 

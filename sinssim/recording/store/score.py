@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,11 +14,12 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.scoring.score import Judge, Score
-from sinssim.recording.store.directory import MARK, write_text
 from sinssim.recording.store.parquet import write_stream
 from sinssim.recording.store.streams import error_stream, nav_stream
 from sinssim.recording.store.summary import plain, versions
 from sinssim.strapdown.nav_error import NavError
+from sinssim.system.drafts import Draft
+from sinssim.system.outputs import publish, write_text, written
 
 FOLDER = "scores"
 """Name of the folder of scores in a run directory."""
@@ -108,20 +108,20 @@ def write_scores(
         InputError: nothing can be written there.
     """
     folder = judge.run.path / FOLDER
-    written: list[Path] = []
     try:
-        for score in scores:
-            place = folder / score.name
-            place.mkdir(parents=True, exist_ok=True)
-            written.append(write_stream(nav_stream(score.name, score.solution), place))
-            error = score.error
-            written.append(write_stream(error_stream(score.name, error.at, score.solution.time), place))
-            write_text(place / "score.json", json.dumps(to_json(score, span), indent=2, ensure_ascii=False) + "\n")
-            written.append(place / "score.json")
-        write_text(folder / "report.html", report)
-        record(folder / RECORDING)
-        written += [folder / "report.html", folder / RECORDING]
-        _mark(judge.run.path, written)
+        with Draft(judge.run.path, FOLDER) as beside:
+            top = beside.path / FOLDER
+            for score in scores:
+                place = top / score.name
+                place.mkdir(parents=True)
+                write_stream(nav_stream(score.name, score.solution), place)
+                write_stream(error_stream(score.name, score.error.at, score.solution.time), place)
+                text = json.dumps(to_json(score, span), indent=2, ensure_ascii=False)
+                write_text(place / "score.json", text + "\n")
+            write_text(top / "report.html", report)
+            record(top / RECORDING)
+            new = {path.relative_to(beside.path).as_posix() for path in top.rglob("*")}
+            publish(beside, judge.run.path, [name for name in written(judge.run.path) or () if name not in new])
     except OSError as error:
         raise InputError(f"{folder} cannot be written: {error.strerror or error}.") from error
     return folder / "report.html"
@@ -154,16 +154,3 @@ def to_json(score: Score, span: tuple[float, float]) -> dict[str, Any]:
         "versions": versions(),
     }
     return {key: plain(value) for key, value in found.items()}
-
-
-def _mark(run: Path, written: Sequence[Path]) -> None:
-    """List the files in the run's mark, so that a new run in its place removes scores of the old one."""
-    mark = run / MARK
-    try:
-        contents = json.loads(mark.read_text(encoding="utf-8"))
-        files = contents["files"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return  # no mark: sinssim replaces nothing there
-    new = [os.path.relpath(path, run).replace(os.sep, "/") for path in written]
-    contents["files"] = sorted({*files, *new})
-    write_text(mark, json.dumps(contents, indent=1) + "\n")

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.recording.report.studies.study import html_report
-from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import plain, processor, versions
 from sinssim.studies.claims.guarantees import guarantee
 from sinssim.studies.results import Case, Row, StudyResult
+from sinssim.system.outputs import write_text
 
 
 def results(comparison: StudyResult) -> dict[str, Any]:

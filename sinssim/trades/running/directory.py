@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shutil
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
@@ -18,18 +17,18 @@ from typing import Any
 import numpy as np
 
 from sinssim.ensembles.running.directory import MANIFEST as ENSEMBLE
-from sinssim.ensembles.running.directory import NUMERIC, difference, other_versions
+from sinssim.ensembles.running.directory import NUMERIC, all_files, difference, other_versions
 from sinssim.errors import InputError
 from sinssim.own_content.in_scenario import own_digests
-from sinssim.recording.store.directory import MARK, write_text
 from sinssim.recording.store.growing_directory import GrowingDirectory, Kind
 from sinssim.recording.store.summary import plain, versions
 from sinssim.scenario.load import load_scenario
+from sinssim.system.outputs import MARK, remove, write_text
 from sinssim.trades.measure import CellNumbers, CellVerdict
 from sinssim.trades.schema import TradeStudy
 
 MANIFEST, CELLS = "trade.json", "cells"
-_KIND = Kind(MANIFEST, "sinssim trade study", "a", "trade study")
+_KIND = Kind(MANIFEST, (), CELLS, "sinssim trade study", "a", "trade study")
 _LETTERS = 24
 """Letters of a digest in the name of a cell: two of 1000 cells share them with a probability of 1e-23."""
 
@@ -58,21 +57,22 @@ class TradeDirectory(GrowingDirectory):
     def _check_same(self, found: dict[str, Any], path: Path) -> None:
         _check_same(found, self._about, path)
 
-    def _remove(self) -> None:
-        _remove(self.path)
+    def _computed(self) -> list[str]:
+        found = []
+        for cell in self.folder.glob("*"):
+            if cell.suffix == ".json" and len(cell.stem) == _LETTERS:
+                found.append(f"{CELLS}/{cell.name}")
+            elif len(cell.name) == _LETTERS and (cell.is_symlink() or (cell / ENSEMBLE).is_file()):
+                inside = [] if cell.is_symlink() else [f"/{name}" for name in (*all_files(cell), MARK)]
+                found += [f"{CELLS}/{cell.name}{name}" for name in inside or [""]]
+        return found
 
     def _begin(self) -> None:
-        self.cells.mkdir(exist_ok=True)
         write_text(self.path / MANIFEST, json.dumps(self._about, indent=1) + "\n")
-
-    @property
-    def cells(self) -> Path:
-        """Folder of the cells."""
-        return self.path / CELLS
 
     def cell(self, digest: str) -> Path:
         """Return the folder of an ensemble, or without its ending the file of a budget, by the digest of its cell."""
-        return self.cells / digest[:_LETTERS]
+        return self.folder / digest[:_LETTERS]
 
     def read(self, digest: str, say: Callable[[str], None]) -> CellNumbers | None:
         """Return the numbers of a finished budget; a damaged file is named and removed.
@@ -128,24 +128,8 @@ class TradeDirectory(GrowingDirectory):
                 json.loads((folder / ENSEMBLE).read_text(encoding="utf-8"))["digest"]
             except (OSError, ValueError, KeyError, TypeError) as error:
                 say(f"{folder / ENSEMBLE} is damaged ({error}). Its cell is computed again.")
-                shutil.rmtree(folder)
+                remove(folder, [*all_files(folder), MARK])
         return folder
-
-    def keep(self, names: list[str]) -> None:
-        """Write the mark by which sinssim recognises its own files, and remove those of before that are not there now.
-
-        Args:
-            names: files beside the manifest and the cells.
-
-        Raises:
-            OSError: it cannot be written.
-        """
-        now = sorted([MANIFEST, *names])
-        for name in _own_files(self.path):
-            if name not in now:
-                (self.path / name).unlink(missing_ok=True)
-        text = json.dumps({"kind": _KIND.kind, "versions": versions(), "files": now}, indent=1)
-        write_text(self.path / MARK, text + "\n")
 
 
 def _about(study: TradeStudy) -> dict[str, Any]:
@@ -179,26 +163,6 @@ def _check_same(found: dict[str, Any], about: dict[str, Any], path: Path) -> Non
         f"the study in {path} cannot be continued: it {other}. It stays unchanged; give another folder with -o, or "
         "replace it with --overwrite."
     )
-
-
-def _remove(path: Path) -> None:
-    """Remove what sinssim wrote in the directory of a trade study; other files stay."""
-    for cell in (path / CELLS).glob("*"):
-        if cell.suffix == ".json" and len(cell.stem) == _LETTERS:
-            cell.unlink()
-        elif len(cell.name) == _LETTERS and (cell / ENSEMBLE).is_file():
-            shutil.rmtree(cell)
-    for name in (*_own_files(path), MARK):
-        (path / name).unlink(missing_ok=True)
-
-
-def _own_files(path: Path) -> list[str]:
-    """Return the files that sinssim wrote in a directory, beside the cells, by its mark."""
-    try:
-        names = json.loads((path / MARK).read_text(encoding="utf-8"))["files"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return [MANIFEST]
-    return [name for name in names if isinstance(name, str) and Path(name).name == name]
 
 
 def _contents(numbers: CellNumbers) -> dict[str, Any]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import EnsembleSection
+from sinssim.system.drafts import Draft
 from sinssim.trades.cells import Cell, cells_of, digest_of
 from sinssim.trades.measure import CellNumbers, of_budget, of_ensemble
 from sinssim.trades.result import CellResult, TradeResult
@@ -74,7 +74,7 @@ def trade(
     speak = say or (lambda text: None)
     report = progress or (lambda text, fraction: None)
     with contextlib.ExitStack() as stack:
-        place = Path(stack.enter_context(_own_folder()) if directory is None else directory)
+        place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
         folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
         stack.callback(folder.close)
         work = _Work(study, cells, folder, threads, report, speak)
@@ -96,12 +96,6 @@ def trade(
         kind = RunError if work.runs_failed else InputError
         raise kind(f"all {len(result)} cells of the study {study.name} failed; cell {number}: {first}{where}")
     return result
-
-
-@contextlib.contextmanager
-def _own_folder() -> Iterator[str]:
-    with tempfile.TemporaryDirectory(prefix="sinssim-trade-") as place:
-        yield place
 
 
 @dataclass(frozen=True)
@@ -264,7 +258,7 @@ def _write(folder: TradeDirectory, result: TradeResult) -> None:
     from sinssim.trades.running.write import write_trade
 
     try:
-        folder.keep(write_trade(result, folder.path))
+        folder.keep(lambda place: write_trade(result, place))
     except OSError as error:
         raise InputError(
             f"the report of the study could not be written to {folder.path}: {error.strerror or error} "

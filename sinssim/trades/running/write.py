@@ -7,9 +7,9 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from sinssim.recording.store.directory import write_text
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import plain, processor, versions
+from sinssim.system.outputs import write_text
 from sinssim.trades.result import TradeResult
 from sinssim.trades.summary import definitions, markdown
 

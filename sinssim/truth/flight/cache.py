@@ -11,9 +11,7 @@ import hashlib
 import json
 import logging
 import math
-import os
 import platform
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -24,6 +22,7 @@ import numpy as np
 from sinssim.jit import cache_root
 from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import FlightSection
+from sinssim.system.drafts import draft
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.jsbsim_flight import model_folder
 from sinssim.truth.flight.subprocess_flight import fly_apart
@@ -149,20 +148,14 @@ def _write(file: Path, log: FlightLog) -> None:
     ).encode()
     text += b" " * (-(len(text) + 1) % 64) + b"\n"
     content = b"".join([text, *(np.ascontiguousarray(values, np.float64).tobytes() for values in arrays.values())])
-    beside: Path | None = None
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as temporary:
-            beside = Path(temporary.name)
-            temporary.write(hashlib.sha256(content).digest())
-            temporary.write(content)
-        os.replace(beside, file)
+        with draft(file) as beside:
+            beside.write_bytes(hashlib.sha256(content).digest() + content)
         for old in sorted(file.parent.glob("*.flight"), key=lambda path: path.stat().st_mtime)[:-_KEPT]:
             old.unlink(missing_ok=True)
     except OSError as error:
         logger.warning("the flight cannot be stored in %s (%s): it will be flown again next time.", file.parent, error)
-        if beside is not None:
-            beside.unlink(missing_ok=True)
 
 
 def _read(file: Path) -> FlightLog | None:

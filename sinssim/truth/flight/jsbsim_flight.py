@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import tempfile
 from array import array
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Turbulence
 from sinssim.scenario.sections.within_flight.wind import Gust
+from sinssim.system.drafts import Draft
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.engines import Engines
@@ -313,9 +313,9 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
         progress(0.0)
     aircraft = load_aircraft(flight.aircraft)
     check_landing(flight.legs, flight.aircraft, aircraft.performance)
-    with quiet() as messages, tempfile.TemporaryDirectory(prefix="sinssim-") as own_folder:
+    with quiet() as messages, Draft() as own_folder:
         try:
-            executive = loaded_model(flight.aircraft, aircraft, own_folder)
+            executive = loaded_model(flight.aircraft, aircraft, str(own_folder.path))
             bring_to_start(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             said = " ".join(" ".join(messages[1:]).split())

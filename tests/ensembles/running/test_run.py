@@ -200,10 +200,11 @@ def test_an_ensemble_is_replaced_only_on_request(tmp_path) -> None:
 
 
 def test_a_directory_in_use(tmp_path) -> None:
-    from sinssim.system.locks import hold
+    from sinssim.system.locks import try_hold
 
     sinssim.ensemble(scenario(), 5, tmp_path / "e")
-    lock = hold(tmp_path / "e")
+    lock = try_hold(tmp_path / "e")
+    assert lock is not None
     try:
         with pytest.raises(sinssim.InputError, match="another process"):
             sinssim.ensemble(scenario(), 5, tmp_path / "e", resume=True)

@@ -425,7 +425,7 @@ def test_links(tmp_path, short):
     (tmp_path / "disk" / "run" / "streams").rename(tmp_path / "elsewhere")
     (tmp_path / "disk" / "run" / "streams").symlink_to(tmp_path / "elsewhere")
     before = sorted(path.name for path in (tmp_path / "elsewhere").iterdir())
-    with pytest.raises(InputError, match="streams is a link, but sinssim wrote"):
+    with pytest.raises(InputError, match="streams is a link, but sinssim writes"):
         run(fake_run.scenario(), tmp_path / "link", overwrite=True)
     assert sorted(path.name for path in (tmp_path / "elsewhere").iterdir()) == before
 
@@ -497,10 +497,10 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path, short):
 
 
 def test_an_interruption_as_the_folder_is_made_leaves_nothing(tmp_path, monkeypatch):
-    def interrupted(folder):
+    def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("sinssim.recording.store.directory.hold", interrupted)
+    monkeypatch.setattr("sinssim.system.drafts.open_own", interrupted)
     with pytest.raises(KeyboardInterrupt):
         RunDirectory(tmp_path / "new" / "out")
     assert list(tmp_path.iterdir()) == []

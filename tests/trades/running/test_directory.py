@@ -114,23 +114,20 @@ def test_overwriting_leaves_other_files(tmp_path: Path) -> None:
     place = tmp_path / "out"
     there = begin(tmp_path, place)
     there.write(DIGEST, NUMBERS)
-    (place / "summary.md").write_text("old", encoding="utf-8")
-    there.keep(["summary.md"])
+    there.keep(lambda folder: (folder / "summary.md").write_text("old", encoding="utf-8"))
     there.close()
     (place / "mine.txt").write_text("mine", encoding="utf-8")
     again = begin(tmp_path, place, overwrite=True)
     assert sorted(p.name for p in place.iterdir() if not p.name.startswith(".")) == ["cells", "mine.txt", MANIFEST]
-    assert list(again.cells.iterdir()) == []
+    assert list(again.folder.iterdir()) == []
     again.close()
 
 
 def test_pictures_of_before_are_removed(tmp_path: Path) -> None:
     place = tmp_path / "out"
     there = begin(tmp_path, place)
-    for name in ("r95_end.png", "heading_end.png"):
-        (place / name).write_text("", encoding="utf-8")
-    there.keep(["r95_end.png", "heading_end.png"])
-    there.keep(["heading_end.png"])
+    for names in (("r95_end.png", "heading_end.png"), ("heading_end.png",)):
+        there.keep(lambda folder, names=names: [(folder / name).write_text("") for name in names])
     there.close()
     assert not (place / "r95_end.png").exists()
     assert (place / "heading_end.png").exists()

@@ -8,11 +8,11 @@ true airspeed; at a constant calibrated airspeed V grows with height, and it is 
 from __future__ import annotations
 
 import math
-import tempfile
 from contextlib import ExitStack
 from typing import Self
 
 from sinssim.errors import InputError
+from sinssim.system.drafts import Draft
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
 from sinssim.truth.flight.flight_start import widen_trim
@@ -86,7 +86,7 @@ class _Model:
 
     def _load(self) -> None:
         self._folders.close()
-        folder = self._folders.enter_context(tempfile.TemporaryDirectory(prefix="sinssim-"))
+        folder = str(self._folders.enter_context(Draft()).path)
         self._executive = loaded_model(self._name, self._aircraft, folder)
         widen_trim(self._executive, self._stall)
         self._executive.run_ic()  # computes the fuel

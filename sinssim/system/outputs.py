@@ -1,0 +1,166 @@
+"""Directories of output: what sinssim wrote in them by their mark, and its replacement without following a link."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
+
+from sinssim import __version__
+from sinssim.errors import InputError
+from sinssim.system.drafts import MARK as IN_DRAFT
+from sinssim.system.drafts import Draft, draft
+
+MARK = ".sinssim.json"
+"""Name of the file that marks an output directory. It lists the files that sinssim wrote and may replace."""
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file to a temporary file and rename it into place.
+
+    Args:
+        path: the file.
+        text: its contents.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    with draft(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
+def written(place: Path) -> list[str] | None:
+    """Return the files that sinssim wrote in a directory.
+
+    Args:
+        place: the directory.
+
+    Returns:
+        Their names in it, with slashes, by its mark; None without a mark that could be one.
+    """
+    mark = place / MARK
+    if mark.is_symlink() or not mark.is_file():
+        return None
+    try:
+        names = [PurePosixPath(name) for name in json.loads(mark.read_text(encoding="utf-8"))["files"]]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if any(name.is_absolute() or ".." in name.parts or not name.parts or "\0" in str(name) for name in names):
+        return None
+    return [str(name) for name in names]
+
+
+def check_inside(place: Path, names: Iterable[str]) -> None:
+    """Refuse names in a directory that a link leads elsewhere, or at which there is a folder instead of a file.
+
+    Args:
+        place: the directory.
+        names: names of files in it, with slashes.
+
+    Raises:
+        InputError: the directory has such a link or folder.
+    """
+    for name in names:
+        path = place / name
+        links = [p for p in (path, *path.parents) if place in p.parents and p.is_symlink()]
+        if links or path.is_dir():
+            raise InputError(
+                f"{links[-1] if links else path} is a {'link' if links else 'folder'}, but sinssim writes a file "
+                f"{'through it' if links else 'there'}; {place} stays unchanged. Give another folder with -o, or "
+                f"remove the {'link' if links else 'folder'}."
+            )
+
+
+def remove(place: Path, names: Iterable[str]) -> None:
+    """Remove files of sinssim in a directory, and the folders that are empty then; all others stay.
+
+    Args:
+        place: the directory.
+        names: names of files in it, with slashes; missing ones are left out.
+
+    Raises:
+        InputError: a link leads elsewhere; nothing is removed.
+        OSError: a file cannot be removed.
+    """
+    names = list(names)
+    check_inside(place, names)
+    for name in names:
+        (place / name).unlink(missing_ok=True)
+    _remove_emptied(place, names)
+
+
+def publish(source: Draft, place: Path, kept: Iterable[str] = ()) -> list[str]:
+    """Move a draft to its place, or replace what sinssim wrote there, file by file; all other files stay.
+
+    Args:
+        source: the new files, on the same file system.
+        place: a directory, or a free name.
+        kept: names of files of sinssim in it that stay and are marked with the new ones.
+
+    Returns:
+        The names of the new files, with slashes.
+
+    Raises:
+        InputError: a file that sinssim did not write has the name of a new one, or a link leads elsewhere; nothing is
+            changed.
+        OSError: a file cannot be moved; nothing is changed.
+    """
+    new, kept = _files(source.path), list(kept)
+    if not os.path.lexists(place):
+        _write_mark(source.path, new)
+        source.move_to(place)
+        return new
+    ours = [name for name in written(place) or () if name not in kept]
+    check_inside(place, [MARK, *new, *ours, *kept])
+    old = [name for name in ours if (place / name).is_file()]
+    for name in new:
+        if name not in old and os.path.lexists(place / name):
+            raise InputError(f"{place / name} was not written by sinssim and stays unchanged.")
+    before = (place / MARK).read_bytes() if (place / MARK).is_file() else None
+    moved: list[tuple[Path, Path]] = []
+
+    def move(here: Path, there: Path) -> None:
+        there.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(here, there)
+        moved.append((here, there))
+
+    with Draft(source.path, "replaced") as replaced:
+        try:
+            _write_mark(place, {*ours, *new, *kept})  # whoever is killed now leaves no file that is not marked
+            for name in old:
+                move(place / name, replaced.path / name)
+            for name in new:
+                move(source.path / name, place / name)
+            _write_mark(place, {*new, *kept})
+        except BaseException:
+            for here, there in reversed(moved):
+                os.replace(there, here)
+            if before is None:
+                (place / MARK).unlink(missing_ok=True)
+            else:
+                with draft(place / MARK) as beside:
+                    beside.write_bytes(before)
+            raise
+    _remove_emptied(place, old)
+    return new
+
+
+def _write_mark(place: Path, names: Iterable[str]) -> None:
+    """Write the mark of a directory."""
+    write_text(place / MARK, json.dumps({"sinssim": __version__, "files": sorted(names)}, indent=1) + "\n")
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the files of a directory being written, relative to its folder, with slashes."""
+    found = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
+    return sorted(name for name in found if name not in (MARK, IN_DRAFT))
+
+
+def _remove_emptied(place: Path, names: Iterable[str]) -> None:
+    """Remove the folders of removed files that are empty."""
+    emptied = {parent for name in names for parent in (place / name).parents if place in parent.parents}
+    for folder in sorted(emptied, key=lambda path: len(path.parts), reverse=True):
+        with contextlib.suppress(OSError):  # not empty
+            folder.rmdir()
