@@ -22,10 +22,10 @@ from typing import Any
 
 from benchmarks.bench_disk import environment
 from sinssim import load_scenario
-from sinssim.jit import cache_root
 from sinssim.recording.report.run_report import run_report
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.simulation import run
+from sinssim.system.kernel_files import cache_root
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.units import FOOT

@@ -16,25 +16,22 @@ import sys
 import time
 import types
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from numba.core import config, event
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, UserProvidedCacheLocator
+from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
+from sinssim.system.kernel_files import FORMAT, CheckedFiles, Located, make_room, warn_once
 from sinssim.system.signals import aside
 
 logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_MOST = 2**28
-"""Maximum size of the stored kernels, bytes: ten times that of all the kernels of one version."""
 _DAY = 86_400.0
 _ORDERED = {"nnan", "ninf", "nsz", "arcp", "contract"}
 """Liberties of the compiler with finite numbers, except for the order of operations."""
@@ -42,46 +39,6 @@ _KNOWN = sys.stdlib_module_names | {"numpy", "scipy", "numba", "llvmlite"}
 """Modules whose contents a kernel's key does not have; a user's own modules may change like those of sinssim."""
 _OPTIONS = ("fastmath", "forceinline", "_nrt")
 """Options of compilation that the kernels here differ in."""
-
-
-def cache_root() -> Path:
-    """Return the folder for data kept between runs (`SINSSIM_CACHE`, or the XDG cache)."""
-    explicit = os.environ.get("SINSSIM_CACHE")
-    if explicit:
-        return Path(explicit)
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "sinssim"
-
-
-@cache
-def _kernel_folder() -> Path:
-    return cache_root() / "kernels"
-
-
-@cache
-def _make_room() -> None:
-    """Remove the least recently used kernels if the total size is too large; once per process."""
-    kept: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
-    for path in _kernel_folder().iterdir():
-        with contextlib.suppress(OSError):  # another process removes it
-            kept.setdefault(path.name.split(".")[0], []).append((path, path.stat()))
-    total = sum(stat.st_size for files in kept.values() for _, stat in files)
-    for files in sorted(kept.values(), key=lambda files: max(stat.st_mtime for _, stat in files)):
-        if total <= _MOST:
-            break
-        for path, stat in files:
-            total -= stat.st_size
-            with contextlib.suppress(OSError):
-                path.unlink()
-
-
-@cache
-def _warn_once() -> None:
-    logger.warning(
-        "the compiled kernels cannot be stored in %s: every start compiles them anew, which takes many seconds. Set "
-        "SINSSIM_CACHE to a writeable folder.",
-        _kernel_folder(),
-    )
 
 
 def _digest(*parts: str) -> str:
@@ -140,35 +97,10 @@ def _names(code: types.CodeType) -> list[str]:
     return sorted({*code.co_names}.union(*inside))
 
 
-class _Locator(UserProvidedCacheLocator):  # type: ignore[misc]
-    """The place of the kernels: always our folder, which may be read-only, with our own names.
-
-    numba uses a folder only if it can write there. Otherwise it uses its own places.
-    """
-
-    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
-        self._py_file = py_file
-        self._cache_path = str(_kernel_folder())
-
-    def get_source_stamp(self) -> str:
-        return ""  # the key says it all
-
-    def get_disambiguator(self) -> str:
-        return ""
-
-    @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator:
-        return cls(py_func, py_file)
-
-
-class _Located(CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = (_Locator,)
-
-
 class _KernelCache(FunctionCache):  # type: ignore[misc]
     """A cache that ignores damaged files and, if it cannot be written, compiles instead of raising an error."""
 
-    _impl_class = _Located
+    _impl_class = Located
 
     def __init__(self, compiled: Dispatcher) -> None:
         super().__init__(compiled.py_func)
@@ -182,12 +114,12 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         if not self._own_key:
             self._own_key = "recursive"  # for a kernel that calls itself
             checked = str(config.BOUNDSCHECK)  # indices, for all kernels (NUMBA_BOUNDSCHECK)
-            self._own_key = _digest(numba.__version__, checked, self._options, _key(self._py_func))
+            self._own_key = _digest(numba.__version__, FORMAT, checked, self._options, _key(self._py_func))
         return self._own_key
 
     def _look_up(self) -> None:
         name = "".join(c for c in self._py_func.__name__ if c not in "<>.")
-        self._cache_file = IndexDataCacheFile(self._cache_path, f"{name}-{self.key}", "")
+        self._cache_file = CheckedFiles(self._cache_path, f"{name}-{self.key}", "")
 
     def load_overload(self, *arguments: Any) -> Any:
         self._look_up()
@@ -198,7 +130,10 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
                 with contextlib.suppress(OSError):  # read-only
                     os.utime(index)
             return result
-        except Exception:  # whatever unpickling makes of damaged bytes
+        except OSError:
+            return None
+        except Exception as error:  # also whatever unpickling makes of another program's bytes
+            logger.warning("the compiled kernel in %s is damaged: it is compiled again.", error)
             with contextlib.suppress(OSError):
                 self.flush()
             return None
@@ -207,9 +142,9 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         self._look_up()
         try:
             super().save_overload(*arguments)
-            _make_room()
+            make_room()
         except OSError:
-            _warn_once()
+            warn_once()
 
 
 def _jit(function: F, **options: Any) -> F:

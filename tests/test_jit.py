@@ -14,6 +14,7 @@ import pytest
 
 import sinssim
 from sinssim import jit
+from sinssim.system.kernel_files import DIGEST_BYTES, content_digest
 from tests.forked import Forks
 
 USE = """
@@ -73,6 +74,37 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path, used_once: Path, used: 
     used(tmp_path, tmp_path / "cache")
     assert "data saved" not in used(tmp_path, tmp_path / "cache").stdout  # and kept again
     assert {file.name for file in (tmp_path / "cache").rglob(which)} == {file.name for file in files}
+
+
+@pytest.mark.parametrize("which", ["*.nbi", "*.nbc"])
+def test_a_flipped_bit_is_found(tmp_path: Path, used_once: Path, used: Use, which: str) -> None:
+    """Machine code with a wrong bit would be executed: in most places it crashes, or gives another number."""
+    kernel = f"seven-{which}"
+    size = next((used_once / "cache" / "kernels").glob(kernel)).stat().st_size
+    for place in (0, 20, *range(size // 10, size, size // 9), size - 1):
+        shutil.copytree(used_once / "cache", tmp_path / "cache")
+        (file,) = (tmp_path / "cache" / "kernels").glob(kernel)
+        contents = bytearray(file.read_bytes())
+        contents[place] ^= 1 << place % 8
+        file.write_bytes(contents)
+        done = used(tmp_path, tmp_path / "cache")
+        assert done.stderr == f"the compiled kernel in {file} is damaged: it is compiled again.\n"
+        assert used(tmp_path, tmp_path / "cache").stderr == ""
+        shutil.rmtree(tmp_path / "cache")
+
+
+def test_code_of_another_signature_is_not_used(tmp_path: Path, used: Use) -> None:
+    """Two processes that compile two signatures at once may store their code under one name."""
+    both = USE.replace("print(seven(3.0))", "print(seven(3))\nprint(seven(3.0))")
+    used(tmp_path, tmp_path / "cache", both)
+    kernels = tmp_path / "cache" / "kernels"
+    first, second = sorted(kernels.glob("seven-*.nbc"))
+    for one, other in ((first, second), (second, first)):
+        contents = one.read_bytes()[DIGEST_BYTES:]
+        kept = other.read_bytes()
+        other.write_bytes(content_digest(str(other), contents) + contents)
+        assert used(tmp_path, tmp_path / "cache", both).stderr == ""
+        other.write_bytes(kept)
 
 
 def test_kernels_that_check_their_indices_are_others(

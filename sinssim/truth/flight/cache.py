@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from sinssim.jit import cache_root
 from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.system.drafts import draft
+from sinssim.system.kernel_files import cache_root
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.jsbsim_flight import model_folder
 from sinssim.truth.flight.subprocess_flight import fly_apart
