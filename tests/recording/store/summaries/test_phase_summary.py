@@ -8,7 +8,7 @@ import pytest
 from sinssim.recording.store.summaries.phase_summary import Phase, phase_numbers, phase_tables, phases_of
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import FlightEvent
-from sinssim.units import ARCMIN
+from sinssim.units import ARCMIN, ARCSEC
 
 
 def events(*legs: tuple[str, float]) -> list[FlightEvent]:
@@ -41,7 +41,7 @@ def test_numbers_are_the_errors_at_the_ends_and_their_changes() -> None:
         time,
         np.stack([0.03 * time, 0.04 * time, zero], axis=1),
         np.stack([zero, 1e-3 * time, zero], axis=1),
-        np.stack([zero, zero, -1e-4 * time * ARCMIN], axis=1),
+        np.stack([3e-4 * time * ARCSEC, 4e-4 * time * ARCSEC, -1e-4 * time * ARCMIN], axis=1),
     )
     rows = phase_numbers(phases_of(events(*LEGS)), time, error.rows)
     assert [row["phase"] for row in rows] == ["alignment", "standstill", "taxi", "take-off", "flight"]
@@ -53,6 +53,8 @@ def test_numbers_are_the_errors_at_the_ends_and_their_changes() -> None:
         assert row["horizontal_added_m"] == pytest.approx(0.05 * (end - begin))
         assert row["velocity_added_mps"] == pytest.approx(1e-3 * (end - begin))
         assert row["heading_added_arcmin"] == pytest.approx(1e-4 * (end - begin))
+        assert row["tilt_error_arcsec"] == pytest.approx(5e-4 * end)
+        assert row["tilt_added_arcsec"] == pytest.approx(5e-4 * (end - begin))
     fine = phase_numbers(phases_of(events(*LEGS)), time, error.rows, fine=True)
     assert [row["phase"] for row in fine][:3] == ["alignment", "fine alignment", "taxi"]
 
