@@ -88,6 +88,16 @@ BEYOND = (
     ),
     Row(
         "",
+        "Errors of the combination: bias G b, matrix Σ g_i (k_i h_i + Σ M_ij a_ij)ᵀ, covariance σ² P, P = G Gᵀ; change of "
+        "the bias at an exclusion: σ² (P′ − P)",
+        ("sensors.sets.combination.combined_errors", "estimation.from_scenario.redundant_set.noise_of_combination"),
+        (
+            "sensors/sets/test_combination.py::test_combination_has_the_errors_of_the_triad",
+            "estimation/from_scenario/test_redundant_set.py::test_filter_is_consistent",
+        ),
+    ),
+    Row(
+        "",
         "Detection: pᵀp/σ² against χ² with m − 3 degrees of freedom",
         ("sensors.sets.detection.threshold", "sensors.sets.detection.missed_detection"),
         (

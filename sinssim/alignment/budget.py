@@ -35,6 +35,7 @@ from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift_of, stated, warm_up
 from sinssim.sensors.imu.terms import TERMS, non_linear_inputs, non_linearity, of_triad
 from sinssim.sensors.noise import flicker
+from sinssim.sensors.sets.combination import combined_sigma
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed base with unknown or known latitude."""
@@ -104,7 +105,7 @@ def expected_errors(section: ImuSection) -> Expected:
         section: the [imu] section of a scenario.
 
     Returns:
-        Means and standard deviations, SI.
+        Means and standard deviations, SI; for a redundant set those of the combination of all sensors.
 
     Raises:
         InputError: the argument is not such a section.
@@ -123,7 +124,7 @@ def expected_errors(section: ImuSection) -> Expected:
     def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
         return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
 
-    return Expected(replace(block(mean), null_shift=null_shift_of(section)), block(sigma))
+    return Expected(replace(block(mean), null_shift=null_shift_of(section)), combined_sigma(block(sigma), section))
 
 
 def reading_errors(

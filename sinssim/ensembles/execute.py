@@ -107,12 +107,10 @@ def errors_of_run(plan: Plan, one: Member, truths: TruthCache, errors: RunErrors
 
 def _sense(run: Run) -> None:
     """Fill in the readings of the sensors, and the compensated increments."""
-    from sinssim.sensors.imu.compensation import compensate
     from sinssim.sensors.sets.reading import read
 
-    true = run.true_errors
-    run.readings = read(run.block, run.ideal, run.scenario.imu, run.scenario.seed, true)[1]
-    run.compensated = run.measured if true.calibration is None else compensate(run.measured, true.calibration)
+    run.readings = read(run.block, run.ideal, run.scenario.imu, run.scenario.seed, run.true_errors)[1]
+    run.compensated = run.readings.compensated or run.measured
 
 
 def _inertial(plan: Plan, run: Run, truth: Truth) -> tuple[NavError, NDArray[np.intp]]:

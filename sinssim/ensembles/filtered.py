@@ -45,7 +45,7 @@ def fill_in_filtered(plan: Plan, run: Run, errors: RunErrors, row: int) -> None:
     initial = initial_state_with_errors(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
     step = float(np.diff(plan.epochs).min(initial=np.inf))
     aided = aid_run(
-        scenario, trajectory, run.compensated, initial, run.true_errors,
+        scenario, trajectory, run.compensated, initial, run.true_errors, monitored=run.readings.monitored,
         history=False, row_s=_ROW_S if step >= _ROW_S - WITHIN else 0.0,
     )  # fmt: skip
     estimate = aided.estimate

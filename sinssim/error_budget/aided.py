@@ -244,7 +244,9 @@ class Consider:
         for noise in shares.noises:
             if noise.process is None:
                 q = np.zeros((len(interval), n, n))
-                q[:, :CORE, :CORE] = white_covariance(f, inputs[noise.triad, noise.what] * noise.density, interval)
+                q[:, :CORE, :CORE] = white_covariance(
+                    f, inputs[noise.triad, noise.what] @ (noise.density * noise.mix), interval
+                )
                 found[noise.source.name] = q
         return found
 
@@ -331,13 +333,14 @@ class Consider:
         for own in shares.noises:
             if own.source.name == _GYRO_NOISE:
                 if one.interval:  # the mean of the noise since the previous reading
-                    processes[own.source.name] = gyro / one.interval
+                    processes[own.source.name] = gyro @ own.mix / one.interval
             elif own.process is not None and own.triad == 0 and gyro.any():
-                processes[own.source.name] = gyro
+                processes[own.source.name] = gyro @ own.mix
             elif own.what == "quantum" and one.interval and own.triad == 0:
-                noise[own.source.name] = np.full(len(one.h), own.size**2 / (6.0 * one.interval**2))
+                rounding = own.size**2 / (6.0 * one.interval**2)
+                noise[own.source.name] = np.full(len(one.h), rounding * np.mean(np.sum(own.mix**2, axis=1)))
             elif own.what == "quantum":
-                through = h_true[:, PHI if own.triad == 0 else V] @ c_nb
+                through = h_true[:, PHI if own.triad == 0 else V] @ c_nb @ own.mix
                 noise[own.source.name] = np.sum(through**2, axis=1) * own.size**2 / 12.0
         for sensor in shares.sensors:
             if isinstance(sensor, SensorConstant):

@@ -76,8 +76,8 @@ def align(
         for own in shares.noises:
             if own.what == "white":
                 noise[own.source.name] = np.zeros((n, n))
-                where = range(6, 9) if own.triad == 0 else range(3, 6)
-                noise[own.source.name][where, where] = own.size**2 * interval
+                where = slice(6, 9) if own.triad == 0 else slice(3, 6)
+                noise[own.source.name][where, where] = own.size**2 * interval * own.mix @ own.mix.T
         fields = np.zeros((n, 3))
         fields[V] = interval * c_bn
         both = bias[:, :3], bias[:, 3:]
@@ -85,8 +85,8 @@ def align(
     for number, name in enumerate(propagation.white):  # the rounding of the last pulse
         for own in shares.noises:
             if own.source.name == name and own.what == "quantum":
-                axes = range(6, 9) if own.triad == 0 else range(3, 6)
-                propagation.covariance[number, axes, axes] += own.size**2 / 12.0
+                axes = slice(6, 9) if own.triad == 0 else slice(3, 6)
+                propagation.covariance[number, axes, axes] += own.size**2 / 12.0 * own.mix @ own.mix.T
     of_readings = by_mean_readings(motion, count) / float(time[-1] - time[0])
     last = only_position.copy()
     last[PHI, PHI], last[PHI, V] = of_readings[:, :3], of_readings[:, 3:]

@@ -265,14 +265,14 @@ def _aided(
         initial,
         [*aiding.sources, *(SensorAngle(one.source, one) for one in angle_errors(scenario, motion.trajectory))],
     )
-    covariance, start = np.diag(model.sigma**2), 0
+    covariance, start = model.covariance, 0
     propagation = shares.begin(model.size)
     if section.alignment_s is not None:
         start = int(np.searchsorted(time, time[0] + section.alignment_s - 1e-9))
         state = motion.trajectory.state(motion.trajectory.start)
         aligned = at_rest(
-            _sensed(scenario, ideal), state, model, inertial_sigma(scenario), start, inertial_sigma(scenario, 1.0),
-            motion.gravity, motion.trajectory.ellipsoid.name,
+            _sensed(scenario, ideal, motion.trajectory), state, model, inertial_sigma(scenario), start,
+            inertial_sigma(scenario, 1.0), motion.gravity, motion.trajectory.ellipsoid.name,
         )  # fmt: skip
         if aligned.covariance is not None:
             covariance = aligned.covariance
@@ -303,13 +303,17 @@ def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
     return replace(result, sources=(*result.sources, ALGORITHM), mean={**result.mean, ALGORITHM.name: error})
 
 
-def _sensed(scenario: Scenario, ideal: ImuData) -> ImuData:
+def _sensed(scenario: Scenario, ideal: ImuData, trajectory: Trajectory) -> ImuData:
     """Return the readings of the scenario's own run, from which its filter judges whether the vehicle stands still."""
     from sinssim.sensors.imu.compensation import compensate
     from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.sets.reading import read
     from sinssim.sensors.sets.true_errors import draw_true_errors
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
+    if errors.single_sensors:
+        readings = read(trajectory, ideal, scenario.imu, scenario.seed, errors)[1]
+        return readings.compensated or readings.imu
     imu = emulate(ideal, errors.imu, scenario.seed, rounded=True)
     return imu if errors.calibration is None else compensate(imu, errors.calibration)
 
@@ -352,7 +356,8 @@ def _by_source(shares: Shares, found: Sequence[Snapshot]) -> tuple[list[Source],
             sources.append(source)
             continue
         columns, size = shares.parts[source.name]
-        part = sensitivity[:, :, columns] * size
+        part = sensitivity[:, :, columns]
+        part = part * size if size.ndim == 1 else part @ size
         if not part.any():
             continue
         sources.append(source)

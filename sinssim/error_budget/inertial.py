@@ -234,7 +234,7 @@ def _noise(f: Array, nominal: NominalMotion, shares: Shares, interval: Array) ->
     for noise in shares.noises:
         if noise.process is None:
             driven = np.zeros((len(f), f.shape[1], 3))
-            driven[:, :CORE] = inputs[noise.triad, noise.what] * noise.density
+            driven[:, :CORE] = inputs[noise.triad, noise.what] @ (noise.density * noise.mix)
             found[noise.source.name] = white_covariance(f, driven, interval)
     return found
 
@@ -295,5 +295,5 @@ def add_rounding(covariances: Mapping[str, Array], shares: Shares) -> None:
     """
     for noise in shares.noises:
         if noise.what == "quantum":
-            rows = range(6, 9) if noise.triad == 0 else range(3, 6)
-            covariances[noise.source.name][rows, rows] += noise.size**2 / 12.0
+            rows = slice(6, 9) if noise.triad == 0 else slice(3, 6)
+            covariances[noise.source.name][rows, rows] += noise.size**2 / 12.0 * noise.mix @ noise.mix.T

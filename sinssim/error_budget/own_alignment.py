@@ -160,7 +160,7 @@ def _disturbed(
     drive = np.zeros((2, len(interval), CORE, 3))  # by gyros and accelerometers; the noise has no direction
     drive[0, :, PHI], drive[1, :, V] = -np.eye(3), np.eye(3)
     noise = {
-        one.source.name: white_covariance(f, drive[one.triad] * one.size, interval)
+        one.source.name: white_covariance(f, drive[one.triad] @ (one.size * one.mix), interval)
         for one in shares.noises
         if one.what == "white" and one.process is None
     }

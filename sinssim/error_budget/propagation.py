@@ -36,6 +36,7 @@ class RunningProcess:
         triad: 0 or 1 if it is an error of gyros or accelerometers, 2 if it is one of gravity; None for a sensor's,
             which enters by its readings.
         covariance: of core and states, axis by axis, (n + a p, n + a p).
+        mix: effect of the axes on the three sensors of the triad, (3, a); None for a process of the sensors themselves.
     """
 
     name: str
@@ -43,6 +44,7 @@ class RunningProcess:
     sigma: Array
     triad: int | None
     covariance: Array
+    mix: Array | None = None
 
 
 class Reading(NamedTuple):
@@ -116,14 +118,14 @@ class Propagation:
         """
         return cls(np.zeros((core, constants)), white, np.zeros((len(white), core, core)), [])
 
-    def add(self, name: str, process: Process, sigma: Array, triad: int | None) -> None:
+    def add(self, name: str, process: Process, sigma: Array, triad: int | None, mix: Array | None = None) -> None:
         """Add a process in its initial state."""
         n, each = len(self.sensitivity), len(process.start)
         covariance = np.zeros((n + each * len(sigma),) * 2)
         for axis, size in enumerate(sigma):
             own = slice(n + axis * each, n + (axis + 1) * each)
             covariance[own, own] = size**2 * process.start
-        self.processes.append(RunningProcess(name, process, sigma, triad, covariance))
+        self.processes.append(RunningProcess(name, process, sigma, triad, covariance, mix))
 
     def step(self, step: NavigationStep) -> None:
         """Advance over a step of time."""
@@ -147,6 +149,8 @@ class Propagation:
         own = self._steps[key]
         n, (each, fresh), axes = len(step.phi), own.fresh.shape, len(one.sigma)
         bias = None if one.triad is None else (*step.bias, step.gravity)[one.triad]
+        if bias is not None and one.mix is not None:
+            bias = bias @ one.mix
         whole = np.zeros(one.covariance.shape)
         whole[:n, :n] = step.phi
         drive = np.zeros((len(whole), axes * fresh))
@@ -242,7 +246,7 @@ class Propagation:
 
     def copy(self) -> Propagation:
         """Return a copy that continues by itself."""
-        processes = [RunningProcess(p.name, p.process, p.sigma, p.triad, p.covariance) for p in self.processes]
+        processes = [RunningProcess(p.name, p.process, p.sigma, p.triad, p.covariance, p.mix) for p in self.processes]
         return Propagation(self.sensitivity, self.white, self.covariance, processes, self.kept, self._steps)
 
     def covariances(self, rows: int) -> dict[str, Array]:

@@ -14,8 +14,6 @@ _OTHER_SETS = {
     "the budget's error equations do",
     "attitude-sensor": "its attitude is measured and not integrated, so that the budget's error equations of the "
     "attitude do not hold",
-    "redundant": "its monitoring selects the sensors by the errors of each run, which is not linear, and its errors "
-    "are those of more than three axes",
     "platform": "its gimbals rotate the sensors relative to the sensor block, and the budget takes the inputs of the "
     "sensors from the motion of the block",
 }
@@ -46,7 +44,13 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
             f"the scenario {scenario.name} has [log]; a budget needs the true motion, and a recording has none. Give a "
             "scenario with [flight], [parked], [great_circle] or [motion]."
         )
-    if scenario.imu.sensor_set.type != "gyros":
+    if scenario.imu.sensor_set.type == "redundant":
+        if scenario.imu.faults:
+            raise InputError(
+                "imu.faults of a redundant set have no budget: the monitoring excludes sensors by the errors of each "
+                "run, which is not linear. Remove them, or use an ensemble."
+            )
+    elif scenario.imu.sensor_set.type != "gyros":
         kind = scenario.imu.sensor_set.type
         raise InputError(
             f'imu.sensor_set.type = "{kind}" has no budget: {_OTHER_SETS[kind]}. Use an ensemble, or '

@@ -164,7 +164,7 @@ class Shares:
         for noise in self.noises:
             if noise.process is not None:
                 sizes = np.full(3, noise.size) if noise.sizes is None else noise.sizes
-                propagation.add(noise.source.name, noise.process, sizes, noise.triad)
+                propagation.add(noise.source.name, noise.process, sizes, noise.triad, noise.mix)
         for sensor in self.sensors:
             if isinstance(sensor, SensorProcess):
                 from sinssim.error_budget.inputs.processes import GaussMarkov

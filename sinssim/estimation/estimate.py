@@ -209,7 +209,7 @@ def _too_late(readings: CheckedMeasurements, imu: ImuData) -> int:
 
 
 def _initial_covariance(model: ErrorModel, covariance: Array | None) -> Array:
-    p = np.diag(model.sigma**2)
+    p = model.covariance.copy()
     if covariance is None:
         return p
     given = doubles("covariance", covariance)

@@ -56,7 +56,7 @@ class Linearisation:
         q: Q over the interval, (K, n, n).
         c_nb: attitude in the middle of the interval, in the axes of its end, (K, 3, 3).
         turn: from the axes of its end into those of its start, (K, 3, 3); None where they do not turn.
-        added: squared densities of the added noise, gyros and accelerometers, (K, 6); None for none.
+        added: roots of the added noise's spectral densities, gyros and accelerometers, (K, 2, 3, 3); None for none.
         observed: readings of each epoch that has any, in order of arrival.
         skipped: sensor and row of readings of north where there is none.
     """
@@ -149,8 +149,10 @@ def linearise(
     phi, q, c_nb, turn = _dynamics(around, state, middle, interval, rate)
     added = None
     if around.added is not None:
-        added = around.added.variance(time[:-1])
-        q = q + added_noise(phi, c_nb, turn, added * interval[:, None])
+        added = around.added.roots(time[:-1])
+        q = q + added_noise(phi, c_nb, turn, added, interval)
+        for k, states, covariance in around.added.of_states(time, model.slices):
+            q[k, states, states] += covariance
     here = rows_of(state, slice(1, None))
     observed: dict[int, list[Observed]] = {}
     skipped: list[tuple[int, int]] = []
@@ -178,13 +180,14 @@ def linearise(
     return Linearisation(first, here, interval, phi, q, c_nb, turn, added, observed, skipped)
 
 
-def added_noise(phi: Array, c_nb: Array, turn: Array | None, variance: Array) -> Array:
+def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, interval: Array) -> Array:
     """Return the covariance by added noise of the inertial sensors over intervals: it enters in the middle of each.
 
     Args:
         phi: Φ, (K, n, n).
         c_nb, turn: of the linearisation.
-        variance: of the angles and of the velocities that each axis gains in the interval, (K, 6).
+        roots: of the spectral densities, gyros and accelerometers, (K, 2, 3, 3).
+        interval: (K,) s.
 
     Returns:
         (K, n, n).
@@ -193,7 +196,8 @@ def added_noise(phi: Array, c_nb: Array, turn: Array | None, variance: Array) ->
     for k, where in enumerate((PHI, V)):
         at_start = phi[:, :, where] if turn is None else phi[:, :, where] @ turn
         half_way = 0.5 * (at_start + whole[:, where]) @ c_nb
-        parts.append(half_way * np.sqrt(variance[:, None, 3 * k : 3 * k + 3]))
+        root = roots[:, k]
+        parts.append(half_way @ np.copysign(np.sqrt(root**2 * interval[:, None, None]), root))  # element by element
     root = np.concatenate(parts, axis=2)
     return np.asarray(root @ root.transpose(0, 2, 1))
 
@@ -279,7 +283,7 @@ def _observe(
         residual, h = compared(time, rows_of(here, epoch - first))
     variance, interval = readings.variance(rows, around.model), readings.interval[rows]
     if around.added is not None and kind.mean_rate:
-        variance = variance + around.added.variance(time - interval)[:, :3] / interval[:, None]
+        variance = variance + np.sum(around.added.roots(time - interval)[:, 0] ** 2, axis=2) / interval[:, None]
     for at_epoch, *one in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
         observed.setdefault(at_epoch, []).append(Observed(sensor, *one))
 

@@ -214,8 +214,10 @@ class Loop:
             # φ̇ = … − C w: noise at mid-interval
             at_start = phi[:, PHI] if line.turn is None else phi[:, PHI] @ line.turn[k]
             half_way = -0.5 * (at_start + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
-            density = self.around.model.gyro_noise**2 + (0.0 if line.added is None else line.added[k, :3])
-            came[sensor] = half_way * (density * interval)
+            density = self.around.model.gyro_noise**2 * np.eye(3)
+            if line.added is not None:
+                density = density + line.added[k, 0] @ line.added[k, 0].T
+            came[sensor] = half_way @ (density * interval)
         for branch in self.branches.every():
             branch.predict(phi, q, came)
 

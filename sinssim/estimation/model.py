@@ -150,6 +150,7 @@ class ErrorModel:
         untold: further errors of the inertial sensors that no block describes, in words.
         axes: axes in which velocity and attitude are compared with the true ones, "north", or "transported" for a run
             near a pole, see `sinssim.frames.AXES`; `estimate` chooses them.
+        correlations: covariances at the start between states of blocks: two blocks, and the matrix.
     """
 
     blocks: tuple[Block, ...]
@@ -159,6 +160,7 @@ class ErrorModel:
     accel_quantum: float = 0.0
     untold: tuple[str, ...] = ()
     axes: str = "north"
+    correlations: tuple[tuple[str, str, Array], ...] = ()
 
     def __post_init__(self) -> None:
         for block in self.blocks:
@@ -193,6 +195,16 @@ class ErrorModel:
     def sigma(self) -> Array:
         """1σ of every state at the start, (n,)."""
         return np.concatenate([np.broadcast_to(np.asarray(b.sigma, dtype=np.float64), b.size) for b in self.blocks])
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of all states at the start, (n, n)."""
+        found = np.diag(self.sigma**2)
+        for row, column, matrix in self.correlations:
+            if row in self.slices and column in self.slices:
+                found[self.slices[row], self.slices[column]] = matrix
+                found[self.slices[column], self.slices[row]] = matrix.T
+        return found
 
     @cached_property
     def decay(self) -> Array:

@@ -93,15 +93,16 @@ def compare_sensors(
     if readings.single is not None and perfect.single is not None:
         names = tuple(str(i) for i in range(1, readings.single.dtheta.shape[1] + 1))
         titles = ["Angular rate from the single gyros", "Specific force from the single accelerometers"]
+        after = readings.single_compensated
         true, read = perfect.single.dtheta, readings.single.dtheta
-        error = _total(read, true)
+        error, left = _total(read, true), None if after is None else _total(after.dtheta, true)
         yield SensorComparison(
-            "single_gyro", "Single gyros", names, time, error, None, ANGLES, drift, true, read, deg_s
+            "single_gyro", "Single gyros", names, time, error, left, ANGLES, drift, true, read, deg_s
         )
         true, read = perfect.single.dvel, readings.single.dvel
-        error = _total(read, true)
+        error, left = _total(read, true), None if after is None else _total(after.dvel, true)
         yield SensorComparison(
-            "single_accel", "Single accelerometers", names, time, error, None, SPEEDS, ug, true, read, ("m/s²", 1.0)
+            "single_accel", "Single accelerometers", names, time, error, left, SPEEDS, ug, true, read, ("m/s²", 1.0)
         )
     if readings.accelerometers is not None and perfect.accelerometers is not None:
         names = tuple(str(i) for i in range(1, readings.accelerometers.shape[1] + 1))

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from sinssim.algorithms import PLATFORM
 from sinssim.scenario.sections.within_imu.sensor_set import Platform
-from sinssim.sensors.imu.terms import of_triad
+from sinssim.sensors.imu.terms import TERMS, of_triad
 
 if TYPE_CHECKING:
     from sinssim.scenario.sections.aiding import AidingSection
+    from sinssim.scenario.sections.compensation import CompensationSection
     from sinssim.scenario.sections.filter import FilterSection
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.scenario.sections.log import LogSection
@@ -25,6 +26,27 @@ _FROM_READINGS = {
     "land_vehicle": "has states for the angles between the IMU and the vehicle",
 }
 """Aiding that takes the block's readings for those of the vehicle."""
+
+
+def check_compensation(section: CompensationSection | None, sensor_set: str) -> None:
+    """Raise ValueError for a compensation that a set of sensors cannot have.
+
+    Args:
+        section: the [compensation] section, if there is one.
+        sensor_set: imu.sensor_set.type.
+    """
+    if section is None or sensor_set == "gyros":
+        return
+    if sensor_set != "redundant":
+        raise ValueError(
+            f'[compensation] needs gyros and accelerometers; imu.sensor_set.type = "{sensor_set}" is another set'
+        )
+    for key in ("accel_arms_mm", *(term.key for term in TERMS if term.calibrated)):
+        if getattr(section, key) is not None:
+            raise ValueError(
+                f"compensation.{key} is a value for a block of two triads, but the redundant set has single sensors "
+                "whose calibration errors are random: give the keys with _sigma_"
+            )
 
 
 def check_filter(
@@ -58,11 +80,19 @@ def check_filter(
             "act about its axes, and the filter would have to torque it: remove [filter], or sensor_set.type = "
             '"platform"'
         )
-    if section is not None and imu.sensor_set.type != "gyros":
+    if section is None:
+        return
+    if imu.sensor_set.type not in ("gyros", "redundant"):
         raise ValueError(
-            f"[filter] needs three gyros and three accelerometers; imu.sensor_set.type = "
-            f'"{imu.sensor_set.type}" is another set'
+            f'[filter] needs gyros and accelerometers; imu.sensor_set.type = "{imu.sensor_set.type}" is another set'
         )
+    if imu.sensor_set.type == "redundant":
+        for key in ("backward", "vibration_noise"):
+            if getattr(section, key):
+                raise ValueError(
+                    f"filter.{key} is not possible with a redundant set, whose combination and noise change at each "
+                    'exclusion of a sensor: remove it, or imu.sensor_set.type = "redundant"'
+                )
 
 
 def check_platform(imu: ImuSection, navigation: NavigationSection) -> None:

@@ -14,7 +14,7 @@ from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.frames import BARO_TIME_CONSTANT, check_correctable, listed
 from sinssim.lazy import from_later_stage
 from sinssim.own_content.in_scenario import Use, WithOwnContent, complete_use
-from sinssim.scenario.combinations import check_filter, check_platform, check_rotation
+from sinssim.scenario.combinations import check_compensation, check_filter, check_platform, check_rotation
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.ensemble import EnsembleSection
@@ -329,11 +329,7 @@ class Scenario(WithOwnContent):
             )
         check_platform(self.imu, self.navigation)
         check_gravity(self.gravity, self.navigation, self.truth, kind)
-        if self.compensation is not None and kind != "gyros":
-            raise ValueError(
-                f"[compensation] is for three gyros and three accelerometers; imu.sensor_set.type = "
-                f'"{kind}" is another set'
-            )
+        check_compensation(self.compensation, kind)
         return self
 
     @model_validator(mode="after")

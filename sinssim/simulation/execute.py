@@ -273,12 +273,11 @@ def _follow(run: Run, trajectory: Trajectory) -> None:
 
 def _sense(run: Run) -> None:
     """Fill in the readings of the sensors, and the compensated increments."""
-    from sinssim.sensors.imu.compensation import compensate
     from sinssim.sensors.sets.reading import read
 
     section, true = run.scenario.imu, run.true_errors
     run.perfect, run.readings = read(run.block, run.ideal, section, run.scenario.seed, true)
-    run.compensated = run.measured if true.calibration is None else compensate(run.measured, true.calibration)
+    run.compensated = run.readings.compensated or run.measured
 
 
 def rehearse(scenario: Scenario, recorded: bool) -> None:
@@ -319,7 +318,8 @@ def _aid(run: Run) -> Aided:
     start = trajectory.state(trajectory.start)
     error, ellipsoid = scenario.navigation.initial_error, trajectory.ellipsoid
     initial = initial_state_with_errors(start, error, ellipsoid, scenario.seed, run.axes)
-    return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors)
+    monitored = run.readings.monitored
+    return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors, monitored=monitored)
 
 
 def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:

@@ -231,7 +231,6 @@ class Run:
         None without [imu.rotation], or if there is no solution.
         """
         from sinssim.errors import RunError
-        from sinssim.sensors.imu.compensation import compensate
         from sinssim.sensors.imu.emulate import digital
         from sinssim.sensors.sets.reading import read
         from sinssim.simulation.navigation import height_reference, solve
@@ -242,10 +241,9 @@ class Run:
         imu_section = self.scenario.imu.model_copy(update={"rotation": None})
         alone = self.scenario.navigation.model_copy(update={"algorithms": tuple(self.solutions)[:1]})
         scenario = self.scenario.model_copy(update={"imu": imu_section, "navigation": alone})
-        true = self.true_errors
         ideal = digital(self.trajectory.increments(imu_section.rate_hz))
-        imu = read(self.trajectory, ideal, imu_section, scenario.seed, true)[1].imu
-        imu = imu if true.calibration is None else compensate(imu, true.calibration)
+        readings = read(self.trajectory, ideal, imu_section, scenario.seed, self.true_errors)[1]
+        imu = readings.compensated or readings.imu
         height = height_reference(self.scenario, self.trajectory, self.truth.height)
         try:
             (solution,) = solve(scenario, self.trajectory, imu, None, height)[0].values()

@@ -23,20 +23,30 @@ _NOISES = {
 }  # fmt: skip
 
 
+_SKEWED = [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.6, -0.8, 0.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
+_REDUNDANT = {
+    "sensor_set": {"type": "redundant", "directions": _SKEWED, "monitoring": "none"}, "grade": "tactical",
+    "gyro_g_sensitivity_sigma_deg_h_per_g": 1.0, **_NOISES,
+}  # fmt: skip
+"""Five sensors whose covariance has no symmetry, with errors of all kinds."""
+
+
 @pytest.mark.parametrize(
     "tables",
     [
         {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}},
         {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}},
         {"imu": {"grade": "tactical"}, "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}},
+        {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 0.1, "gyro_scale_sigma_ppm": 300.0}},
     ],
-    ids=["laser", "noises", "calibrated"],
+    ids=["laser", "noises", "calibrated", "redundant"],
 )
 def test_unaided_runs(tables: dict[str, Any]) -> None:
-    """N = 200; fails by chance with 0.3 % at most, see `ALLOWED`."""
+    """N = 200, or 60 of a redundant set; fails by chance with 0.3 % at most, see `ALLOWED`."""
     plan = scenario(**tables)
     result = budget(plan)
-    assert np.abs(standard_errors(ensemble(plan, result, 200), result)).max() < ALLOWED
+    runs = 200 if plan.imu.sensor_set.type == "gyros" else 60
+    assert np.abs(standard_errors(ensemble(plan, result, runs), result)).max() < ALLOWED
 
 
 def _aided(**changes: Any) -> dict[str, Any]:
@@ -55,20 +65,25 @@ def _aided(**changes: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"states": ["gyro bias"], "measurement_noise_factor": 3.0}],
-    ids=["all states", "a filter that knows less"],
+    [
+        {},
+        {"states": ["gyro bias"], "measurement_noise_factor": 3.0},
+        {"imu": {**_REDUNDANT, "rate_hz": 10.0}, "states": ["gyro bias", "accelerometer bias"]},
+    ],
+    ids=["all states", "a filter that knows less", "redundant"],
 )
 def test_runs_with_a_filter(changes: dict[str, Any]) -> None:
-    """N = 50, some 130 instants; fails by chance with 0.3 % at most."""
-    plan = scenario(**_aided(**changes))
+    """N = 50, or 20 of a redundant set, some 130 instants; fails by chance with 0.3 % at most."""
+    imu = {"imu": changes["imu"]} if "imu" in changes else {}
+    plan = scenario(**{**_aided(**{key: value for key, value in changes.items() if key != "imu"}), **imu})
     result = budget(plan, marks=(20.0, 40.0))
-    errors = aided_ensemble(plan, result, 50)
+    errors = aided_ensemble(plan, result, runs := 20 if imu else 50)
     assert np.abs(standard_errors(errors, result)).max() < ALLOWED
     assert result.added is not None  # and what an interval adds, readings that are late included
     begin, end = (errors[:, result.row(t)] for t in result.added.end[:2])
     added = np.sqrt([sum(p[1, k, k] for p in result.added.covariance.values()) for k in range(9)])
     found = np.sqrt(np.mean((end - begin - sum(mean[1] for mean in result.added.mean.values())) ** 2, axis=0))
-    assert np.abs((found / added - 1.0) * np.sqrt(100.0)).max() < ALLOWED
+    assert np.abs((found / added - 1.0) * np.sqrt(2.0 * runs)).max() < ALLOWED
 
 
 @pytest.mark.slow

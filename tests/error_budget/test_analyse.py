@@ -28,7 +28,6 @@ def test_one_component_has_no_budget() -> None:
     [
         ("attitude_sensor", "measured and not integrated"),
         ("gyro_free", "differences of accelerometers"),
-        ("redundant_set", "monitoring selects the sensors by the errors of each run"),
         ("parked", "gimbals rotate the sensors"),
     ],
 )
@@ -38,9 +37,28 @@ def test_other_sets_of_sensors_have_no_budget(name: str, reason: str) -> None:
         sinssim.budget(sinssim.load_scenario(name, settings))
 
 
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ((), r"imu\.faults of a redundant set have no budget: the monitoring excludes sensors"),
+        (
+            ("imu.faults=[]", "imu.gyro_asymmetry_sigma_ppm=5"),
+            r"imu\.gyro_asymmetry_sigma_ppm of a redundant set has no",
+        ),
+        (
+            ("imu.faults=[]", "imu.gyro_range_deg_s=1"),
+            "the gyro range of a redundant set has no budget: single sensors",
+        ),
+    ],
+)
+def test_what_a_redundant_set_has_no_budget_of(settings: tuple[str, ...], reason: str) -> None:
+    with pytest.raises(InputError, match=rf"{reason}.* use an ensemble"):
+        sinssim.budget(sinssim.load_scenario("redundant_set", settings))
+
+
 def test_every_other_set_has_a_reason() -> None:
     kinds = {get_args(one.model_fields["type"].annotation)[0] for one in get_args(get_args(SensorSet)[0])}
-    assert kinds - {"gyros"} == set(_OTHER_SETS)
+    assert kinds - {"gyros", "redundant"} == set(_OTHER_SETS)
 
 
 def test_an_alignment_in_motion_has_no_budget() -> None:

@@ -10,8 +10,8 @@ import sinssim
 from sinssim.data import Array, NavSolution
 from sinssim.error_budget.result import BudgetResult
 from sinssim.scenario import Scenario
-from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.emulate import digital, emulate
+from sinssim.sensors.imu.emulate import digital
+from sinssim.sensors.sets.reading import read
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation.navigation import height_reference, solve
 from sinssim.strapdown.nav_error import navigation_error
@@ -75,9 +75,8 @@ def ensemble(plan: Scenario, result: BudgetResult, runs: int, first: int = 1000)
     for seed in range(first, first + runs):
         one = plan.model_copy(update={"seed": seed})
         errors = draw_true_errors(one.imu, one.seed, one.compensation)
-        imu = emulate(ideal, errors.imu, one.seed, rounded=True)
-        if errors.calibration is not None:
-            imu = compensate(imu, errors.calibration)
+        readings = read(trajectory, ideal, one.imu, one.seed, errors)[1]
+        imu = readings.compensated or readings.imu
         (s,) = solve(one, trajectory, imu, None, height_reference(one, trajectory, height))[0].values()
         solution = NavSolution(
             s.time[rows], s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows],

@@ -13,9 +13,12 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.error_budget.inputs.sources import Constants, Source
+from sinssim.errors import InputError
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, with_triads
 from sinssim.sensors.imu.errors import stated as _stated
 from sinssim.sensors.imu.terms import FIELDS, TERMS
+from sinssim.sensors.sets.geometry import along
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -38,6 +41,15 @@ def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Ar
     limits = {
         term.triad: TriadErrors(limit=float(_stated(scenario.imu, term)[0])) for term in TERMS if term.field == "limit"
     }
+    if isinstance(own := scenario.imu.sensor_set, Redundant):
+        for (kind, limit), increments in zip(limits.items(), (ideal.dtheta, ideal.dvel), strict=True):
+            largest = float(np.abs(along(increments, own.axes) / np.diff(ideal.time)[:, None]).max())
+            if 0.0 < limit.limit < largest:
+                raise InputError(
+                    f"the {kind} range of a redundant set has no budget: single sensors reach it. Remove the range, or "
+                    "use an ensemble."
+                )
+        return [], _stacked([], ideal), _stacked([], ideal)
     alone: list[tuple[str, str, str, ImuErrors]] = []
     if any(limit.limit for limit in limits.values()):
         alone.append(("range", "range of the sensors", "gyros", ImuErrors(limits["gyro"], limits["accel"])))

@@ -24,10 +24,13 @@ from sinssim.error_budget.inputs.step_response_kernel import (
     WARM_BIAS,
     WARM_SCALE,
 )
+from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.errors import stated
 from sinssim.sensors.imu.terms import TERMS
+from sinssim.sensors.sets.combination import maps, spread
 from sinssim.units import ARCMIN
 
 if TYPE_CHECKING:
@@ -78,7 +81,8 @@ class Constants:
     Attributes:
         sources: of each column's random part and given part, by name; one entry for each source.
         columns: triad, input, i and j for the kernel, (m, 4).
-        parts: for each source its columns and their size: 1σ for a random source, values for a given one.
+        parts: for each source its columns and their size: 1σ for a random source, values for a given one; or the root L
+            of the covariance L Lᵀ of the columns, one row each.
         emulated: triad, field, place in the field, and size of the errors whose readings the emulator gives, in the
             order of their series.
     """
@@ -101,6 +105,7 @@ class InertialNoise:
         density: of the white noise that drives the navigation errors, for a white noise or a quantum.
         process: of unit size, for a process.
         sizes: 1σ of the three components, where they differ, (3,).
+        mix: root of the matrix by which the squares of size and density are multiplied for a redundant set, (3, 3).
     """
 
     source: Source
@@ -110,6 +115,7 @@ class InertialNoise:
     density: float = 0.0
     process: Process | None = None
     sizes: Array | None = None
+    mix: Array = field(default_factory=lambda: np.eye(3))
 
 
 def _in_unit(term: ErrorTerm, values: Array) -> float:
@@ -147,8 +153,12 @@ def constants(scenario: Scenario) -> Constants:
         Those that are not zero; an error that varies about a given value is two sources.
     """
     found = Constants([], [], {})
+    own = scenario.imu.sensor_set
     for term in TERMS:
         if not term.drawn:
+            continue
+        if isinstance(own, Redundant):
+            _add_combined(found, term, own, float(np.max(remaining(scenario, term)[1])))
             continue
         mean, sigma = (np.broadcast_to(a, term.shape) for a in remaining(scenario, term))
         kinds: Iterable[tuple[Kind, str, str, Array]] = (
@@ -171,6 +181,28 @@ def constants(scenario: Scenario) -> Constants:
             )  # fmt: skip
             found.parts[name] = ([places[index] for index in where], np.array([values[index] for index in where]))
     return found
+
+
+def _add_combined(found: Constants, term: ErrorTerm, own: Redundant, sigma: float) -> None:
+    """Add an error of a redundant set: columns of the combination, and the effect of the single sensors on them."""
+    if not sigma:
+        return
+    effects = maps(own.axes)
+    if term.field not in effects:
+        raise InputError(
+            f"imu.{term.sigma_key} of a redundant set has no budget: the error depends on the input along each single "
+            "axis. Set it to 0, or use an ensemble."
+        )
+    effect, triad = effects[term.field], ("gyro", "accel").index(term.triad)
+    first = len(found.columns)
+    for number in range(len(effect)):
+        i, j = (number, number) if len(effect) == 3 else divmod(number, 3)
+        found.columns.append((triad, _INPUTS[term.field], i, j))
+    found.sources.append(
+        Source(term.name, _label(term), _GROUPS[term.triad], "random", _in_unit(term, np.array(sigma)),
+               term.written_unit)
+    )  # fmt: skip
+    found.parts[term.name] = (list(range(first, len(found.columns))), sigma * effect)
 
 
 def _column(
@@ -203,6 +235,8 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
         Those that are not zero.
     """
     section, found = scenario.imu, []
+    own = section.sensor_set
+    mix = np.asarray(np.linalg.cholesky(spread(own.axes)) if isinstance(own, Redundant) else np.eye(3))
     by_name = {(term.triad, term.field): term for term in TERMS}
     for term in TERMS:
         if term.field not in ("random_walk", "quantum", "instability", "rate_walk", "flicker"):
@@ -223,7 +257,7 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
         )
         triad = ("gyro", "accel").index(term.triad)
         density = size if what == "white" else size / math.sqrt(12.0 * section.rate_hz) if what == "quantum" else 0.0
-        found.append(InertialNoise(source, triad, what, size, density, processes.get(term.field)))
+        found.append(InertialNoise(source, triad, what, size, density, processes.get(term.field), mix=mix))
     return found
 
 

@@ -20,6 +20,7 @@ from sinssim.estimation.from_scenario.diagnosis import diagnosed
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma
 from sinssim.estimation.from_scenario.memory import ROWS
+from sinssim.estimation.from_scenario.redundant_set import noise_of_combination
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
 from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course, in_motion
@@ -36,6 +37,7 @@ from sinssim.truth.source import block_mounting
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.section import LeverArm
+    from sinssim.sensors.sets.monitor import Monitored
     from sinssim.sensors.sets.true_errors import TrueErrors
     from sinssim.truth.trajectory import Trajectory
 
@@ -51,6 +53,7 @@ def aid_run(
     initial: NavState,
     errors: TrueErrors,
     *,
+    monitored: Sequence[Monitored] = (),
     history: bool = True,
     row_s: float | None = None,
 ) -> Aided:
@@ -62,6 +65,7 @@ def aid_run(
         imu: increments that the engine navigates on.
         initial: state of the vehicle that navigation starts from.
         errors: the true errors of the inertial sensors in this run.
+        monitored: what the monitoring of a redundant set found.
         history: whether to keep the history for smoothing and observability; without it nothing is smoothed. The aided
             solution is the same.
         row_s: least time between stored rows of the covariance, s; by default about 2000 rows are kept, all of them if
@@ -94,9 +98,13 @@ def aid_run(
     if row_s is None:
         row_s = 0.0 if smooth else float(imu.time[-1] - imu.time[0]) / ROWS
     axes = axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end)
-    solution = filtered(scenario, start, measurements, model, trajectory.ellipsoid.name, axes, history, row_s, encoders)
+    added = noise_of_combination(model, scenario, monitored, edges)
+    solution = filtered(
+        scenario, start, measurements, model, trajectory.ellipsoid.name, axes, history, row_s, encoders, added
+    )
     give_back_memory()
-    inertial = InertialParameters(errors, edges, scenario.seed)
+    used = (monitored[0].used, monitored[1].used) if monitored else None
+    inertial = InertialParameters(errors, edges, scenario.seed, scenario.imu.sensor_set, used)
     return compare_with_truth(trajectory, inertial, edges, sensed, solution, block)
 
 
@@ -110,6 +118,7 @@ def filtered(
     history: bool,
     row_s: float,
     encoders: Encoders | None = None,
+    added: AddedNoise | None = None,
 ) -> Estimate:
     """Run a scenario's filter on measurements from anywhere.
 
@@ -123,6 +132,8 @@ def filtered(
         history: whether to keep the history for smoothing and observability.
         row_s: as for `estimate`.
         encoders: of a block that turns.
+        added: noise of the inertial sensors in addition to the model's; by default that of vibration, if the section
+            has any.
 
     Returns:
         The estimate; its solution is that of the vehicle, its history that of the block.
@@ -148,7 +159,8 @@ def filtered(
         "field": known_field(scenario),
     }
     readings = [_after(m, float(start.imu.time[0])) for m in measurements]
-    options |= {"axes": axes, "added_noise": _by_vibration(start.imu, section.vibration_noise), "encoders": encoders}
+    added = added or _by_vibration(start.imu, section.vibration_noise)
+    options |= {"axes": axes, "added_noise": added, "encoders": encoders}
     found = estimate(
         start.imu,
         start.state,

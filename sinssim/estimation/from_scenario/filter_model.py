@@ -14,6 +14,7 @@ import numpy as np
 
 from sinssim import units
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma, states
+from sinssim.estimation.from_scenario.redundant_set import of_combination
 from sinssim.estimation.model import Block, ErrorModel, error_model
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
     ]
     tilt = sigma_of(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
     heading = sigma_of(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
-    return error_model(
+    model = error_model(
         inertial_sigma(scenario),
         position=(north, east, height),
         velocity=velocity,
@@ -70,6 +71,7 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
         extra=_sensor_blocks(sensors, f.measurement_noise_factor),
         duration=duration,
     )
+    return of_combination(model, scenario)
 
 
 def _sensor_blocks(sensors: Sequence[HasStates], factor: float) -> Iterator[Block]:

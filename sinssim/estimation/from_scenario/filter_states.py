@@ -226,12 +226,15 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
     """
     from sinssim.alignment.budget import expected_errors
     from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.sensors.imu.compensation import after_compensation
 
     assert scenario.filter is not None
-    noise = expected_errors(scenario.imu)
-    calibrated = scenario.compensation
-    kept = noise
-    if calibrated is not None:
+    section, calibrated = scenario.imu, scenario.compensation
+    noise = kept = expected_errors(section)
+    if section.sensor_set.type == "redundant":
+        kept = expected_errors(after_compensation(section, calibrated))
+        section = section.model_copy(update={"faults": ()})  # the monitoring excludes a faulty sensor
+    elif calibrated is not None:
         kept = expected_errors(ImuSection(grade="ideal", **calibrated.uncertainties().model_dump(exclude_none=True)))
     factor = scenario.filter.inertial_noise_factor if factor is None else factor
 
@@ -251,5 +254,5 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
             instability=factor * own.instability,
         )
 
-    sigma = with_triads(scenario.imu, triad("gyro"), triad("accel"))
+    sigma = with_triads(section, triad("gyro"), triad("accel"))
     return sigma if calibrated is None else replace(sigma, arms=np.zeros((3, 3)), delay=0.0)

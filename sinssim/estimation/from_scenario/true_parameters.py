@@ -9,7 +9,11 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.estimation.model import crossing_time
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant, SensorSet
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.sets.accelerometers import APART
+from sinssim.sensors.sets.combination import combined_errors
+from sinssim.sensors.sets.monitor import combine
 from sinssim.sensors.sets.true_errors import TrueErrors
 
 _STATES = ("bias", "scale", "misalignment", "bias_temperature")  # the parameters that a calibration changes
@@ -18,20 +22,28 @@ _STATES = ("bias", "scale", "misalignment", "bias_temperature")  # the parameter
 class InertialParameters:
     """True parameters of the inertial sensors of one run, less the calibrated part."""
 
-    def __init__(self, errors: TrueErrors, edges: Array, seed: int) -> None:
+    def __init__(
+        self,
+        errors: TrueErrors,
+        edges: Array,
+        seed: int,
+        section: SensorSet | None = None,
+        used: tuple[Array, Array] | None = None,
+    ) -> None:
         """Store the run's errors.
 
         Args:
             errors: the true errors of the sensors.
             edges: edges of the IMU's intervals, (N+1,) s.
             seed: the run's seed, which determines the noises that drive the drifts.
+            section: the set of sensors; default: three gyros and three accelerometers.
+            used: whether each gyro and each accelerometer of a redundant set is in use, (N, m) each; default: all.
         """
-        self._edges, self._seed = edges, seed
-        self._left, known = errors.imu, errors.calibration
-        if known is not None:
-            self._left = replace(
-                errors.imu, gyro=_less(errors.imu.gyro, known.gyro), accel=_less(errors.imu.accel, known.accel)
-            )
+        self._edges, self._seed, self._used = edges, seed, used
+        self._left = _remaining(errors.imu, errors.calibration)
+        self._axes = section.axes if isinstance(section, Redundant) else None
+        known = errors.single_calibrations or (None,) * len(errors.single_sensors)
+        self._blocks = tuple(map(_remaining, errors.single_sensors, known))
 
     def at(self, *times: Array) -> list[dict[str, Array]]:
         """Return the parameters by block of the filter.
@@ -54,14 +66,33 @@ class InertialParameters:
         found: list[dict[str, Array]] = []
         for i in range(len(times)):
             values: dict[str, Array] = {}
+            constant = self._constant(times[i])
             for k, (name, triad) in enumerate(triads.items()):
-                bias = triad.bias + drifts[k][i]
+                bias = constant[k][0] + drifts[k][i]
                 values[f"{name} bias"] = bias + flicker[k][i] if triad.flicker else bias
-                values[f"{name} scale"] = triad.scale
-                values[f"{name} misalignment"] = triad.misalignment[~np.eye(3, dtype=bool)]
+                values[f"{name} scale"] = constant[k][1]
+                values[f"{name} misalignment"] = constant[k][2][..., ~np.eye(3, dtype=bool)]
                 values[f"{name} instability"] = instabilities[k][i]
             found.append(values)
         return found
+
+    def _constant(self, times: Array) -> list[tuple[Array, Array, Array]]:
+        """Return bias, scale factor and misalignment of gyros and accelerometers; in a row for each time, (K, …), if
+        the combination of a redundant set changes."""
+        if self._axes is None or self._used is None:
+            every = self._left if self._axes is None else combined_errors(self._blocks, self._axes)
+            return [(triad.bias, triad.scale, triad.misalignment) for triad in (every.gyro, every.accel)]
+        last = np.searchsorted(self._edges, times - 1e-9).clip(1, len(self._edges) - 1) - 1
+        rows = np.concatenate([one[last] for one in self._used], axis=1)
+        kinds, which = np.unique(rows, axis=0, return_inverse=True)
+        count = len(self._axes)
+        found = [combined_errors(self._blocks, self._axes, (one[:count], one[count:])) for one in kinds]
+
+        def rows_of(triads: list[TriadErrors]) -> tuple[Array, Array, Array]:
+            bias, scale, tilt = (np.array([getattr(one, name) for one in triads])[which] for name in _STATES[:3])
+            return bias, scale, tilt
+
+        return [rows_of([one.gyro for one in found]), rows_of([one.accel for one in found])]
 
     def _means(
         self, fields: tuple[str, ...], times: Sequence[Array], windows: Sequence[float]
@@ -99,8 +130,27 @@ class InertialParameters:
             return TriadErrors(**{field: getattr(triad, field) for field in fields})
 
         none = np.zeros((len(self._edges) - 1, 3))
-        errors = ImuErrors(alone(self._left.gyro), alone(self._left.accel), warm_up=self._left.warm_up)
-        return emulate(ImuData(self._edges, none, none), errors, self._seed)
+        read = [
+            emulate(
+                ImuData(self._edges, none, none),
+                ImuErrors(alone(block.gyro), alone(block.accel), warm_up=block.warm_up),
+                self._seed + number * APART,
+            )
+            for number, block in enumerate(self._blocks or (self._left,))
+        ]
+        if self._axes is None:
+            return read[0]
+        count, used = len(self._axes), self._used or (None, None)
+        singles = (np.hstack([getattr(one, name) for one in read])[:, :count] for name in ("dtheta", "dvel"))
+        dtheta, dvel = (combine(rows, self._axes, own) for rows, own in zip(singles, used, strict=True))
+        return ImuData(self._edges, dtheta, dvel)
+
+
+def _remaining(true: ImuErrors, known: ImuErrors | None) -> ImuErrors:
+    """Return the errors less the calibrated part of those that can be states."""
+    if known is None:
+        return true
+    return replace(true, gyro=_less(true.gyro, known.gyro), accel=_less(true.accel, known.accel))
 
 
 def _less(true: TriadErrors, known: TriadErrors) -> TriadErrors:

@@ -82,7 +82,7 @@ def at_rest(
     start = replace(start, q_nb=rotation.multiply(to_normal, start.q_nb))
     tied = [state for state in model.states if state in STATES]
     places = [model.states.index(state) for state in tied]
-    covariance = np.diag(model.sigma**2)
+    covariance = model.covariance.copy()
     covariance[np.ix_(places, places)] = initial_covariance(
         determination,
         replace(sigma, gyro=_held(sigma.gyro, "gyro", model), accel=_held(sigma.accel, "accelerometer", model)),

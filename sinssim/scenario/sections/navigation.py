@@ -239,10 +239,9 @@ def check_alignment(section: NavigationSection, sensor_set: str, recorded: bool,
         raise ValueError(
             "navigation.alignment is for simulated sensors; for [log] give filter.alignment and filter.alignment_s"
         )
-    if sensor_set != "gyros":
+    if sensor_set not in ("gyros", "redundant"):
         raise ValueError(
-            f"navigation.alignment needs three gyros and three accelerometers; imu.sensor_set.type = "
-            f'"{sensor_set}" is another set'
+            f'navigation.alignment needs gyros and accelerometers; imu.sensor_set.type = "{sensor_set}" is another set'
         )
     for name, value in () if filtered else section.initial_error:
         if value and not name.startswith(("north", "east", "height", "position")):

@@ -14,7 +14,9 @@ error s σ_t; so that much of κ, σ_t/Δt, follows from the time stamps alone.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,31 +30,68 @@ SLOW_S = 0.2
 """Time over which the readings' running mean is taken for the motion of the vehicle, s; the rest is vibration."""
 
 
+class Change(NamedTuple):
+    """Noise that drives the states of one block of an error model from an instant on.
+
+    Attributes:
+        time: the instant, s.
+        block: name of the block.
+        jump: covariance of a jump of the states at the instant, (b, b).
+        density: spectral density of the additional noise from then on, (b, b) per second.
+    """
+
+    time: float
+    block: str
+    jump: Array
+    density: Array
+
+
 @dataclass(frozen=True)
 class AddedNoise:
     """Densities of white noise that add to those of an error model, in quadrature, from one instant to the next.
 
     Attributes:
         time: instants, in order, (W,) s; each row holds from its instant to the next.
-        gyro: of the block's three axes, (W, 3) rad/√s.
-        accel: (W, 3) m/s/√s.
+        gyro: of the block's three axes, (W, 3) rad/√s; or a root L of the matrix L Lᵀ of spectral densities, (W, 3, 3).
+        accel: the same, m/s/√s.
+        changes: changes of the sensors' own errors.
     """
 
     time: Array
     gyro: Array
     accel: Array
+    changes: tuple[Change, ...] = ()
 
-    def variance(self, begin: Array) -> Array:
-        """Return the squared densities at instants.
+    def roots(self, begin: Array) -> Array:
+        """Return the roots of the matrices of spectral densities at instants.
 
         Args:
             begin: (K,) s.
 
         Returns:
-            Gyros and accelerometers, (K, 6).
+            Gyros and accelerometers, (K, 2, 3, 3).
         """
         row = np.clip(np.searchsorted(self.time, begin + 1e-9, side="right") - 1, 0, None)
-        return np.concatenate([self.gyro[row], self.accel[row]], axis=1) ** 2
+        both = [one if one.ndim == 3 else one[:, :, None] * np.eye(3) for one in (self.gyro[row], self.accel[row])]
+        return np.stack(both, axis=1)
+
+    def of_states(self, time: Array, places: Mapping[str, slice]) -> Iterator[tuple[int, slice, Array]]:
+        """Yield the covariances by which the changes drive the states of an error model over intervals.
+
+        Args:
+            time: edges of the intervals, (K+1,) s.
+            places: place of each block of the model.
+
+        Yields:
+            Number of the interval, place of the states, and their covariance.
+        """
+        for change in self.changes:
+            if change.block in places:
+                lasts = np.clip(time[1:] - np.maximum(time[:-1], change.time), 0.0, None)
+                for k in np.flatnonzero((time[:-1] < change.time) & (change.time <= time[1:])):
+                    yield int(k), places[change.block], change.jump
+                for k in np.flatnonzero(lasts) if change.density.any() else ():
+                    yield int(k), places[change.block], change.density * lasts[k]
 
 
 @dataclass(frozen=True)

@@ -161,6 +161,23 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
     )
 
 
+def after_compensation(section: ImuSection, compensation: CompensationSection | None) -> ImuSection:
+    """Return a section whose 1σ are those of the errors that a compensation leaves.
+
+    Args:
+        section: the [imu] section of a scenario, without given errors.
+        compensation: the [compensation] section, without measured values; None for none.
+
+    Returns:
+        The section with the 1σ of the calibration errors.
+    """
+    if compensation is None:
+        return section
+    return section.model_copy(
+        update={term.sigma_key: getattr(compensation, term.sigma_key) for term in TERMS if term.calibrated}
+    )
+
+
 def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int = 0) -> ImuErrors:
     """Return the calibration values of one run: measured ones; for the others the true errors minus random ones.
 

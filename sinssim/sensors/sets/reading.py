@@ -13,12 +13,19 @@ from sinssim import sensors
 from sinssim.data import Array, ImuData
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant, SixAccelerometers
+from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.attitude_sensor import inertial_attitude, sense_attitude
 from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
 from sinssim.sensors.sets.monitor import Monitored, combine, monitor
-from sinssim.sensors.sets.single_sensors import SingleSensors, emulate_single_sensors, perfect_readings
+from sinssim.sensors.sets.single_sensors import (
+    SingleSensors,
+    compensate_single_sensors,
+    emulate_single_sensors,
+    perfect_readings,
+)
 from sinssim.sensors.sets.true_errors import TrueErrors, draw_true_errors
 from sinssim.system.short_repr import short_repr
 
@@ -40,6 +47,8 @@ class Readings:
         rate: inertial angular rate at the start, (3,) rad/s, which that set needs as initial value.
         single: readings of the single sensors of a redundant set, else None.
         monitored: what the monitoring of such a set found for gyros and accelerometers; empty without monitoring.
+        compensated: increments after the [compensation], None without one.
+        single_compensated: the single sensors' readings after it, for a redundant set.
     """
 
     imu: ImuData
@@ -49,6 +58,8 @@ class Readings:
     rate: Array | None = None
     single: SingleSensors | None = None
     monitored: tuple[Monitored, ...] = ()
+    compensated: ImuData | None = None
+    single_compensated: SingleSensors | None = None
 
     def at(self, ratio: int) -> Readings:
         """Return the readings at a lower rate.
@@ -103,7 +114,7 @@ def read(
         errors: the true errors, if already drawn from section and seed.
 
     Returns:
-        Ideal and measured readings.
+        Readings without errors, and measured ones with the compensated increments.
 
     Raises:
         InputError: the seed cannot be used, or the motion is too short for the set.
@@ -115,7 +126,8 @@ def read(
         return _read_redundant(ideal, section, seed, true, section.sensor_set)
     measured = sensors.emulate(rectified(trajectory, ideal, true.imu), true.imu, seed, rounded=True)
     if true.attitude_sensor is None:
-        return Readings(ideal), Readings(measured)
+        after = None if true.calibration is None else compensate(measured, true.calibration)
+        return Readings(ideal), Readings(measured, compensated=after)
     attitude = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)
     read_out = sense_attitude(ideal.time, attitude, true.attitude_sensor, seed)
     without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
@@ -125,12 +137,65 @@ def read(
 def _read_redundant(
     ideal: ImuData, section: ImuSection, seed: int, errors: TrueErrors, of: Redundant
 ) -> tuple[Readings, Readings]:
+    perfect = Readings(ideal, single=perfect_readings(ideal, of.axes))
     single = emulate_single_sensors(ideal, section, errors.single_sensors, seed)
-    found = () if of.mode == "none" else monitor(section, ideal.time, single)
-    used: list[Array | None] = [one.used for one in found] if found else [None, None]
-    dtheta, dvel = (combine(rows, of.axes, use) for rows, use in zip((single.dtheta, single.dvel), used, strict=True))
-    imu = ImuData(single.time, dtheta, dvel, axis_flags(single, used))
-    return Readings(ideal, single=perfect_readings(ideal, of.axes)), Readings(imu, single=single, monitored=found)
+    used: _Used = (None, None)
+    found: tuple[Monitored, ...] = ()
+    for _ in range(len(of.axes)):  # until an excluded sensor does not act on the compensation of the others any more
+        calibrated, before = _compensated(single, errors.single_calibrations, of.axes, used), used
+        if of.mode != "none":
+            found = monitor(errors.left or section, ideal.time, calibrated or single)
+            used = found[0].used, found[1].used
+        if calibrated is None or _same(used, before):
+            break
+    read = Readings(_combined(single, of.axes, used), single=single, monitored=found)
+    if calibrated is None:
+        return perfect, read
+    return perfect, replace(read, compensated=_combined(calibrated, of.axes, used), single_compensated=calibrated)
+
+
+_Used = tuple[Array | None, Array | None]
+_PASSES = 20
+_STANDS = 4e-16  # relative
+
+
+def _same(used: _Used, before: _Used) -> bool:
+    """Return whether the same sensors are in use; None stands for all."""
+    return all(
+        bool(np.all(new)) if old is None else np.array_equal(new, old)
+        for new, old in zip(used, before, strict=True)
+        if new is not None
+    )
+
+
+def _combined(single: SingleSensors, directions: Array, used: _Used) -> ImuData:
+    dtheta, dvel = (
+        combine(rows, directions, use) for rows, use in zip((single.dtheta, single.dvel), used, strict=True)
+    )
+    return ImuData(single.time, dtheta, dvel, axis_flags(single, used))
+
+
+def _compensated(
+    single: SingleSensors, calibrations: tuple[ImuErrors, ...], directions: Array, used: _Used
+) -> SingleSensors | None:
+    """Return the compensated readings of each sensor, None without a calibration.
+
+    The input across a sensitive axis is that of the combination. It is repeated with the compensated readings until it
+    stands still: each pass divides the difference by the reciprocal of the largest misalignment.
+    """
+    if not calibrations:
+        return None
+    estimate, found = _combined(single, directions, used), single
+    for _ in range(_PASSES):
+        before = estimate
+        found = compensate_single_sensors(single, calibrations, directions, before)
+        estimate = _combined(found, directions, used)
+        if all(
+            np.abs(new - old).max(initial=0.0) <= _STANDS * np.abs(new).max(initial=0.0)
+            for new, old in ((estimate.dtheta, before.dtheta), (estimate.dvel, before.dvel))
+        ):
+            break
+    return found
 
 
 def unmonitored(readings: Readings, directions: Array) -> ImuData:
@@ -141,12 +206,11 @@ def unmonitored(readings: Readings, directions: Array) -> ImuData:
         directions: sensitive axes, (m, 3).
 
     Returns:
-        Increments in the block's axes.
+        Increments in the block's axes, after the [compensation] if there is one.
     """
-    single = readings.single
+    single = readings.single_compensated or readings.single
     assert single is not None
-    dtheta, dvel = combine(single.dtheta, directions), combine(single.dvel, directions)
-    return ImuData(single.time, dtheta, dvel, axis_flags(single, [None, None]))
+    return _combined(single, directions, (None, None))
 
 
 def axis_flags(single: SingleSensors, used: Sequence[Array | None]) -> NDArray[np.uint8] | None:

@@ -11,8 +11,10 @@ from sinssim.data import Array, ImuData
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.faults import Fault as FaultSection
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import Fault, ImuErrors, draw, fault
+from sinssim.sensors.imu.errors import Fault, ImuErrors, TriadErrors, draw, fault
+from sinssim.sensors.imu.terms import CALIBRATED
 from sinssim.sensors.sets.accelerometers import APART, axes_about
 from sinssim.sensors.sets.geometry import along
 from sinssim.units import ARCSEC, DEG_H, UG
@@ -107,6 +109,43 @@ def emulate_single_sensors(
             flags = np.zeros((len(ideal), 2 * count), np.uint8) if flags is None else flags
             flags[:, i], flags[:, count + i] = read.flags[:, axis], read.flags[:, 3 + axis]
     return SingleSensors(time, dtheta, dvel, flags)
+
+
+def compensate_single_sensors(
+    readings: SingleSensors, calibrations: tuple[ImuErrors, ...], directions: Array, estimate: ImuData
+) -> SingleSensors:
+    """Compensate the errors of single sensors by calibration values, before they are combined.
+
+    Args:
+        readings: what the sensors read.
+        calibrations: calibration values of the sensors in threes, in the order of `draw_single_sensors`.
+        directions: sensitive axes, (m, 3).
+        estimate: increments in the block's axes, which give the input across the sensitive axes.
+
+    Returns:
+        The compensated readings.
+
+    Raises:
+        InputError: as of `sinssim.sensors.imu.compensation.compensate`.
+    """
+    dtheta, dvel = readings.dtheta.copy(), readings.dvel.copy()
+    for i, direction in enumerate(directions):
+        axis, block = i % 3, axes_about(direction, i % 3)
+        own = ImuData(readings.time, along(estimate.dtheta, block), along(estimate.dvel, block))
+        own.dtheta[:, axis], own.dvel[:, axis] = readings.dtheta[:, i], readings.dvel[:, i]
+        known = calibrations[i // 3]
+        found = compensate_checked(own, replace(known, gyro=_alone(known.gyro, axis), accel=_alone(known.accel, axis)))
+        dtheta[:, i], dvel[:, i] = found.dtheta[:, axis], found.dvel[:, axis]
+    return replace(readings, dtheta=dtheta, dvel=dvel)
+
+
+def _alone(triad: TriadErrors, axis: int) -> TriadErrors:
+    """Return the errors of one axis of a triad; the others have none."""
+    fields = {}
+    for name in CALIBRATED:
+        value = getattr(triad, name)
+        fields[name] = np.where((np.arange(3) == axis).reshape((3,) + (1,) * (value.ndim - 1)), value, 0.0)
+    return TriadErrors(**fields)
 
 
 def _of_one(section: FaultSection, number: int, axis: int, count: int) -> Fault:

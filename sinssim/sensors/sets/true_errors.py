@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
-from sinssim.sensors.imu.compensation import draw_calibration
+from sinssim.sensors.imu.compensation import after_compensation, draw_calibration
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.sets.accelerometers import draw_accelerometers
+from sinssim.sensors.sets.accelerometers import APART, draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, draw_attitude_sensor
 from sinssim.sensors.sets.platform import PlatformErrors, draw_platform
 from sinssim.sensors.sets.single_sensors import draw_single_sensors
@@ -28,6 +28,8 @@ class TrueErrors:
         accelerometers: errors of the six single accelerometers in threes, for a set that has them.
         attitude_sensor: errors of the attitude sensor, for a set that has one.
         single_sensors: errors of the single sensors in threes, for a redundant set.
+        single_calibrations: calibration values of these errors; empty without a calibration.
+        left: the [imu] section with the 1σ that [compensation] leaves, by which a redundant set is monitored.
         platform: errors of the torquers and of the gimbals' pick-offs, for a platform.
         encoders: errors of the encoders, for a block that turns.
     """
@@ -37,6 +39,8 @@ class TrueErrors:
     accelerometers: tuple[TriadErrors, ...] = ()
     attitude_sensor: AttitudeSensorErrors | None = None
     single_sensors: tuple[ImuErrors, ...] = ()
+    single_calibrations: tuple[ImuErrors, ...] = ()
+    left: ImuSection | None = None
     platform: PlatformErrors | None = None
     encoders: EncoderErrors | None = None
 
@@ -57,7 +61,11 @@ def draw_true_errors(section: ImuSection, seed: int = 0, compensation: Compensat
     """
     if isinstance(section.sensor_set, Redundant):
         blocks = draw_single_sensors(section, len(section.sensor_set.axes), seed)
-        return TrueErrors(blocks[0], single_sensors=blocks)
+        if compensation is None:
+            return TrueErrors(blocks[0], single_sensors=blocks)
+        known = tuple(draw_calibration(one, compensation, seed + k * APART) for k, one in enumerate(blocks))
+        left = after_compensation(section, compensation)
+        return TrueErrors(blocks[0], single_sensors=blocks, single_calibrations=known, left=left)
     imu = draw(section, seed)
     return TrueErrors(
         imu,

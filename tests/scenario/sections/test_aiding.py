@@ -146,7 +146,7 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
         (TEXT[: TEXT.index("[aiding.gnss]")] + TEXT[TEXT.index("[filter]") :], "[filter] needs an aiding sensor"),
         (
             TEXT + '\n[imu.sensor_set]\ntype = "accelerometers"\narm_m = 1.0\n',
-            "[filter] needs three gyros and three accel",
+            "[filter] needs gyros and accelerometers",
         ),
         (
             TEXT[: TEXT.index("[aiding.gnss]")] + "[aiding]\n" + TEXT[TEXT.index("[filter]") :],

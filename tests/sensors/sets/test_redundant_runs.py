@@ -226,10 +226,19 @@ def test_what_is_refused(sensor_set: dict[str, Any], imu: dict[str, Any], messag
         load_scenario(str(file))
 
 
-@pytest.mark.parametrize(("key", "table"), [("filter", {}), ("compensation", {"gyro_bias_sigma_deg_h": 0.1})])
-def test_what_needs_another_set(key: str, table: dict[str, Any]) -> None:
-    more = {key: table, **({"aiding": {"gnss": {}}} if key == "filter" else {})}
-    with pytest.raises(ValueError, match=r'three gyros and three accelerometers.*"redundant" is another set'):
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"filter": {"backward": True}, "aiding": {"gnss": {}}}, r"filter\.backward is not possible with a redundant"),
+        ({"filter": {"vibration_noise": 0.4}, "aiding": {"gnss": {}}}, r"filter\.vibration_noise is not possible with"),
+        (
+            {"compensation": {"gyro_bias_deg_h": (0.1, 0.0, 0.0), "gyro_bias_sigma_deg_h": 0.1}},
+            r"compensation\.gyro_bias_deg_h is a value for a block of two triads.*_sigma_",
+        ),
+    ],
+)
+def test_what_needs_another_set(more: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         scenario({}, **more)
 
 

@@ -177,7 +177,7 @@ def test_streams(tmp_path: Path, kind: dict[str, Any], navigation: dict[str, Any
             {"imu": {"sensor_set": ATTITUDE}, "navigation": {**BY_ATTITUDE, "rates_hz": [100.0, 50.0, 10.0]}},
             "navigation.rates_hz: navigation with a measured attitude cannot run at three rates",
         ),
-        ({"imu": {"sensor_set": SIX}, "compensation": {}}, "[compensation] is for three gyros"),
+        ({"imu": {"sensor_set": SIX}, "compensation": {}}, "[compensation] needs gyros and accelerometers"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_said_when_the_scenario_is_loaded(tmp_path: Path, tables: dict[str, Any], said: str) -> None:

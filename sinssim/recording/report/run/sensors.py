@@ -92,14 +92,16 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         numbered = isinstance(section.sensor_set, Redundant)
         yield f"<p>Faults: {'; '.join(_fault(fault, numbered) for fault in section.faults)}.</p>"
     if scenario.compensation is not None:
-        assert true.calibration is not None
-        left = imperfect_calibration(errors, true.calibration)  # known errors: true errors minus remaining errors
-        none, known = find_grade("ideal"), scenario.compensation.uncertainties()
         yield "<h3>Residual errors after calibration</h3><p>Errors that the compensation does not remove.</p>"
-        yield _pair(
-            _table(left.gyro, none.gyro, known, "gyro"),
-            _table(left.accel, none.accel, known, "accel"),
-        )
+        # known errors: true errors minus remaining errors
+        if true.calibration is not None:
+            left = imperfect_calibration(errors, true.calibration)
+            none, known = find_grade("ideal"), scenario.compensation.uncertainties()
+            yield _pair(_table(left.gyro, none.gyro, known, "gyro"), _table(left.accel, none.accel, known, "accel"))
+        elif true.left is not None:
+            both = zip(true.single_sensors, true.single_calibrations, strict=True)
+            blocks = tuple(imperfect_calibration(*one) for one in both)
+            yield from (single_errors(blocks, true.left, kind) for kind in ("gyro", "accel"))
     if any(kind.error.any() for kind in kinds):
         strapped = " of the same sensors strapped down" if true.platform is not None else ""
         yield f"<h3>Errors of the measurements{strapped}</h3>"

@@ -1,0 +1,141 @@
+"""Errors of the increments that a redundant set gives after the least-squares combination.
+
+The combination of the readings y_i of m single sensors is x̂ = G y with G = (HᵀWH)⁻¹HᵀW, where W has 1 for a sensor in
+use and 0 for an excluded one (`sinssim.sensors.sets.geometry`). Sensor i has the bias b_i, the scale-factor error k_i,
+the tilts M_ij of its sensitive axis h_i towards the two axes a_ij perpendicular to it, and the noise n_i. The error of
+x̂ is that of a triad with
+
+    (1) bias G b,    noise G n,    matrix E = Σ_i g_i (k_i h_i + Σ_j M_ij a_ij)ᵀ,
+
+where g_i is column i of G. The diagonal of E is the scale-factor error, and its other elements are the misalignment. If
+all sensors have the same 1σ, the covariances are
+
+    (2) σ_b² P,  P = G Gᵀ = (HᵀWH)⁻¹,    cov(vec E) = σ_k² S Sᵀ + σ_M² T Tᵀ
+
+with the columns of S and T from (1). P = (3/m) I if HᵀH = (m/3) I, as for every predefined set. The bias after the
+exclusion of a sensor differs from the bias before by (G' − G) b. As G'H = I, this change has the covariance
+σ_b² (P' − P) and is independent of the bias before it: G (G' − G)ᵀ = (HᵀH)⁻¹ (G'H − GH)ᵀ = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.sets.accelerometers import axes_about
+from sinssim.sensors.sets.geometry import estimator
+
+LIKE_BIAS = ("bias", "bias_temperature", "ramp")
+"""Errors that are combined by G, as the bias."""
+
+_NOISES = ("random_walk", "quantum", "instability", "rate_walk", "flicker")
+_BENT = ("asymmetry", "quadratic", "cubic", "cross_axis", "scale_temperature")
+
+
+def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
+    """Return the effects of the single sensors' errors on the combination, (1).
+
+    Args:
+        directions: sensitive axes, (m, 3).
+        used: which sensors are in use, (m,); default: all.
+
+    Returns:
+        By field of `TriadErrors`: of the biases (3, m); of scale factors (9, m), misalignments (9, 2m) and
+        g-sensitivities (9, 3m) on a matrix, row by row.
+    """
+    gain = estimator(directions, None if used is None else np.asarray(used, dtype=np.float64))
+    blocks = np.stack([axes_about(row, i % 3) for i, row in enumerate(directions)])
+    across = np.stack([np.delete(block, i % 3, axis=0) for i, block in enumerate(blocks)])
+    return {
+        **dict.fromkeys(LIKE_BIAS, gain),
+        "scale": np.einsum("ai,ib->abi", gain, directions).reshape(9, -1),
+        "misalignment": np.einsum("ai,ikb->abik", gain, across).reshape(9, -1),
+        "g_sensitivity": np.einsum("ai,ikb->abik", gain, blocks).reshape(9, -1),
+    }
+
+
+def spread(directions: Array, used: Array | None = None) -> Array:
+    """Return P of (2), the covariance of the combination for errors of unit variance, (3, 3).
+
+    Args:
+        directions: sensitive axes, (m, 3).
+        used: which sensors are in use, (m,); default: all.
+    """
+    gain = maps(directions, used)["bias"]
+    return np.asarray(gain @ gain.T)
+
+
+def combined_errors(
+    blocks: Sequence[ImuErrors], directions: Array, used: tuple[Array, Array] | None = None
+) -> ImuErrors:
+    """Return the errors of the triad that the combination is, (1).
+
+    Args:
+        blocks: errors of the single sensors in threes, as of `draw_single_sensors`.
+        directions: sensitive axes, (m, 3).
+        used: which gyros and which accelerometers are in use, (m,) each; default: all.
+
+    Returns:
+        Biases, scale factors, misalignments and g-sensitivities; noises and non-linear errors are not included.
+    """
+
+    def triad(kind: Literal["gyro", "accel"], own: Array | None) -> TriadErrors:
+        by_field = maps(directions, own)
+
+        def combined(field: str) -> Array:
+            return np.asarray(by_field[field] @ _of_sensors(blocks, kind, field, len(directions)).ravel())
+
+        matrix = (combined("scale") + combined("misalignment")).reshape(3, 3)
+        scale, felt = matrix.diagonal().copy(), combined("g_sensitivity").reshape(3, 3)
+        fields = {field: combined(field) for field in LIKE_BIAS}
+        return TriadErrors(**fields, scale=scale, misalignment=matrix - np.diag(scale), g_sensitivity=felt)
+
+    gyros, accels = (None, None) if used is None else used
+    return ImuErrors(triad("gyro", gyros), triad("accel", accels), warm_up=blocks[0].warm_up)
+
+
+def _of_sensors(blocks: Sequence[ImuErrors], kind: str, field: str, count: int) -> Array:
+    """Return one error of all single sensors, (m, 1), (m, 2) across the axis, or (m, 3) along the block's axes."""
+    rows = []
+    for i in range(count):
+        own, axis = getattr(getattr(blocks[i // 3], kind), field)[i % 3], i % 3
+        rows.append(np.delete(own, axis) if field == "misalignment" else np.atleast_1d(own))
+    return np.array(rows)
+
+
+def combined_sigma(sigma: ImuErrors, section: ImuSection) -> ImuErrors:
+    """Return the standard deviations of the combination from those of a single sensor, (2).
+
+    Args:
+        sigma: standard deviations of a triad's errors, equal for all sensors of a kind.
+        section: the [imu] section of a scenario.
+
+    Returns:
+        Those of the combination if the set is redundant, else the given ones. Noises, which have one number for the
+        three axes, are multiplied by √(tr P/3), and non-linear errors by the root of the diagonal of P.
+    """
+    if not isinstance(section.sensor_set, Redundant):
+        return sigma
+    by_field = maps(section.sensor_set.axes)
+    sizes = {field: np.linalg.norm(columns, axis=1) for field, columns in by_field.items()}
+    mean = float(np.sqrt(np.mean(sizes["bias"] ** 2)))
+
+    def triad(own: TriadErrors) -> TriadErrors:
+        scale, tilt = float(np.max(own.scale)), float(np.max(own.misalignment))
+        matrix = np.hypot(scale * sizes["scale"], tilt * sizes["misalignment"]).reshape(3, 3)
+        diagonal = matrix.diagonal().copy()
+        along = {field: sizes["bias"] * getattr(own, field) for field in LIKE_BIAS}
+        bent = {field: mean * getattr(own, field) for field in (*_NOISES, *_BENT)}
+        felt = float(np.max(own.g_sensitivity)) * sizes["g_sensitivity"].reshape(3, 3)
+        return replace(
+            own, **along, **bent, scale=diagonal, misalignment=matrix - np.diag(diagonal), g_sensitivity=felt
+        )
+
+    return replace(sigma, gyro=triad(sigma.gyro), accel=triad(sigma.accel))

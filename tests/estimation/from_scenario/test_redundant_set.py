@@ -1,0 +1,174 @@
+"""The filter on a redundant set: noise of the combination, exclusions, alignment, consistency over runs."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.alignment.budget import expected_errors
+from sinssim.data import Array
+from sinssim.ensembles import run_seed
+from sinssim.estimation.from_scenario.filter_model import filter_model
+from sinssim.estimation.from_scenario.redundant_set import noise_of_combination
+from sinssim.estimation.from_scenario.true_parameters import InertialParameters
+from sinssim.scenario import Scenario
+from sinssim.sensors.sets.combination import spread
+from sinssim.sensors.sets.geometry import READY
+from sinssim.simulation.result import Run
+from sinssim.statistics.chi_square import mean_square_band
+from tests.error_budget.worlds import SHORT_TURN
+from tests.sensors.sets.test_combination import SKEWED
+
+STEP = {"type": "bias-step", "from_s": 20.0, "gyro_deg_h": (0.0, 0.0, 3000.0, 0.0, 0.0, 0.0)}
+SPIKE = {"type": "spike", "at_s": 30.0, "accel_mm_s": (0.0, 0.0, 0.0, 0.0, 20.0, 0.0)}
+"""Found in the next sample, with hardly any effect before."""
+
+
+def scenario(sensor_set: dict[str, Any] | None, **more: Any) -> Scenario:
+    imu = {"grade": "tactical", "rate_hz": 20.0, **more.pop("imu", {})}
+    if sensor_set is not None:
+        imu["sensor_set"] = {"type": "redundant", "windows_s": (1.0,), **sensor_set}
+    return Scenario.model_validate(
+        {
+            "name": "redundant", "motion": SHORT_TURN, "imu": imu,
+            "navigation": {"initial_error": {"velocity_sigma_mps": 0.05, "tilt_sigma_arcmin": 3.0,
+                                             "heading_sigma_arcmin": 10.0}},
+            "aiding": {"gnss": {}}, "filter": {"rate_hz": 5.0, "diagnose": False}, **more,
+        }
+    )  # fmt: skip
+
+
+def test_noise_of_the_filter_is_smaller_by_the_root_of_3_over_n() -> None:
+    states = {"filter": {"states": ("gyro bias", "accelerometer bias")}}
+    one, six = (filter_model(scenario(own, **states)) for own in (None, {}))
+    factor = np.sqrt(0.5)
+    assert six.gyro_noise == pytest.approx(factor * one.gyro_noise, rel=1e-12)
+    assert six.accel_noise == pytest.approx(factor * one.accel_noise, rel=1e-12)
+    assert six.sigma[9:15] == pytest.approx(factor * one.sigma[9:15], rel=1e-12)
+    assert six.covariance == pytest.approx(np.diag(six.sigma**2), abs=1e-12 * six.sigma[12] ** 2)
+    assert noise_of_combination(six, scenario({}), (), np.arange(5.0)) is None
+
+
+def test_noise_without_symmetry_has_the_covariance_of_least_squares() -> None:
+    plan = scenario({"directions": SKEWED}, filter={"states": ("gyro bias", "accelerometer bias")})
+    model = filter_model(plan)
+    added = noise_of_combination(model, plan, (), np.arange(5.0))
+    assert added is not None
+    root = added.roots(np.zeros(1))[0, 0]
+    single = float(expected_errors(scenario(None).imu).sigma.gyro.random_walk)
+    h = np.array(SKEWED)
+    p = np.linalg.inv(h.T @ h)
+    assert model.gyro_noise**2 * np.eye(3) + root @ root.T == pytest.approx(
+        single**2 * p, rel=1e-9, abs=1e-12 * single**2
+    )
+    bias = float(expected_errors(scenario(None).imu).sigma.gyro.bias[0])
+    assert model.covariance[9:12, 9:12] == pytest.approx(bias**2 * p, rel=1e-9)
+
+
+@cache
+def excluded() -> Run:
+    return sinssim.run(scenario({}, imu={"faults": (STEP, SPIKE)}))
+
+
+def test_exclusions_change_the_noise_and_the_biases() -> None:
+    run = excluded()
+    assert [one.excluded[0].sensor for one in run.readings.monitored] == [3, 5]
+    plan, axes = run.scenario, READY["dodecahedron"]
+    assert run.aided is not None
+    model = run.aided.estimate.model
+    added = noise_of_combination(model, plan, run.readings.monitored, run.measured.time)
+    assert added is not None
+    used = np.arange(6) != 2
+    increase = spread(axes, used) - spread(axes)
+    assert np.linalg.matrix_rank(increase, tol=1e-9) == 1  # one sensor less
+    roots = added.roots(np.array([10.0, 25.0, 35.0]))
+    assert not roots[0].any()
+    assert roots[1, 0] @ roots[1, 0].T == pytest.approx(2.0 * model.gyro_noise**2 * increase, abs=1e-20)
+    assert not roots[1, 1].any()
+    assert roots[2, 1].any()
+    jump = next(change for change in added.changes if change.block == "gyro bias")
+    sigma = float(expected_errors(scenario(None).imu).sigma.gyro.bias[0])
+    assert jump.time == pytest.approx(20.05, abs=0.11)
+    assert jump.jump == pytest.approx(sigma**2 * increase, rel=1e-6, abs=1e-9 * sigma**2)
+
+
+def test_true_parameters_follow_the_combination() -> None:
+    """The true biases are what the readings of sensors with biases alone show, before and after the exclusions."""
+    biases = {"gyro_bias_sigma_deg_h": 5.0, "accel_bias_sigma_ug": 500.0}
+    run = sinssim.run(scenario({}, imu={"grade": "ideal", "faults": (STEP, SPIKE), **biases}))
+    used = run.readings.monitored[0].used, run.readings.monitored[1].used
+    edges = run.measured.time
+    true = InertialParameters(run.true_errors, edges, run.scenario.seed, run.scenario.imu.sensor_set, used)
+    samples = np.array([100, 300, 500, 900])
+    (found,) = true.at(edges[samples + 1])
+    for block, measured, ideal in (
+        ("gyro bias", run.measured.dtheta, run.ideal.dtheta),
+        ("accelerometer bias", run.measured.dvel, run.ideal.dvel),
+    ):
+        error = (measured - ideal)[samples] / 0.05
+        assert found[block] == pytest.approx(error, abs=1e-6 * np.abs(error).max())
+        assert np.ptp(found[block], axis=0).max() > 0.05 * np.abs(error).max()
+
+
+def _nees(runs: list[Run], time: float) -> Array:
+    found = []
+    for run in runs:
+        assert run.aided is not None
+        estimate = run.aided.estimate
+        row = int(np.searchsorted(estimate.time[estimate.rows], time))
+        error = run.aided.state_errors_at(estimate.rows[row : row + 1])[0]
+        known = np.flatnonzero(estimate.covariance[row].diagonal() > 0.0)
+        p = estimate.covariance[row][np.ix_(known, known)]
+        found.append(error[known] @ np.linalg.solve(p, error[known]) / len(known))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("sensor_set", "imu"),
+    [({}, {"faults": (STEP, SPIKE)}), ({"directions": SKEWED, "monitoring": "none"}, {})],
+    ids=["exclusions", "skewed"],
+)
+def test_filter_is_consistent(sensor_set: dict[str, Any], imu: dict[str, Any]) -> None:
+    """NEES of all states over 12 runs at three times; fails by chance with 3 · 0.1 %."""
+    calibrated = {"gyro_bias_sigma_deg_h": 2.0, "gyro_scale_sigma_ppm": 2000.0, "gyro_misalignment_sigma_arcsec": 400.0}
+    plan = scenario(sensor_set, imu=imu, compensation=calibrated)
+    runs = [sinssim.run(plan.model_copy(update={"seed": run_seed(5, i)})) for i in range(12)]
+    freedom = 12 * runs[0].aided.estimate.model.size
+    band = mean_square_band(freedom, 0.999)
+    for time in (15.0, 27.0, 49.0):
+        assert band.low < np.mean(_nees(runs, time)) < band.high, time
+
+
+@pytest.mark.parametrize("by", ["filter", "navigation"])
+def test_alignment_at_rest(by: str) -> None:
+    """Ten minutes: the error of the heading is that of the combined gyros, σ/(U cos φ), for each of 12 runs."""
+    parked = {
+        "latitude_deg": 50.0,
+        "longitude_deg": 14.5,
+        "altitude_m": 300.0,
+        "heading_deg": 30.0,
+        "duration_s": 130.0,
+    }
+    imu = {"grade": "laser-standard", "rate_hz": 20.0, "gyro_arw_deg_sqrt_h": 0.0,
+           "sensor_set": {"type": "redundant", "windows_s": (1.0,)}}  # fmt: skip
+    align: dict[str, Any] = (
+        {"filter": {"alignment_s": 120.0, "diagnose": False}, "aiding": {"zero_velocity": {}}}
+        if by == "filter"
+        else {"navigation": {"alignment": {"duration_s": 120.0}}}
+    )
+    plan = Scenario.model_validate({"name": "aligned", "parked": parked, "imu": imu, **align})
+    errors = []
+    for i in range(12):
+        run = sinssim.run(plan.model_copy(update={"seed": run_seed(5, i)}))
+        if by == "filter":
+            assert run.aided is not None
+            errors.append(run.aided.error_at(np.zeros(1, np.intp)).attitude[0, 2])
+        else:
+            errors.append(run.errors["quaternion"].attitude[0, 2])
+    sigma = expected_errors(plan.imu).sigma.gyro.bias[0] / (7.292115e-5 * np.cos(np.radians(50.0)))
+    band = mean_square_band(12, 0.999)
+    assert band.low < np.mean(np.square(errors)) / sigma**2 < band.high
