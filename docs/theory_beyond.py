@@ -88,8 +88,8 @@ BEYOND = (
     ),
     Row(
         "",
-        "Errors of the combination: bias G b, matrix Σ g_i (k_i h_i + Σ M_ij a_ij)ᵀ, covariance σ² P, P = G Gᵀ; change of "
-        "the bias at an exclusion: σ² (P′ − P)",
+        "Errors of the combination: bias G b, matrix Σ g_i (k_i h_i + Σ M_ij a_ij)ᵀ, covariance σ² P, P = G Gᵀ; change "
+        "of the bias at an exclusion: σ² (P′ − P)",
         ("sensors.sets.combination.combined_errors", "estimation.from_scenario.redundant_set.noise_of_combination"),
         (
             "sensors/sets/test_combination.py::test_combination_has_the_errors_of_the_triad",
