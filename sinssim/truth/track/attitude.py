@@ -2,7 +2,10 @@
 
 The heading is the direction of the horizontal velocity while the vehicle moves. At a standstill it is the last heading;
 near its end it goes over to the course of the motion that follows. A standstill begins below half the vehicle's speed
-of standstill and ends at that speed, so that noise about one limit does not switch it on and off. The pitch is held in
+of standstill and ends at that speed, so that noise about one limit does not switch it on and off. The positions of a
+receiver at rest wander faster than that, but they stay where they are: a noisy track stands wherever it gets on, over 10
+to 40 s, by less than half the speed of standstill. The heading is then that of the mean motion of the five seconds
+before, and after, the standstill, because the course at its edges is mostly noise. The pitch is held in
 the same way below five times these speeds, because the slope of a slow path is mostly noise; it is the mean slope of
 the five seconds before, and after, a standstill. Directions are unit vectors in Earth-fixed axes, which no pole and no
 meridian disturbs; a held one is carried along parallel to itself.
@@ -34,6 +37,12 @@ _SLOPE = 5.0
 """Speed from which the pitch follows the climb, in speeds of standstill."""
 _MEAN = 5.0
 """Time before and after a standstill over which the slope is averaged, s."""
+_GRID = 0.5
+"""Interval at which a noisy track is searched for standstills, s."""
+_WINDOWS = (10.0, 20.0, 40.0)
+"""Times over which the progress of a noisy track is measured, s."""
+_EARTH = 6.371e6
+"""Radius of the Earth, m; distances at a standstill need no better one."""
 _SHARP = float(np.cos(0.3))
 """Cosine of a turn of the course between two knots that is a reversal."""
 _ROUNDS = 20
@@ -71,6 +80,7 @@ def attitude_from_motion(
     pitch: Pitch | None = None,
     standstill: float | None = None,
     heading: float = 0.0,
+    noisy: bool = False,
 ) -> Attitude:
     """Return the attitude of a vehicle along its path.
 
@@ -84,6 +94,7 @@ def attitude_from_motion(
         pitch: "slope" or "flat"; that of the vehicle if not given.
         standstill: speed of standstill, m/s; that of the vehicle if not given.
         heading: heading of a vehicle that never moves, rad.
+        noisy: whether the path is that of noisy samples, which wander at rest.
 
     Returns:
         The attitude.
@@ -93,7 +104,10 @@ def attitude_from_motion(
     speed = np.linalg.norm(horizontal, axis=1)
     limit = vehicle.standstill if standstill is None else standstill
     course = horizontal / np.maximum(speed, 1e-12)[:, None]
-    spans = _standstills(speed, limit, _reversals(course))
+    still = _reversals(course)
+    if noisy:
+        still |= _wanders(time, up, limit)
+    spans = _standstills(speed, limit, still)
     sloping = (pitch or vehicle.pitch) == "slope"
     slope = np.arctan2(climb, speed) if sloping else np.zeros(len(time))
     if spans and spans[0] == _Span(0, len(time)):
@@ -102,7 +116,8 @@ def attitude_from_motion(
         spans = _wide_enough(time, course, up, spans, vehicle.spot_turn)
         ahead = course.copy()
         for span in spans:
-            _hold(time, ahead, course, up, span, vehicle.spot_turn)
+            before, after = _mean_courses(time, horizontal, course, up, span) if noisy else (0.0, 0.0)
+            _hold(time, ahead, course, up, span, vehicle.spot_turn, before, after)
     nose = slope.copy()
     for span in _standstills(speed, _SLOPE * limit) if sloping else ():
         _hold_pitch(time, nose, climb, speed, span)
@@ -128,11 +143,57 @@ def _reversals(course: Array) -> NDArray[np.bool_]:
     return np.asarray(np.append(sharp, False) | np.insert(sharp, 0, False))
 
 
-def _standstills(speed: Array, limit: float, reversals: NDArray[np.bool_] | None = None) -> list[_Span]:
-    """Return where the vehicle stands: below half the limit or at a reversal, until the limit is reached."""
+def _wanders(time: Array, up: Array, limit: float) -> NDArray[np.bool_]:
+    """Return the knots of a noisy path at which it stays within half the limit times one of `_WINDOWS`, (K,).
+
+    At both ends, the path stands only within the distances that it has while it stands for certain.
+    """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    grid = np.arange(time[0], time[-1], _GRID)
+    place = _EARTH * np.stack([np.interp(grid, time, axis) for axis in up.T])
+    still = np.zeros(len(grid), bool)
+    for length in _WINDOWS:
+        half = round(0.5 * length / _GRID)
+        if 2 * half >= len(grid):
+            break
+        size = maximum_filter1d(place, 2 * half + 1, axis=1) - minimum_filter1d(place, 2 * half + 1, axis=1)
+        within = np.linalg.norm(size, axis=0) < 0.5 * limit * length
+        within[:half] = within[len(grid) - half :] = False
+        still |= maximum_filter1d(within, 2 * half + 1)
+    found = np.zeros(len(time), bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]])))
+    longest = round(_WINDOWS[-1] / _GRID)
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        begin = _inside(place[:, first : min(last, first + longest)])[0] if first else 0
+        end = _inside(place[:, max(first, last - longest) : last][:, ::-1])[0] if last < len(grid) else 0
+        found |= (time >= grid[first + begin]) & (time <= (grid[last - 1 - end] if last < len(grid) else time[-1]))
+    return found
+
+
+def _inside(place: Array) -> NDArray[np.intp]:
+    """Return the rows within two median distances of the middle of places, (3, N)."""
+    away = np.linalg.norm(place - np.median(place, axis=1)[:, None], axis=0)
+    return np.flatnonzero(away <= 2.0 * np.median(away))
+
+
+def _mean_courses(time: Array, velocity: Array, course: Array, up: Array, span: _Span) -> tuple[float, float]:
+    """Return the angles from the course at both edges of a standstill to the mean course beyond it, rad."""
+    found = []
+    for edge, rows in (
+        (span.first - 1, slice(int(np.searchsorted(time, time[max(span.first - 1, 0)] - _MEAN)), span.first)),
+        (span.last, slice(span.last, int(np.searchsorted(time, time[min(span.last, len(time) - 1)] + _MEAN)) + 1)),
+    ):
+        inside = 0 <= edge < len(time)
+        found.append(_turn(course[edge], velocity[rows].mean(axis=0), up[edge]) if inside else 0.0)
+    return found[0], found[1]
+
+
+def _standstills(speed: Array, limit: float, still: NDArray[np.bool_] | None = None) -> list[_Span]:
+    """Return where the vehicle stands: below half the limit or where it is known to, until the limit is reached."""
     slow = speed < 0.5 * limit
-    if reversals is not None:
-        slow = slow | reversals
+    if still is not None:
+        slow = slow | still
     moves = np.where(slow, -1, np.where(speed >= limit, 1, 0))
     known = np.flatnonzero(moves)
     if not len(known):
@@ -173,8 +234,13 @@ def _duration(turn: float, rate: float) -> float:
     return 15.0 / 8.0 * turn / rate
 
 
-def _hold(time: Array, ahead: Array, course: Array, up: Array, span: _Span, most: float) -> None:
-    """Fill in the heading of a standstill: hold the course before it, then go over to the course after it."""
+def _hold(
+    time: Array, ahead: Array, course: Array, up: Array, span: _Span, most: float, mean_before: float, mean_after: float
+) -> None:
+    """Fill in the heading of a standstill: hold the course before it, then go over to the course after it.
+
+    The courses are those at the edges, turned by the angles to the mean courses beyond them.
+    """
     first, last = span
     rows, before, after = slice(first, last), first > 0, last < len(time)
     origin = first - 1 if before else last
@@ -184,12 +250,15 @@ def _hold(time: Array, ahead: Array, course: Array, up: Array, span: _Span, most
     if before and first > 1:
         rate = _change(course, up, first - 2) / (time[first - 1] - time[first - 2])
         turn_out = np.clip(rate, -most, most) * _ease(time[rows] - time[first - 1])
+    if before:
+        turn_out = turn_out + mean_before * _smooth((time[rows] - time[first - 1]) / _GO_OVER)
     if after:
         change = _turn(_carried(course[origin], up[origin], up[last]), course[last], up[last])
         turn_in = np.full(last - first, change)
         if last + 1 < len(time):
             rate = _change(course, up, last) / (time[last + 1] - time[last])
             turn_in = turn_in - np.clip(rate, -most, most) * _ease(time[last] - time[rows])
+        turn_in = turn_in + mean_after * _smooth((time[last] - time[rows]) / _GO_OVER)
     share = _share(time, span, max(_GO_OVER, _duration(abs(change), most)))
     angle = (1.0 - share) * turn_out + share * turn_in
     ahead[rows] = base * np.cos(angle)[:, None] + np.cross(base, up[rows]) * np.sin(angle)[:, None]

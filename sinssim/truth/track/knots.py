@@ -192,6 +192,7 @@ def _with_attitude(
             pitch=options.pitch,
             standstill=options.standstill,
             heading=options.heading,
+            noisy=tau[0] > 0.0,
         )
         cosine = np.abs(np.einsum("ij,ij->i", q[1:], q[:-1]))
         if cosine.min() < _TURN:

@@ -55,6 +55,43 @@ def test_noise_at_rest_does_not_spin_the_heading() -> None:
     assert np.ptp(heading(track, t)) < 1e-3
 
 
+@pytest.mark.parametrize(("sigma", "correlation_s"), [(1.5, 0.0), (3.0, 5.0), (3.0, 30.0)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_noisy_track_has_the_heading_of_its_motion_at_rest(sigma: float, correlation_s: float, seed: int) -> None:
+    """A minute at rest, a drive with the heading 30°, another minute at rest in its middle; fixes at 1 Hz that wander.
+
+    The heading at rest is that of the first 5 s of motion, about 20 m, so that it is off by σ·√2/20 m (1σ), 12° for
+    3 m. The positions move at up to 3 m/s at rest, where the attitude must not turn.
+    """
+    t = np.arange(0.0, 281.0)
+    speed = 1.5 * np.clip(np.minimum(t - 60.0, np.maximum(118.0 - t, t - 178.0)), 0.0, 8.0)
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]))])
+    noise = np.random.default_rng(seed).standard_normal((2, len(t)))
+    if correlation_s:
+        kept = np.exp(-1.0 / correlation_s)
+        noise[:, 1:] *= np.sqrt(1.0 - kept**2)
+        for k in range(1, len(t)):
+            noise[:, k] += kept * noise[:, k - 1]
+    north, east = way * np.cos(30.0 * DEG) + sigma * noise[0], way * np.sin(30.0 * DEG) + sigma * noise[1]
+    track = from_samples(t, *place(north, east), 0.0 * t, vehicle="land")
+    for begin, end in ((0.0, 55.0), (124.0, 170.0)):
+        inside = np.linspace(begin + 0.1, end, 400)
+        assert np.ptp(heading(track, inside)) < 1e-3
+        assert np.degrees(heading(track, inside)) % 360.0 == pytest.approx(30.0, abs=3.0 * np.degrees(sigma / 14.0))
+    moving = np.linspace(70.0, 110.0, 300)
+    assert np.degrees(heading(track, moving)) == pytest.approx(30.0, abs=25.0)
+
+
+def test_a_slow_circle_without_noise_keeps_its_course() -> None:
+    """A radius of 3 m at 1.2 m/s stays within 6 m for as long as it lasts; it is no standstill."""
+    t = np.arange(0.0, 60.0, 0.25)
+    angle = 0.4 * t
+    track = from_samples(t, *place(3.0 * np.sin(angle), 3.0 * (1.0 - np.cos(angle))), 0.0 * t, vehicle="land")
+    assert track.fit.standing == 0.0
+    at = np.linspace(5.0, 55.0, 200)
+    assert np.abs(heading(track, at) - 0.4 * at).max() < 0.02
+
+
 def test_a_vehicle_that_never_moves_has_the_given_heading() -> None:
     t = np.arange(0.0, 60.0)
     track = from_samples(t, 0.8 + 0.0 * t, 0.2 + 0.0 * t, 100.0 + 0.0 * t, heading=1.0)
