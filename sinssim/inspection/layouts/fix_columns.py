@@ -17,8 +17,8 @@ from sinssim.data import Array
 from sinssim.inspection.layouts.inertial import is_unix
 from sinssim.inspection.layouts.names import triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
-from sinssim.inspection.layouts.time_column import epoch_unit, says_other, says_time
-from sinssim.logs.text.description import TIME_UNITS, unit_in_name
+from sinssim.inspection.layouts.time_column import says_other, says_time
+from sinssim.logs.text.description import TIME_UNITS, epoch_unit, unit_in_name
 from sinssim.logs.text.fix_description import UNITS_OF
 
 _END = r"(?:$|[\W_])"

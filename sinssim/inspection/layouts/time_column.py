@@ -6,20 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.inspection.layouts.names import UNIT_WORDS, says, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
-from sinssim.logs.text.description import TIME_UNITS, unit_in_name
+from sinssim.logs.text.description import TIME_UNITS, epoch_unit, unit_in_name
 
 _RATES = (1.0, 10_000.0)
 """Samples a second of inertial sensors, from slow recorders to raw outputs."""
 _USUAL = 200.0
 """Samples a second in the middle of those of users' units, 50 to 1000."""
-_EPOCH = (1.0e9, 2.2e9)
-"""Seconds since 1970 of the years 2001 to 2039."""
-_EPOCH_STEPS = (1e-5, 1e3)
-"""Intervals of any logger, s: counters since the start of a computer that look like dates have others."""
 _CLEAR = 1.2
 """Least difference of the evidence for two units, in decades of the rate, with which the first one is taken."""
 _TIME_WORDS = r"time|stamp|^t$|^t[_\W]|(?:^|[\W_])sec(?:$|[\W_]|ond)|tow|sow|epoch|utc|clock|millis|micros|nanos"
@@ -40,24 +35,6 @@ def says_other(word: str) -> bool:
     if says(word, r"time|stamp|utc|tow|sow|epoch|millis|micros|nanos"):
         return False
     return says(word, _OTHER_WORDS) or unit_of(word, tuple(UNIT_WORDS)) is not None
-
-
-def epoch_unit(column: Array, interval: float) -> str | None:
-    """Return the unit in which stamps are dates since 1970.
-
-    Args:
-        column: stamps, (N,).
-        interval: usual interval, in the same unit.
-
-    Returns:
-        The unit; None if they are no such dates.
-    """
-    for unit, scale in TIME_UNITS.items():
-        first, last = (float(column[k]) * scale for k in (0, -1))
-        if _EPOCH[0] < first < _EPOCH[1] and _EPOCH[0] < last < _EPOCH[1] and unit != "100us":
-            low, high = _EPOCH_STEPS
-            return unit if low <= interval * scale <= high else None
-    return None
 
 
 def time_column(table: TextTable) -> tuple[int, str, float]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,25 +14,33 @@ from sinssim.errors import InputError, shortened
 from sinssim.logs.formats import columns
 from sinssim.logs.streams import Clock, HeightDatum, SolutionStream, Streams
 from sinssim.logs.text.cut_rows import cut_rows
+from sinssim.logs.text.description import TIME_UNITS, epoch_unit
 from sinssim.logs.utc import gps_seconds
-from sinssim.units import DEG
+from sinssim.units import DEG, FOOT
 
-_TIMES = ("time_s", "time", "t", "time_utc", "timestamp")
-_PLACES: dict[str, dict[str, float]] = {
-    "latitude": {"latitude_deg": DEG, "latitude_rad": 1.0, "latitude": DEG, "lat_deg": DEG, "lat_rad": 1.0, "lat": DEG},
-    "longitude": {
-        "longitude_deg": DEG, "longitude_rad": 1.0, "longitude": DEG, "lon_deg": DEG, "lon_rad": 1.0, "lon": DEG,
-        "lng": DEG,
-    },
-    "height": {"height_m": 1.0, "altitude_m": 1.0, "alt_m": 1.0, "height": 1.0, "altitude": 1.0, "alt": 1.0},
-    "roll": {"roll_deg": DEG, "roll_rad": 1.0},
-    "pitch": {"pitch_deg": DEG, "pitch_rad": 1.0},
-    "heading": {"heading_deg": DEG, "heading_rad": 1.0, "yaw_deg": DEG, "yaw_rad": 1.0},
+_STEMS = {
+    "time": ("time", "t", "time_utc", "timestamp"),
+    "latitude": ("latitude", "lat"),
+    "longitude": ("longitude", "lon", "lng", "long"),
+    "height": ("height", "altitude", "alt", "elevation", "ele", "hgt"),
+    "roll": ("roll",),
+    "pitch": ("pitch",),
+    "heading": ("heading", "yaw", "hdg"),
+}
+"""First parts of the names of columns; a unit follows."""
+_ANGLES = {"deg": DEG, "degree": DEG, "degrees": DEG, "°": DEG, "rad": 1.0, "radian": 1.0, "radians": 1.0}
+_LENGTHS = {
+    "m": 1.0, "meter": 1.0, "meters": 1.0, "metre": 1.0, "metres": 1.0, "km": 1e3, "ft": FOOT, "feet": FOOT,
+    "foot": FOOT,
 }  # fmt: skip
-"""Names of columns, and their unit in SI."""
+_UNITS = {name: _LENGTHS if name == "height" else TIME_UNITS if name == "time" else _ANGLES for name in _STEMS}
+"""Units in the names of columns, in SI."""
+_ATTITUDE = ("roll", "pitch", "heading")
 _QUATERNIONS = (("qw", "qx", "qy", "qz"), ("q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z"))
 _VELOCITIES = (("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), ("vn_mps", "ve_mps", "vd_mps"))
 _PARQUET = b"PAR1"
+_NAME = re.compile(r"(time_utc|[a-z]+)(?:_([a-z]+)|\s*[\[(]\s*([a-z°]+)\s*[\])])?")
+"""A quantity and its unit: altitude_ft, "Altitude [ft]", "Altitude (ft)"."""
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -47,7 +56,17 @@ def recognises(path: Path, head: bytes) -> bool:
         names = [name.strip() for name in line.split(_delimiter(line))]
     if not head.startswith(_PARQUET) and columns.recognises(path, head):
         return False  # which reads inertial readings and σ, too
-    return bool(set(names) & set(_PLACES["latitude"])) and bool(set(names) & set(_TIMES))
+    return {"time", "latitude"} <= {found[0] for name in names if (found := _quantity(name)) is not None}
+
+
+def _quantity(name: str) -> tuple[str, str] | None:
+    """Return which quantity a column holds by its name, and in what unit, "" if it gives none; None for others."""
+    match = _NAME.fullmatch(name.strip().lower())
+    if match is None:
+        return None
+    quantity = next((quantity for quantity, stems in _STEMS.items() if match[1] in stems), None)
+    unit = match[2] or match[3] or ""
+    return None if quantity is None or (unit and unit not in _UNITS[quantity]) else (quantity, unit)
 
 
 def read(path: Path) -> Streams:
@@ -55,7 +74,8 @@ def read(path: Path) -> Streams:
 
     The columns are a time (`time_s`, or `time` in seconds or ISO 8601), `latitude_deg`, `longitude_deg`, optionally
     `height_m`, the attitude (`roll_deg`, `pitch_deg`, `heading_deg`, or `qw`, `qx`, `qy`, `qz`), and a velocity
-    (`velocity_n_mps`, `velocity_e_mps`, `velocity_d_mps`). Angles may be in radians: `latitude_rad`.
+    (`velocity_n_mps`, `velocity_e_mps`, `velocity_d_mps`). Angles may be in radians: `latitude_rad`, heights in feet:
+    `altitude_ft`. A note names the columns that are not read.
 
     Args:
         path: the file.
@@ -69,13 +89,13 @@ def read(path: Path) -> Streams:
     notes: list[str] = []
     columns = _parquet(path) if path.read_bytes()[:4] == _PARQUET else _csv(path, notes)
     time, clock = _time(path, columns, notes)
-    found = {name: _column(path, columns, name) for name in _PLACES}
+    found = {name: _column(path, columns, name, notes) for name in _STEMS if name != "time"}
     for name in ("latitude", "longitude"):
         if found[name] is None:
             raise InputError(
-                f"{path} has no column {name}_deg; its columns are {', '.join(columns)}. Rename one of them."
+                f"{path} has no column {name}_deg; its columns are {_listed(columns)}. Rename one of them."
             )
-    given = [name for name in ("roll", "pitch", "heading") if found[name] is not None]
+    given = [name for name in _ATTITUDE if found[name] is not None]
     if given and len(given) < 3:
         raise InputError(
             f"{path} has {' and '.join(f'{name}_deg' for name in given)} but not the other angles of roll_deg, "
@@ -86,6 +106,10 @@ def read(path: Path) -> Streams:
     assert latitude is not None  # checked above
     assert longitude is not None
     datum: HeightDatum = "ellipsoid" if "height_m" in columns else "unknown"
+    used = {_time_column(columns), *sum((*_QUATERNIONS, *_VELOCITIES), ())}
+    used |= {n for n in columns if (of := _quantity(n)) is not None and of[0] in found and found[of[0]] is not None}
+    if rest := [name for name in columns if name not in used]:
+        notes.append(f"Columns that are not read: {_listed(rest)}.")
     solution = SolutionStream(
         time,
         latitude,
@@ -123,11 +147,27 @@ def _vectors(path: Path, columns: Columns, names: tuple[tuple[str, ...], ...]) -
     return None
 
 
-def _column(path: Path, columns: Columns, quantity: str) -> Array | None:
-    given = [name for name in _PLACES[quantity] if name in columns]
+def _column(path: Path, columns: Columns, quantity: str, notes: list[str]) -> Array | None:
+    given = [(name, found[1]) for name in columns if (found := _quantity(name)) is not None and found[0] == quantity]
     if len(given) > 1:
-        raise InputError(f"{path} has the columns {' and '.join(given)}: keep one of them.")
-    return _numbers(path, columns, given[0]) * _PLACES[quantity][given[0]] if given else None
+        raise InputError(f"{path} has the columns {' and '.join(name for name, _ in given)}: keep one of them.")
+    if not given:
+        return None
+    name, unit = given[0]
+    values = _numbers(path, columns, name)
+    if quantity in _ATTITUDE and not unit:
+        beyond = any(
+            float(np.nanmax(np.abs(_numbers(path, columns, other)), initial=0.0)) > 2.0 * np.pi
+            for other in columns
+            if (found := _quantity(other)) is not None and found[0] in _ATTITUDE and not found[1]
+        )
+        if not beyond:
+            notes.append(
+                f"The column {name} has no unit, and its numbers may be degrees or radians: name it {name}_deg or "
+                f"{name}_rad."
+            )
+            return None
+    return values * (_UNITS[quantity][unit] if unit else 1.0 if quantity == "height" else DEG)
 
 
 def _numbers(path: Path, columns: Columns, name: str) -> Array:
@@ -144,17 +184,27 @@ def _numbers(path: Path, columns: Columns, name: str) -> Array:
     return numbers
 
 
+def _time_column(columns: Columns) -> str | None:
+    """Return the column of the time, time_s before others; None if there is none."""
+    given = [name for name in columns if (found := _quantity(name)) is not None and found[0] == "time"]
+    return "time_s" if "time_s" in given else next(iter(given), None)
+
+
 def _time(path: Path, columns: Columns, notes: list[str]) -> tuple[Array, Clock]:
-    name = next((name for name in _TIMES if name in columns), None)
+    name = _time_column(columns)
     if name is None:
         raise InputError(
-            f"{path} has no column time_s; its columns are {', '.join(columns)}. A path without times is planned with "
+            f"{path} has no column time_s; its columns are {_listed(columns)}. A path without times is planned with "
             "[[track.waypoints]] and speeds."
         )
     values = columns[name]
     text = not isinstance(values, np.ndarray) and bool(values) and "-" in values[0].strip()[1:] and ":" in values[0]
     if not text:
-        return _numbers(path, columns, name), Clock("machine", None, f"seconds of the column {name}")
+        stamps = _numbers(path, columns, name)
+        unit = (_quantity(name) or ("", ""))[1]
+        if not unit and len(stamps) > 1:
+            unit = epoch_unit(stamps, float(np.median(np.diff(stamps)))) or "s"
+        return stamps * TIME_UNITS[unit or "s"], Clock("machine", None, f"{unit or 's'} of the column {name}")
     moments, zoned = np.empty(len(values)), True
     for row, word in enumerate(values):
         try:
@@ -166,6 +216,11 @@ def _time(path: Path, columns: Columns, notes: list[str]) -> tuple[Array, Clock]
     if not zoned:
         notes.append("Times without a time zone are taken as UTC.")
     return moments - origin, Clock("utc", origin, f"UTC of the column {name}")
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Return names of columns for a message."""
+    return shortened(", ".join(names), 300)
 
 
 def _is_line(line: str) -> bool:
@@ -189,7 +244,7 @@ def _csv(path: Path, notes: list[str]) -> dict[str, list[str]]:
     names = [name.strip() for name in next(rows)]
     columns: dict[str, list[str]] = {name: [] for name in names}
     if len(columns) < len(names):
-        raise InputError(f"{path} has two columns of one name: {', '.join(names)}.")
+        raise InputError(f"{path} has two columns of one name: {_listed(names)}.")
     cut = cut_rows(path, _delimiter(lines[0]), text.splitlines().index(lines[0]) + 1, len(names))
     if cut.notes:
         notes += cut.notes
@@ -217,10 +272,12 @@ def _parquet(path: Path) -> dict[str, Array]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    wanted = {*_TIMES, *(n for names in _PLACES.values() for n in names), *sum((*_QUATERNIONS, *_VELOCITIES), ())}
-    names = [name for name in _parquet_names(path) if name in wanted]
+    wanted = {*sum((*_QUATERNIONS, *_VELOCITIES), ())}
+    all_names = _parquet_names(path)
+    names = [name for name in all_names if name in wanted or _quantity(name) is not None]
     try:
         table = pq.read_table(path, columns=names)
-        return {name: np.asarray(table[name].to_numpy(), np.float64) for name in names}
+        read = {name: np.asarray(table[name].to_numpy(), np.float64) for name in names}
+        return read | {name: np.empty(0) for name in all_names if name not in names}
     except (OSError, ValueError, pa.ArrowException) as error:
         raise InputError(f"{path} cannot be read as a Parquet table of numbers: {error}.") from error

@@ -44,6 +44,11 @@ _PER = re.compile(r"/\s*$|(?:^|[\W_])(?:[mck]?m|ft|[mk]?g|m?rad|deg|°|per|p)$")
 """The end of a name before a unit of time that makes it one of a rate or a speed."""
 _UNIT_IN_NAME = re.compile(r"(?:[\W_]|(?<=[a-z])(?=[A-Z]))((?i:m|u|µ|μ|n)?(?i:s|sec))\W*$")
 
+_EPOCH = (1.0e9, 2.2e9)
+"""Seconds since 1970 of the years 2001 to 2039."""
+_EPOCH_STEPS = (1e-5, 1e3)
+"""Intervals of any logger, s: counters since the start of a computer that look like dates have others."""
+
 
 Column = str | Annotated[int, Field(ge=1)]
 """Name of a column, or its number, from 1, in a text file without a line of names."""
@@ -122,6 +127,24 @@ def unit_in_name(column: Column | None) -> str | None:
     if found is None or _PER.search(str(column)[: found.start(1)].rstrip(" _")):
         return None
     return found[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
+
+
+def epoch_unit(column: Array, interval: float) -> str | None:
+    """Return the unit in which stamps are dates since 1970.
+
+    Args:
+        column: stamps, (N,).
+        interval: usual interval, in the same unit.
+
+    Returns:
+        The unit; None if they are no such dates.
+    """
+    for unit, scale in TIME_UNITS.items():
+        first, last = (float(column[k]) * scale for k in (0, -1))
+        if _EPOCH[0] < first < _EPOCH[1] and _EPOCH[0] < last < _EPOCH[1] and unit != "100us":
+            low, high = _EPOCH_STEPS
+            return unit if low <= interval * scale <= high else None
+    return None
 
 
 class LogDescription(TextLayout):

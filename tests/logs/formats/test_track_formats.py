@@ -119,6 +119,42 @@ def test_table_with_angles(tmp_path: Path) -> None:
     assert track.q_nb == pytest.approx(quaternion_from_euler(*np.radians([[1, 1], [2, 2], [30, 31]])))
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        "time_s,latitude_deg,longitude_deg,altitude_ft,roll_deg,pitch_deg,yaw_deg",
+        "Time [s],Latitude [deg],Longitude [deg],Altitude [ft],Roll [deg],Pitch [deg],Yaw [deg]",
+        "timestamp,lat,lon,elevation_feet,roll (deg),pitch (deg),heading (deg)",
+        "t_s,lat,lon,alt_ft,roll,pitch,yaw",
+    ],
+)
+def test_heights_in_feet_and_angles_in_degrees(tmp_path: Path, names: str) -> None:
+    """1000 ft are 304.8 m; angles without a unit are degrees if one of them exceeds a turn in radians."""
+    path = written(tmp_path, "a.csv", f"{names}\n0,51.5,-0.1,1000,1,2,30\n1,51.5,-0.1,1001,1,2,31\n")
+    assert track_csv.recognises(path, path.read_bytes())
+    streams = track_csv.read(path)
+    track = streams.solutions["track"]
+    assert track.height == pytest.approx([304.8, 305.1048], abs=1e-9)
+    assert track.q_nb == pytest.approx(quaternion_from_euler(*np.radians([[1, 1], [2, 2], [30, 31]])))
+    assert streams.notes == ()
+
+
+def test_no_column_is_lost_silently(tmp_path: Path) -> None:
+    """What is not read is named; small angles without a unit may be degrees or radians."""
+    names = "time_s,lat,lon,altitude_furlongs,battery_v,roll,pitch,yaw,time"
+    text = f"{names}\n0,51.5,-0.1,3,12,0.1,0.2,0.3,0\n1,51.5,-0.1,3,12,0.1,0.2,0.3,1\n"
+    streams = track_csv.read(written(tmp_path, "a.csv", text))
+    assert streams.solutions["track"].q_nb is None
+    assert "The column roll has no unit, and its numbers may be degrees or radians" in streams.notes[0]
+    assert streams.notes[-1] == "Columns that are not read: altitude_furlongs, battery_v, roll, pitch, yaw, time."
+
+
+def test_stamps_since_1970_in_milliseconds(tmp_path: Path) -> None:
+    text = "timestamp,lat,lon,alt\n1700000000000,51.5,-0.1,3\n1700000000500,51.5,-0.1,3\n"
+    track = track_csv.read(written(tmp_path, "a.csv", text)).solutions["track"]
+    assert np.diff(track.time) == pytest.approx([0.5], abs=1e-6)
+
+
 def test_table_with_times_and_semicolons(tmp_path: Path) -> None:
     text = "# my logger\ntime;lat;lon;alt\n2024-05-01T12:00:00Z;51.5;-0.1;3\n2024-05-01T12:00:00.5Z;51.6;-0.1;4\n"
     streams = track_csv.read(written(tmp_path, "a.csv", text))
