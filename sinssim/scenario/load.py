@@ -97,15 +97,7 @@ def override(data: dict[str, Any], setting: str) -> str:
     setting = shortened(setting)
     if not equals or not path or not written:
         raise InputError(f"--set {setting}: write key.path=value, for example --set imu.rate_hz=200.")
-    try:
-        value = tomllib.loads(f"value = {written}")["value"]
-    except (ValueError, RecursionError) as error:
-        if not re.fullmatch(r"(\d+-)?[A-Za-z][\w.-]*", written):
-            raise InputError(
-                f"--set {setting}: {shortened(written)!r} is not a TOML value. Valid are a number, true, a word, "
-                '"text in quotes" or an array such as [1, 2, 3]; the shell may have removed quotes.'
-            ) from error
-        value = written
+    value = parse_value(written, f"--set {setting}")
     *tables, key = path.split(".")
     here: Any = data
     for index, name in enumerate(tables):
@@ -115,6 +107,30 @@ def override(data: dict[str, Any], setting: str) -> str:
     else:
         here[key] = value
     return path
+
+
+def parse_value(written: str, option: str) -> Any:
+    """Return a value that is written on the command line.
+
+    Args:
+        written: a value as in TOML; a plain word needs no quotes.
+        option: beginning of a message.
+
+    Returns:
+        The value.
+
+    Raises:
+        InputError: it has another form.
+    """
+    try:
+        return tomllib.loads(f"value = {written}")["value"]
+    except (ValueError, RecursionError) as error:
+        if re.fullmatch(r"(\d+-)?[A-Za-z][\w.-]*", written):
+            return written
+        raise InputError(
+            f"{option}: {shortened(written)!r} is not a TOML value. Valid are a number, true, a word, "
+            '"text in quotes" or an array such as [1, 2, 3]; the shell may have removed quotes.'
+        ) from error
 
 
 def _step(here: Any, name: str, path: str, setting: str) -> Any:

@@ -50,7 +50,8 @@ def label_of(key: str) -> str:
     """
     *tables, name = key.split(".")
     words = _split(name)[0]
-    above = [table for table in tables[-2:] if not (table in _PLAIN and len(tables) == 1)]
+    plain = words != "rate"  # a quantity of the tables, too
+    above = [table for table in tables[-2:] if not (plain and table in _PLAIN and len(tables) == 1)]
     if above and (above[-1].isdecimal() or len(above) == 1):
         words = f"{' '.join(above)} {words}"
     elif above:

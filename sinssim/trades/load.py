@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.errors import InputError
-from sinssim.scenario.content import find_content
+from sinssim.scenario.content import find_content, list_content
 from sinssim.scenario.load import override
 from sinssim.scenario.toml_file import read_toml, validate
 from sinssim.studies.load import load_study
@@ -31,6 +31,8 @@ def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | T
         InputError: the file cannot be read or has mistakes; the message lists all of them, each with its key, its line
             and the correct form.
     """
+    if str(path) in list_content("scenarios") and str(path) not in list_content("studies"):
+        raise InputError(f"{path} is a scenario, not a study; vary its keys with --vary KEY=VALUES.")
     _, data = read_toml(find_content("studies", str(path)))
     if "parts" in data and ("axes" in data or "scenario" in data):
         raise InputError(
@@ -42,7 +44,7 @@ def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | T
     if "parts" not in data:
         raise InputError(
             f"{path} is not a study: it has neither [[parts]], which compare algorithms on motions, nor a scenario "
-            f"with [[axes]], which vary its keys."
+            "with [[axes]], which vary its keys. The keys of a scenario are varied without a file by --vary KEY=VALUES."
         )
     return load_study(path, overrides)
 

@@ -197,8 +197,8 @@ class TradeStudy(Section):
         if self.size > MOST_CELLS:
             product = " × ".join(str(len(axis.values)) for axis in self.axes)
             raise ValueError(
-                f"the grid has {product} = {self.size} cells, and at most {MOST_CELLS} are allowed; give fewer values, "
-                "or link axes with keys = […]"
+                f"the grid has {product} = {self.size} cells, which take {self.size / 60.0:.0f} min at one second "
+                f"each, and at most {MOST_CELLS} are allowed; give fewer values, or link axes with keys = […]"
             )
         return self
 

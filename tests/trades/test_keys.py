@@ -20,6 +20,7 @@ from sinssim.trades.keys import label_of, toml_text, unit_of, value_text
         ("imu.grade", "grade", ""),
         ("seed", "seed", ""),
         ("aiding.gnss.position_sigma_m", "gnss position σ", "m"),
+        ("imu.rate_hz", "imu rate", "Hz"),
         ("flight.legs.2.altitude_m", "legs 2 altitude", "m"),
         ("filter.rate_hz", "filter rate", "Hz"),
         ("navigation.initial_error.heading_sigma_arcmin", "initial error heading σ", "arcmin"),

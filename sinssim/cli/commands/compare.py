@@ -13,6 +13,7 @@ from sinssim.cli.terminal import console, notes_of, one_bar, print_json, program
 
 if TYPE_CHECKING:
     from sinssim.studies.results import StudyResult
+    from sinssim.studies.schema import Study
     from sinssim.trades.result import TradeResult
 
 
@@ -22,10 +23,21 @@ def command(
         str,
         typer.Argument(
             metavar="STUDY",
-            help="A study's TOML file, or a name from `sinssim list studies`.",
+            help="A study's TOML file, or a name from `sinssim list studies`; with --vary, a scenario.",
             show_default=False,
         ),
     ],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="KEY=VALUES",
+            help="Vary a key of a scenario, without a study's file; may be given several times for every combination. "
+            "Values: `imu.rate_hz=50,100,200`; a range START:STOP:STEP, with its stop if it lies on the grid, "
+            "`0.5:2:0.25`; N values in equal ratios START:STOP:logN, `0.1:10:log5`.",
+            show_default=False,
+        ),
+    ] = None,
     out: OutFolder = None,
     settings: Annotated[
         list[str] | None,
@@ -33,7 +45,8 @@ def command(
             "--set",
             metavar="KEY=VALUE",
             help="Replace a value of the study; may be given several times. Parts, motions and axes are counted from "
-            '1: `--set parts.1.rates_hz="[50.0, 100.0]"`, `--set runs=500`.',
+            '1: `--set parts.1.rates_hz="[50.0, 100.0]"`, `--set cell=ensemble --set runs=500`. With --vary, also a '
+            "value of the scenario in every cell.",
             show_default=False,
         ),
     ] = None,
@@ -80,18 +93,26 @@ def command(
     A trade study has a scenario and [[axes]]: every combination of their values is a cell, a covariance budget or an
     ensemble of runs. It writes a report with figures (report.html; also as SVG and PNG), the tables
     (summary.md, results.json, results.parquet), a recording for the view *trade* (recording.rrd) and the finished cells
-    (cells/). After Ctrl-C, the finished cells and their report remain; --resume continues. See docs/trades.md.
+    (cells/). After Ctrl-C, the finished cells and their report remain; --resume continues. With --vary, the study
+    needs no file: it is that of a scenario and these keys. See docs/trades.md.
 
     Examples:
 
         sinssim compare coning
         sinssim compare my_study.toml -o runs/mine --set seed=3
-        sinssim compare gyro_grades --require "r95(3600 s) <= 1 nmi"
+        sinssim compare gyro_trade --require "r95(3600 s) <= 1 nmi"
+        sinssim compare first_flight --vary imu.grade=laser-navigation,laser-standard --vary imu.rate_hz=50:200:50
     """
     from sinssim.trades.load import load_any_study
     from sinssim.trades.schema import TradeStudy
 
-    plan = load_any_study(study, settings or ())
+    plan: Study | TradeStudy
+    if vary:
+        from sinssim.trades.sweep import sweep
+
+        plan = sweep(study, vary, settings or ())
+    else:
+        plan = load_any_study(study, settings or ())
     directory = out or Path("runs") / plan.name
     if isinstance(plan, TradeStudy):
         plan = plan.with_requirements(require or ())

@@ -70,6 +70,52 @@ def test_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert call(str(place / "study.toml"), "-q", "-o", "again") == 0  # the study with its defaults is a study
 
 
+SWEEP = (
+    "standing.toml",
+    "--vary",
+    "imu.grade=laser-standard,tactical",
+    "--vary",
+    "imu.gyro_bias_sigma_deg_h=0.01:1:log3",
+)
+REQUIRE = ("--require", "r95(end) <= 1 km", "--set", "times_s=[30.0]", "--set", "imu.rate_hz=20")
+
+
+def test_a_sweep_is_the_study_of_a_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The same numbers, files and report; the file's study continues the sweep, and has no cell to compute."""
+    (folder / "file.toml").write_text(
+        'name = "standing-trade"\nscenario = "standing.toml"\nset = ["imu.rate_hz=20"]\ntimes_s = [30.0]\n'
+        'require = ["r95(end) <= 1 km"]\n[[axes]]\nkey = "imu.grade"\nvalues = ["laser-standard", "tactical"]\n'
+        '[[axes]]\nkey = "imu.gyro_bias_sigma_deg_h"\nvalues = [0.01, 0.1, 1.0]\n',
+        encoding="utf-8",
+    )
+    assert call(*SWEEP, *REQUIRE, "--json") == 0
+    swept = json.loads(capsys.readouterr().out)
+    assert call("file.toml", "-o", "of_file", "--json") == 0
+    of_file = json.loads(capsys.readouterr().out)
+    assert (swept["finished"], of_file["computed"]) == (6, 6)
+    for found in (swept, of_file):
+        del found["seconds"]
+    assert swept == of_file
+    place = folder / "runs" / "standing-trade"
+    files = [
+        {str(p.relative_to(base)): p.read_bytes() for p in base.rglob("*") if p.is_file()}
+        for base in (place, folder / "of_file")
+    ]
+    assert files[0].keys() == files[1].keys()
+    same = {name for name in files[0] if files[0][name] == files[1][name]}
+    assert {name for name in files[0] if name.startswith("cells")} | {"study.toml", "summary.md", "r95_end.svg"} <= same
+    assert call("file.toml", "-o", str(place), "--resume", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["computed"] == 0
+
+
+def test_an_ensemble_by_sweep(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("standing.toml", "--vary", "seed=1:2:1", "--set", "cell=ensemble", "--set", "runs=3", "--threads", "1",
+                "--json", "-o", "there") == 0  # fmt: skip
+    found = json.loads(capsys.readouterr().out)
+    assert [cell["settings"] for cell in found["cells"]] == [{"seed": 1}, {"seed": 2}]
+    assert [cell["values"]["runs"] for cell in found["cells"]] == [3.0, 3.0]
+
+
 def test_settings_of_the_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert call("mine.toml", "--set", "cell=ensemble", "--set", "runs=3", "--threads", "1", "--json",
                 "--set", "axes.1.values=[\"tactical\"]") == 0  # fmt: skip
@@ -97,6 +143,17 @@ def test_settings_of_the_study(folder: Path, capsys: pytest.CaptureFixture[str])
         (["coning", "--resume"], "belongs to trade studies"),
         (["coning", "--require", "r95 <= 3 m"], "belongs to trade studies"),
         (["gyro_trad"], "Did you mean 'gyro_trade'"),
+        (["parked"], "parked is a scenario, not a study; vary its keys with --vary"),
+        (["gyro_trade", "--vary", "seed=1,2"], "but gyro_trade is a study, which has its own values"),
+        (["mine.toml", "--vary", "seed=1,2"], "but mine.toml is a study, which has its own values"),
+        (["standing.toml", "--vary", "imu.rte_hz=5,10"], "Did you mean 'imu.rate_hz'"),
+        (["standing.toml", "--vary", "imu.rate_hz=5,abc"], "imu.rate_hz must be a number, not the text 'abc'"),
+        (["standing.toml", "--vary", "imu.rate_hz=5 Hz"], "has a unit, 'Hz'; the unit is part of the key's name"),
+        (["standing.toml", "--vary", "imu.rate_hz=5,5"], "--vary imu.rate_hz: values.1 and values.2 are both 5"),
+        (
+            ["standing.toml", "--vary", "seed=1:600:1", "--vary", "imu.rate_hz=5,10"],
+            "600 × 2 = 1200 cells, which take 20 min at one second each, and at most 1000 are allowed",
+        ),
     ],
 )
 def test_bad_input(folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
