@@ -16,7 +16,6 @@ from sinssim.trades.keys import label_of, toml_text, unit_of, value_text
         ("imu.gyro_arw_deg_sqrt_h", "gyro arw", "deg/√h"),
         ("imu.accel_vrw_ug_sqrt_hz", "accel vrw", "µg/√Hz"),
         ("imu.gyro_g_sensitivity_deg_h_per_g", "gyro g sensitivity", "deg/h/g"),
-        ("imu.rate_hz", "rate", "Hz"),
         ("imu.grade", "grade", ""),
         ("seed", "seed", ""),
         ("aiding.gnss.position_sigma_m", "gnss position σ", "m"),

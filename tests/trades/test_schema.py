@@ -86,7 +86,7 @@ def test_further_requirements(tmp_path: Path) -> None:
         (
             ({"key": BIAS, "values": tuple(range(40))}, {"key": "seed", "values": tuple(range(30))}),
             {},
-            f"40 × 30 = 1200 cells, and at most {MOST_CELLS}",
+            f"40 × 30 = 1200 cells, which take 20 min at one second each, and at most {MOST_CELLS}",
         ),
         (
             ({"key": BIAS, "values": (1,), "label": "x"}, {"key": "seed", "values": (1,), "label": "x"}),
