@@ -53,6 +53,15 @@ def walked(sensors: list[Innovations]) -> tuple[float, str] | None:
     return None
 
 
+def test_a_contradiction_counts_its_rejections() -> None:
+    """Once per second: 20 accepted, 40 rejected from 21 s to 60 s, 40 accepted."""
+    time = np.arange(1.0, 101.0)
+    found = contradiction([sensor("receiver", time, (time <= 20.0) | (time > 60.0), np.ones(100, dtype=bool))])
+    assert found is not None
+    assert found.time == 21.0
+    assert "rejected all 40 measurements in 39 s" in str(found.reason)
+
+
 def test_a_contradiction_is_where_a_walk_finds_it() -> None:
     rng, found = np.random.default_rng(4), 0
     for _ in range(300):

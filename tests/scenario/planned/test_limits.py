@@ -175,6 +175,17 @@ def test_a_turn_is_drawn_as_a_circle() -> None:
     assert np.hypot(north, east - radius) == pytest.approx(np.full(len(north), radius), rel=0.01)
 
 
+def test_the_ceiling_of_a_planned_path_is_that_of_its_airspeed() -> None:
+    """A leg that accelerates from 250 to 300 kt: the ceiling of the first and of the last point."""
+    plan = scenario({"type": "speed", "airspeed_kt": 300.0}, airspeed_kt=250.0).flight
+    assert plan is not None
+    envelope = load_aircraft(plan.aircraft).envelope
+    assert envelope is not None
+    path = planned_path(plan)
+    assert path.ceiling[0] == pytest.approx(ceiling(envelope, 250.0))
+    assert path.ceiling[-1] == pytest.approx(ceiling(envelope, 300.0))
+
+
 @pytest.mark.parametrize("name", ["waypoint_route", "drive", "parked"])
 def test_the_picture_shows_map_height_and_speed(name: str) -> None:
     figure = plan_figure(load_scenario(name))

@@ -95,3 +95,11 @@ def test_what_does_not_turn_is_refused_by_name(tmp_path: Path) -> None:
     load(tmp_path, 'type = "continuous"')
     with pytest.raises(InputError, match=r"\[imu.rotation\]"):
         align_source(str(tmp_path / "turning.toml"))
+
+
+def test_the_mean_square_rate_of_two_axes(tmp_path: Path) -> None:
+    """Perpendicular rates add by squares: 10 and 6 deg/s give 136 deg²/s²."""
+    turning = 'type = "continuous"\nrate_deg_s = 10.0\ninner_rate_deg_s = 6.0'
+    rotation = load(tmp_path, turning, 'grade = "ideal"').imu.rotation
+    assert rotation is not None
+    assert rotation.mean_square_rate_deg2_s2 == pytest.approx(136.0)
