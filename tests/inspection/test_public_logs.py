@@ -88,7 +88,9 @@ def judge(log: dict[str, Any], result: Inspected | str) -> list[str]:
     if "refused" in log:
         return [f"not refused for: {log['refused']}"]
     said = [f.sentence for f in result.inspection.findings]
-    faults = [f"says nothing of: {words}" for words in log.get("said", ()) if not any(re.search(words, s) for s in said)]
+    faults = [
+        f"says nothing of: {words}" for words in log.get("said", ()) if not any(re.search(words, s) for s in said)
+    ]
     faults += [s for s in said for words in log.get("never", ()) if re.search(words, s)]
     faults += [f.sentence for f in result.inspection.findings if f.grade == "wrong" and not log.get("error")]
     units = [name for one in result.files for name in one.inertial]

@@ -15,7 +15,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.inspection.layouts.inertial import is_unix
-from sinssim.inspection.layouts.names import triads, unit_of
+from sinssim.inspection.layouts.names import quantity, triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.inspection.layouts.time_column import says_other, says_time
 from sinssim.logs.text.description import TIME_UNITS, epoch_unit, unit_in_name
@@ -27,21 +27,25 @@ _WORDS = {
     "latitude": rf"{_START}lat(?:itude)?{_END}|latitude|(?<=[a-z])Lat{_END}",
     "longitude": rf"{_START}(?:lon|lng|long)(?:itude)?{_END}|longitude|(?<=[a-z])(?:Lon|Lng){_END}",
     "height": rf"{_START}(?:alt|altitude|height|hgt|elev\w*|ele|h|hmsl|hae){_END}|altitude|height",
-    "north": rf"{_START}v(?:el(?:ocity)?)?[\W_]*n(?:orth)?{_END}|north[\W_]*vel|vel\w*[\W_]*north|v[Nn]orth",
-    "east": rf"{_START}v(?:el(?:ocity)?)?[\W_]*e(?:ast)?{_END}|east[\W_]*vel|vel\w*[\W_]*east|v[Ee]ast",
-    "down": rf"{_START}v(?:el(?:ocity)?)?[\W_]*d(?:own)?{_END}|down[\W_]*vel|vel\w*[\W_]*down|v[Dd]own",
+    "north": rf"{_START}v(?:el(?:ocity)?)?[\W_]*n(?:orth)?{_END}|north[\W_]*vel|vel\w*[\W_]*north|v[Nn]orth"
+    rf"|vel\w*\W+n{_END}",
+    "east": rf"{_START}v(?:el(?:ocity)?)?[\W_]*e(?:ast)?{_END}|east[\W_]*vel|vel\w*[\W_]*east|v[Ee]ast"
+    rf"|vel\w*\W+e{_END}",
+    "down": rf"{_START}v(?:el(?:ocity)?)?[\W_]*d(?:own)?{_END}|down[\W_]*vel|vel\w*[\W_]*down|v[Dd]own"
+    rf"|vel\w*\W+d{_END}",
     "up": rf"{_START}v(?:el(?:ocity)?)?[\W_]*u(?:p)?{_END}|up[\W_]*vel|vel\w*[\W_]*up{_END}|v[Uu]p|climb",
     "speed": rf"speed|{_START}spd{_END}|{_START}vel_m_s{_END}|{_START}sog{_END}|^velocity(?:\s*[\[(].*)?$",
     "course": rf"course|bearing|{_START}g?crs{_END}|{_START}cog|{_START}heading{_END}|track|head(?:ing)?_?mot|"
     rf"^direction{_END}",
     "sigma_h": rf"horizontal[\W_]*acc|{_START}h_?acc|{_START}eph{_END}|^acc(?:uracy)?(?:$|[ \[(])|pos\w*_acc",
     "sigma_v": rf"vertical[\W_]*acc|{_START}v_?acc|{_START}epv{_END}|(?:altitude|height)[\W_]*acc",
-    "sigma_s": rf"(?:speed|velocity)[\W_]*acc|{_START}s_?acc|s_variance_m_s",
-    "sigma_n": rf"{_START}(?:sd|std|sigma|s|var)_?(?:dev)?_?n(?:orth)?{_END}",
-    "sigma_e": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?e(?:ast)?{_END}",
-    "sigma_d": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?(?:d(?:own)?|u(?:p)?|h){_END}",
+    "sigma_s": rf"(?:speed|velocity)[\W_]*acc|{_START}s_?acc|s_variance_m_s|velu{_END}",
+    "sigma_n": rf"{_START}(?:sd|std|sigma|s|var)_?(?:dev)?_?n(?:orth)?{_END}|posu\W+n{_END}",
+    "sigma_e": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?e(?:ast)?{_END}|posu\W+e{_END}",
+    "sigma_d": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?(?:d(?:own)?|u(?:p)?|h){_END}|posu\W+d{_END}",
     "quality": r"^(?:fix|q|quality|fix_?type|fix_?q\w*|gps_?q\w*|solution_?status|rtk_?\w*status)$",
 }
+_NO_HEIGHT = re.compile(r"wave|geoid|undul|separ|baro|press|relat", re.IGNORECASE)
 _UNCERTAIN = re.compile(r"acc|std|sigma|accuracy|err|(?:^|[\W_])sd|var|cov|dop", re.IGNORECASE)
 _RAW = {"1e-7 deg": 1.8e9}
 _R = 6.371e6  # m; roles are judged by ratios of 10 %
@@ -120,7 +124,9 @@ def guess_fixes(table: TextTable, near: tuple[str | int, str, float, float] | No
     rows = table.values[known]
     steps = np.diff(rows[:, list(place)], axis=0)
     same = (steps == 0.0).all(axis=1)
-    held = bool(same.mean() > 0.6 and float(np.median(np.diff(at))) < 0.08)
+    of_unit = {quantity((table.words or ())[three[0]]) for three in triads(table.words)} & {"gyro", "accel"}
+    rows_of_unit = table.words is None or bool(of_unit)
+    held = bool(same.mean() > 0.6 and (rows_of_unit or float(np.median(np.diff(at))) < 0.08))
     fresh = np.append(True, ~same) if held else np.ones(len(rows), dtype=bool)
     found = _Roles(table, place, at[fresh], rows[fresh], named)
     return FixLayout(k, unit, "unix" if unix else "gps", found.quantities(), held)
@@ -142,9 +148,10 @@ def _named_place(table: TextTable) -> tuple[int, int, int] | None:
     heights = [
         k
         for k, name in enumerate(table.words or ())
-        if re.search(_WORDS["height"], name, re.IGNORECASE) and not _UNCERTAIN.search(name)
+        if re.search(_WORDS["height"], name, re.IGNORECASE) and not (_UNCERTAIN.search(name) or _NO_HEIGHT.search(name))
     ]
-    heights.sort(key=lambda k: not re.search(r"ellip|hae", (table.words or ())[k], re.IGNORECASE))
+    # of several, that of the receiver is beside its latitude and longitude; another one is that of a barometer
+    heights.sort(key=lambda k: (not re.search(r"ellip|hae", (table.words or ())[k], re.I), abs(k - longitude)))
     return (latitude, longitude, heights[0]) if heights else None
 
 
@@ -156,15 +163,19 @@ def _smooth_place(table: TextTable) -> tuple[int, int, int] | None:
     values = table.values
     for k in range(values.shape[1] - 2):
         pair = values[:, k : k + 2]
-        if not np.isfinite(pair).all() or not (np.abs(pair) <= (90.0, 180.0)).all():
+        if not len(pair) or not np.isfinite(pair).all() or not (np.abs(pair) <= 180.0).all():
             continue
         size, range_, step = np.abs(np.median(pair, axis=0)), np.ptp(pair, axis=0), np.abs(np.diff(pair, axis=0))
         if not (size > 1e-3).all() or not (range_ > 0.0).all() or not (step.max(axis=0) < 0.2 * range_).all():
             continue
         share = float((range_ / size).max())
-        if share < best[0]:
+        if share < best[0] and np.abs(pair).max(axis=0).min() <= 90.0:
             best = share, k
-    return None if best[1] < 0 else (best[1], best[1] + 1, best[1] + 2)
+    k = best[1]
+    if k < 0:
+        return None
+    reversed_ = bool(np.abs(values[:, k]).max() > 90.0)  # a longitude
+    return (k + 1, k, k + 2) if reversed_ else (k, k + 1, k + 2)
 
 
 def _time(

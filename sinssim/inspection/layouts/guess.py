@@ -12,7 +12,7 @@ from sinssim.inspection.layouts.fix_columns import FixLayout, guess_fixes
 from sinssim.inspection.layouts.gravity import gravity_in, part_of_unit, whole_unit
 from sinssim.inspection.layouts.inertial import Layout, joined, off_gravity
 from sinssim.inspection.layouts.kinds import split_kinds
-from sinssim.inspection.layouts.names import triads
+from sinssim.inspection.layouts.names import quantity, triads
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.inspection.layouts.time_column import UncertainUnitError
 from sinssim.logs.files import fix_stream
@@ -72,19 +72,23 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
     units: list[tuple[TextTable, Layout]] = []
     parts: list[tuple[TextTable, Layout]] = []
     neither: list[InputError] = []
+    lacking: list[InputError] = []
     gravity = next(((table, own) for table in tables if (own := gravity_in(table)) is not None), None)
     alone = None if gravity is None or not _is_gravity_alone(gravity[0]) else gravity[0]
     for table in tables:
         if table is alone:
             continue
-        placed = guess_fixes(table) is not None
-        if placed and not triads(table.words):
+        at = guess_fixes(table)
+        placed = at is not None
+        if at is not None and not triads(table.words) and not (at.held and table.words is None):
             continue
         try:
             units.append((table, whole_unit(table)))
         except InputError as error:
             if placed:
                 neither += [error] if isinstance(error, UncertainUnitError) else []
+                if _named(table, "accel") and _named(table, "gyro"):
+                    beside.append(f"{error} Only the fixes of the file are used.")
                 continue
             try:
                 part = part_of_unit(table, gravity)
@@ -96,6 +100,8 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
                 neither.append(InputError(text))
             else:
                 parts.append((table, part))
+                if part.accel is None and _named(table, "accel"):
+                    lacking.append(error)
     whole = bool(units)
     if not whole and {layout.gyro is None for _, layout in parts} == {True, False}:
         chosen = _chosen(parts)
@@ -105,8 +111,8 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
     if alone is not None and not any(layout.gravity is not None for _, layout in units):
         left.append(f"{_place(alone)} contains only gravity and is not used.")
     if not units and not unit_known and (neither or parts):
-        if neither:
-            raise neither[0]
+        if neither or lacking:
+            raise (*neither, *lacking)[0]
         joined(parts)  # says what is missing
     if len(units) > 1:
         names = " and ".join(str(table.path) for table, _ in units)
@@ -130,10 +136,15 @@ def _longest_fixes(tables: list[TextTable]) -> float | None:
     found = [0.0]
     for table in tables:
         fixes = None if triads(table.words) else guess_fixes(table)
-        if fixes is not None:
+        if fixes is not None and not fixes.held:
             scale = 1.0 if fixes.time in table.dates else TIME_UNITS[fixes.time_unit]
             found.append(float(np.nanmax(table.values[:, fixes.time]) - np.nanmin(table.values[:, fixes.time])) * scale)
     return max(found) or None
+
+
+def _named(table: TextTable, what: str) -> bool:
+    """Return whether the names of a file say that it has a triad: "gyro" or "accel"."""
+    return any({quantity((table.words or ())[k]) for k in three} == {what} for three in triads(table.words))
 
 
 def _is_gravity_alone(table: TextTable) -> bool:

@@ -5,37 +5,29 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.inspection.layouts.accelerometers import Kind, accelerometers, named_quantity, no_gravity_words
 from sinssim.inspection.layouts.likeness import (
     Three,
     copies,
     gyro_unit_of,
-    lasts,
     quaternion,
-    says_no_gravity,
-    uneven,
     unlike_gyros,
     varies,
 )
-from sinssim.inspection.layouts.names import quantity, triads, unit_of
+from sinssim.inspection.layouts.names import quantity, triads
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.inspection.layouts.time_column import time_column
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.streams import Clock, InertialStream
 from sinssim.logs.text.description import TIME_UNITS, UNITS
-from sinssim.logs.text.no_gravity import WITHOUT_GRAVITY, without_gravity
+from sinssim.logs.text.samples import with_readings
 from sinssim.units import G0
-
-Kind = Literal["rates", "increments"]
-
-_NEAR_G = 0.3
-"""Relative departure of the median specific force from gravity: manoeuvres make it larger, units differ by a factor of
-three or more."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +135,7 @@ class Layout:
             gravity, within = self._at(time, clock, self.gravity, of.values[:, list(layout.accel or ())] * size)
             found["accel"] = found["accel"] + gravity
             inside &= within
-        inside &= ~np.isnan(np.column_stack([found["gyro"], found["accel"]])).all(axis=1)
+        inside &= with_readings(found["gyro"], found["accel"])
         return InertialStream(time[inside], found["gyro"][inside], found["accel"][inside], self.kind), clock
 
     def _at(self, time: Array, clock: Clock, part: tuple[TextTable, Layout], values: Array) -> tuple[Array, Array]:
@@ -229,17 +221,17 @@ def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> La
     """
     time, unit, interval = time_column(table)
     free = _threes(table, time)
-    accel = min((_accelerometers(table, three, time, interval) for three in free), default=None)
+    accel = min((accelerometers(table, three, time, interval) for three in free), default=None)
     if known is not None:
         accel = 0.0, known[0], "rates", known[1]
     if accel is None or not np.isfinite(accel[0]):
-        named = [three for three in free if _quantity(table, three) == "accel"]
-        raise InputError(_without_gravity(table, named[0]) if named else _no_gravity(table))
+        named = [three for three in free if named_quantity(table, three) == "accel"]
+        raise InputError(no_gravity_words(table, named[0]) if named else _no_gravity(table))
     _, at, kind, accel_unit = accel
     gyros = [three for three in free if not set(three) & set(at) and varies(table, three)]
     gyros = [three for three in gyros if not copies(table, three, at)]
-    named = [three for three in gyros if _quantity(table, three) == "gyro"]
-    unnamed = [three for three in gyros if _quantity(table, three) is None]
+    named = [three for three in gyros if named_quantity(table, three) == "gyro"]
+    unnamed = [three for three in gyros if named_quantity(table, three) is None]
     if not (named or unnamed):
         raise InputError(f"{table.path}: besides the accelerometers, no three columns can be gyros.")
     first = (named or sorted(unnamed, key=lambda three: unlike_gyros(table, three, at)))[0]
@@ -266,7 +258,7 @@ def guess_part(table: TextTable) -> Layout | None:
         gyro_unit, sure = gyro_unit_of(table, gyros[0], "rates")
         return Layout("rates", time, unit, gyros[0], None, gyro_unit, "m/s^2", sure)
     accel = [t for t in free if quantity_of(table, t) == "accel"]
-    fits = min((_accelerometers(table, three, time, interval) for three in accel), default=None)
+    fits = min((accelerometers(table, three, time, interval) for three in accel), default=None)
     if not accel or fits is None:
         return None
     # Sensor Logger writes this file without gravity; 1 m/s² of it would pass for 1 g
@@ -274,7 +266,7 @@ def guess_part(table: TextTable) -> Layout | None:
         table.path.stem.lower() == "accelerometer" and "seconds_elapsed" in (table.words or ()) and fits[3] != "m/s^2"
     )
     if not np.isfinite(fits[0]) or fits[2] != "rates" or bare:
-        raise InputError(_without_gravity(table, accel[0]))
+        raise InputError(no_gravity_words(table, accel[0]))
     return Layout("rates", time, unit, None, fits[1], "rad/s", fits[3], True)
 
 
@@ -327,18 +319,9 @@ def _no_gravity(table: TextTable) -> str:
     )
 
 
-def _without_gravity(table: TextTable, three: Three) -> str:
-    size = float(np.nanmedian(np.linalg.norm(table.values[:, list(three)], axis=1)))
-    names = ", ".join(str(table.label(k)) for k in three)
-    return (
-        f"{table.path}: the columns {names} have a median magnitude of {size:.3g}, which is not gravity in any unit. "
-        f"{WITHOUT_GRAVITY}"
-    )
-
-
 def _threes(table: TextTable, time: int) -> list[Three]:
     """Return the columns that may be a triad: those whose names differ by an axis, or else all three in a row."""
-    named = [three for three in triads(table.words) if time not in three and _quantity(table, three) != "other"]
+    named = [three for three in triads(table.words) if time not in three and named_quantity(table, three) != "other"]
     if named:
         return named
     count = table.values.shape[1]
@@ -349,45 +332,7 @@ def _threes(table: TextTable, time: int) -> list[Three]:
 def quantity_of(table: TextTable, three: Three) -> str | None:
     """Return what the names of three columns say, or else the rows or the name of the file, as `quantity`."""
     stem = next((what for text in (*table.rows.values(), table.path.stem) if (what := quantity(text))), None)
-    return _quantity(table, three) or stem
-
-
-def _quantity(table: TextTable, three: Three) -> str | None:
-    """Return what the names of three columns say: "gyro", "accel", "other" or nothing."""
-    if table.words is None:
-        return None
-    said = {quantity(table.words[k]) for k in three}
-    return said.pop() if len(said) == 1 else None
-
-
-def _accelerometers(table: TextTable, three: Three, time: int, interval: float) -> tuple[float, Three, Kind, str]:
-    """Return how badly three columns fit gravity (infinite if not at all), with the kind and unit of the best fit."""
-    best: tuple[float, Three, Kind, str] = (np.inf, three, "rates", "")
-    said = _quantity(table, three)
-    if not varies(table, three) or said == "gyro":
-        return best
-    values = table.values[:, list(three)]
-    values = values[np.isfinite(values).all(axis=1)]
-    interval *= len(table.values) / max(len(values), 1)
-    size = float(np.median(np.linalg.norm(values, axis=1))) if len(values) else 0.0
-    if not size or not lasts(values, interval) or without_gravity(values, interval):
-        return best
-    # neighbours of z have gravity in them, too, but not its noise; then a whole number of triads before them counts
-    before = [k for k in range(min(three)) if k != time and table.values[:, k].std() > 0.0]
-    bonus = 2.0 * (said == "accel") + 0.05 * (len(before) % 3 == 0) - 0.3 * uneven(values) * (said is None)
-    word = None if table.words is None else table.words[three[0]]
-    readings: list[tuple[Kind, float]] = [("rates", 1.0), ("increments", 1.0 / interval)]
-    for kind, per_second in readings:
-        units = UNITS["accel", kind]
-        named = unit_of(word, tuple(units))
-        for unit, scale in units.items():
-            if unit != "m/s^2" and named is None and says_no_gravity(table, word):
-                continue  # 1 m/s² would pass for 1 g
-            off = abs(size * scale * per_second / G0 - 1.0)
-            if off <= _NEAR_G:
-                worse = (kind == "increments") * 1e-3 - 0.5 * (unit == named)
-                best = min(best, (off + worse - bonus, three, kind, unit))
-    return best
+    return named_quantity(table, three) or stem
 
 
 def other_gyro_units(layout: Layout) -> list[str]:

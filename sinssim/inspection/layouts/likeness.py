@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.inspection.layouts.names import says, unit_of
+from sinssim.inspection.layouts.names import quantity, says, triads, unit_of
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.logs.text.description import UNITS
 
@@ -38,8 +38,11 @@ def unlike_gyros(table: TextTable, three: Three, accel: Three) -> float:
 
 
 def uneven(values: Array) -> float:
-    """Return the decimal logarithm of the ratio of the largest to the least noise of three columns."""
-    noise = np.std(np.diff(values, n=2, axis=0), axis=0)
+    """Return the decimal logarithm of the ratio of the largest to the least noise of three columns.
+
+    Its measure is a percentile of the second differences, which a few wrong rows do not change.
+    """
+    noise = np.percentile(np.abs(np.diff(values, n=2, axis=0)), 90.0, axis=0)
     return float(np.log10(max(noise.max(), 1e-30) / max(noise.min(), 1e-30)))
 
 
@@ -73,11 +76,36 @@ def lasts(values: Array, interval: float) -> bool:
     return bool(np.median(np.linalg.norm(mean, axis=1) / np.maximum(size, 1e-30)) > _LASTING)
 
 
+def turns(table: TextTable, interval: float) -> bool:
+    """Return whether gyros with names turn by a radian within `_LASTING_S` half of the time: gravity does not last."""
+    for three in triads(table.words):
+        if table.words is None or {quantity(table.words[k]) for k in three} != {"gyro"}:
+            continue
+        values = table.values[:, list(three)] * UNITS["gyro", "rates"][gyro_unit_of(table, three, "rates")[0]]
+        width = min(max(round(_LASTING_S / interval), 1), len(values))
+        angle = np.nansum(values[: len(values) // width * width].reshape(-1, width, 3), axis=1) * interval
+        return bool(np.median(np.linalg.norm(angle, axis=1)) > 1.0)
+    return False
+
+
+def spread(values: Array) -> float:
+    """Return the range of the middle half of the magnitudes over their median: small where gravity is most of them."""
+    low, middle, high = np.percentile(np.linalg.norm(values, axis=1), (25.0, 50.0, 75.0))
+    return float((high - low) / max(middle, 1e-30))
+
+
+def repeats(values: Array) -> float:
+    """Return the share of rows that repeat the row before: high for readings of slower sensors, such as receivers."""
+    return float((np.diff(values, axis=0) == 0.0).all(axis=1).mean()) if len(values) > 1 else 0.0
+
+
 def says_no_gravity(table: TextTable, word: str | None) -> bool:
     """Return whether names say that gravity is removed: linear or user acceleration, or this file of Sensor Logger."""
     if table.path.stem.lower() == "accelerometer" and "seconds_elapsed" in (table.words or ()):
         return True
-    return any(says(text, r"(?:lin(?:ear)?|user)[\W_]*acc") for text in (word, table.path.stem, *table.rows.values()))
+    return any(
+        says(text, r"(?:lin(?:ear)?|user|free)[\W_]*acc") for text in (word, table.path.stem, *table.rows.values())
+    )
 
 
 def gyro_unit_of(table: TextTable, three: Three, kind: Literal["rates", "increments"]) -> tuple[str, bool]:

@@ -11,7 +11,7 @@ UNIT_WORDS = {
     "deg/h": r"deg[\W_]*/?[\W_]*h|°/h|dph",
     "mrad/s": r"mrad[\W_]*/?[\W_]*s",
     "m/s^2": r"m[\W_]*(?:/|p)?[\W_]*s[\W_]*(?:\^?-?2|²|⁻²)|m/s/s|mps2|mss",
-    "g": r"(?:^|[\W_])g(?:$|[\W_])",
+    "g": r"(?:^|[\W_])gs?(?:$|[\W_])",
     "mg": r"(?:^|[\W_])mg(?:$|[\W_])",
     "ft/s^2": r"ft[\W_]*/?[\W_]*s[\W_]*(?:\^?-?2|²)",
     "rad": r"(?:[\W_])rad(?:$|[\W_])",
@@ -31,10 +31,13 @@ UNIT_WORDS = {
 
 # an axis at the end of a name, before units in brackets, or as an index: accX, gyro_x [deg/s], gyro_rad[0], w_RS_S_x
 _AXIS = re.compile(r"(?:\[([0-2])\]|([xyz])(?![a-z])|([XYZ])(?![a-z]))(?=(?:[\W_]|$))")
+_ABOUT = re.compile(r"roll|pitch|yaw", re.IGNORECASE)
+"""Rates about the axes x, y and z: rollrate, gyro_pitch."""
 _UNIT_TAIL = re.compile(r"[\s_]*[\[(<{].*?[\])>}]\s*$")
 _QUANTITIES: dict[str, str] = {
     "gyro": r"gyr|omega|(?:^|[\W_])w(?:$|[\W_xyz])|(?:^|[\W_])g[\W_]?[xyz]|ang(?:ular)?[\W_]*(?:rate|vel)|dtheta|"
-    r"delta[\W_]*ang|(?:^|[\W_])rate[\W_]?[xyz]|rotation[\W_]*rate|turn[\W_]*rate|(?:^|[\W_])[pqr](?:$|[\W_])",
+    r"delta[\W_]*ang|(?:^|[\W_])rate[\W_]?[xyz]|(?:rotation|turn|roll|pitch|yaw)[\W_]*rate|"
+    r"(?:^|[\W_])[pqr](?:$|[\W_])",
     "accel": r"acc|force|(?:^|[\W_])f[\W_]?(?:ib[\W_]*b?[\W_]*)?[xyz]|(?:^|[\W_])a(?:$|[\W_xyz])|dv|delta[\W_]*vel",
     "other": r"mag|(?:^|[\W_])m[\W_]?[xyz]|grav|bias|std|sigma|sd[nexyz]|quat|"
     r"(?:^|[\W_])q[\W_]?[wxyz]|temp|clip|integral|orient|pos|euler",
@@ -44,12 +47,17 @@ _QUANTITIES: dict[str, str] = {
 def quantity(name: str) -> str | None:
     """Return what a column of an inertial unit holds by its name: "gyro", "accel", "other"; None if it does not say."""
     low = name.lower()
-    return next((what for what in ("other", "gyro", "accel") if re.search(_QUANTITIES[what], low)), None)
+    said = next((what for what in ("other", "gyro", "accel") if re.search(_QUANTITIES[what], low)), None)
+    return said or ("gyro" if unit_of(name, ("rad/s", "deg/s")) else "accel" if unit_of(name, ("m/s^2",)) else None)
 
 
 def axis(name: str) -> tuple[str, int] | None:
     """Return the stem of a name and the number of its axis; None if it names none."""
     plain = _UNIT_TAIL.sub("", name) if not re.search(r"\[[0-2]\]\s*$", name) else name
+    about = _ABOUT.search(plain)
+    if about is not None and quantity(plain) == "gyro":
+        number = ("roll", "pitch", "yaw").index(about[0].lower())
+        return plain[: about.start()].lower() + "*" + plain[about.end() :].lower(), number
     found = [*_AXIS.finditer(plain)]
     camel = re.search(r"(?<=[a-z0-9])([XYZ])$", plain) or re.search(r"(?:^|[\W_]|^[a-zA-Z]{1,4})([xyzXYZ])$", plain)
     match = found[-1] if found else camel

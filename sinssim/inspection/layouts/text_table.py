@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -95,10 +96,11 @@ class TextTable:
 
 
 def _split(line: str, delimiter: str) -> list[str]:
-    """Return the fields of a line, without blanks and quotation marks around them."""
+    """Return the fields of a line, without blanks and quotation marks around them; a quoted delimiter ends no field."""
     if delimiter == "whitespace":
         return line.split()
-    return [field.strip().strip('"').strip() for field in line.strip("\r\n ").split(delimiter)]
+    fields = next(csv.reader([line.strip("\r\n ")], delimiter=delimiter, skipinitialspace=True), [])
+    return [field.strip().strip('"').strip() for field in fields]
 
 
 def _number(text: str) -> float:
@@ -186,7 +188,10 @@ def _heading(
     heading = [_split(line, delimiter) for line in lines[begin:]]
     if not heading:
         last = _split(lines[-1], delimiter)
-        return None, (*last, "") if ends_empty and len(last) == width - 1 else None
+        if ends_empty and len(last) == width - 1:
+            return None, (*last, "")
+        apart = [field for field in re.split(r"\s*:\s*", lines[-1].strip()) if field]  # names with blanks in them
+        return None, tuple(apart) if len(apart) == width else None
     if len(heading) == 1:
         distinct = len(set(heading[0])) == width
         return (tuple(heading[0]), None) if distinct else (None, tuple(heading[0]))
@@ -204,7 +209,7 @@ def _delimiter(lines: list[str]) -> str:
     """Return the delimiter that gives most lines the same number of fields."""
     text = [line for line in lines if line.strip() and not line.lstrip().startswith(_COMMENT)] or lines
     for delimiter in _DELIMITERS:
-        counts = [line.count(delimiter) for line in text]
+        counts = [len(_split(line, delimiter)) - 1 for line in text]
         common = int(np.median(counts)) if counts else 0
         if common and sum(count == common for count in counts) >= 0.8 * len(counts):
             return delimiter

@@ -18,6 +18,7 @@ _USUAL = 200.0
 _CLEAR = 1.2
 """Least difference of the evidence for two units, in decades of the rate, with which the first one is taken."""
 _TIME_WORDS = r"time|stamp|^t$|^t[_\W]|(?:^|[\W_])sec(?:$|[\W_]|ond)|tow|sow|epoch|utc|clock|millis|micros|nanos"
+_COUNT_WORDS = r"sample|packet|count|index|(?:^|[\W_])(?:seq|row|frame|number|no|nr|n|id)(?:$|[\W_])"
 _OTHER_WORDS = r"sound|speed|veloc|temp|press|humid|alt|height|depth|dist|odo|volt|current|batt|heading|course|energy"
 
 
@@ -31,10 +32,10 @@ def says_time(word: str) -> bool:
 
 
 def says_other(word: str) -> bool:
-    """Return whether the name of a column says that it is no time: another quantity, or the unit of one."""
+    """Return whether the name of a column says that it is no time: a count, another quantity, or the unit of one."""
     if says(word, r"time|stamp|utc|tow|sow|epoch|millis|micros|nanos"):
         return False
-    return says(word, _OTHER_WORDS) or unit_of(word, tuple(UNIT_WORDS)) is not None
+    return says(word, _OTHER_WORDS) or says(word, _COUNT_WORDS) or unit_of(word, tuple(UNIT_WORDS)) is not None
 
 
 def time_column(table: TextTable) -> tuple[int, str, float]:
@@ -71,14 +72,17 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
         middle = middle if len(forward) < 0.9 * len(steps) else float(np.median(forward))
         units = sorted(_units(table, k, middle), reverse=True)
         if units:
-            sure = units[0][0] == np.inf
-            best = min(best, (spread - 10.0 * says_time(word) - 5.0 * sure, k, units))
+            sure = units[0][0] == np.inf or len(units) == 1
+            own = says(word, r"header\W*stamp")  # of ROS: that of the sensor, not that of the recording
+            best = min(best, (spread - 10.0 * says_time(word) - 5.0 * sure - 1.0 * own, k, units))
     _, k, units = best
     if k < 0:
+        counts = [str(word) for word in table.words or () if says(word, _COUNT_WORDS) and not says_time(word)]
+        of = f" ({counts[0]!r} is a count, no time)" if counts else ""
         raise InputError(
-            f"{table.path}: no column increases from row to row by the interval of inertial sensors ({_RATES[0]:g} to "
-            f"{_RATES[1]:g} samples per second) in s, ms, us or ns. Describe the columns in [log.imu] of a scenario, "
-            "and inspect the scenario."
+            f"{table.path}: no column{of} increases from row to row by the interval of inertial sensors "
+            f"({_RATES[0]:g} to {_RATES[1]:g} samples per second) in s, ms, us or ns. Describe the columns in "
+            "[log.imu] of a scenario (rate_hz for rows without times), and inspect the scenario."
         )
     (evidence, unit, interval), *others = units
     if others and not evidence - others[0][0] > _CLEAR:
@@ -101,6 +105,8 @@ def _units(table: TextTable, k: int, middle: float) -> Iterator[tuple[float, str
         yield np.inf, "s", middle
         return
     certain = "100us" if says(word, r"^sampletimefine") else unit_in_name(word) or epoch_unit(column, middle)
+    if certain is not None and unit_in_name(word) is None and middle * TIME_UNITS[certain] * _RATES[0] > 1.0 + 1e-3:
+        certain = None  # a counter since the start of a computer, which looks like dates
     if certain is not None:
         yield np.inf, certain, middle * TIME_UNITS[certain]
         return

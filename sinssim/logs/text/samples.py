@@ -33,6 +33,7 @@ __all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples
 
 # interval between samples, beyond which a log may be one in ms at up to 10 kHz, or one in s at up to 10 Hz
 _SLOWEST = 0.1
+_LOST = 0.1  # share of rows of zeros, above which they are those of an ideal sensor in free fall
 _FASTEST = 2e4  # samples per second of the fastest raw outputs
 _DISORDER = 100.0  # median intervals by which an even stamp may go back; a clock that is reset goes back by more
 # Limits beyond any sensor; a shock reaches 1e5 g, and the wheel of a turbocharger 3e4 rad/s.
@@ -202,21 +203,36 @@ def _samples(
                 "Units, times or kind (increments or rates) of the log are wrong."
             )
     if not given.all():
-        notes.append(f"{table.path.name}: {int((~given).sum())} rows have no readings of the IMU and are skipped.")
+        skipped = int((~given).sum())
+        notes.append(f"{table.path.name}: {skipped} rows lack the readings of a sensor of the IMU and are skipped.")
     stated = layout.rate_hz is not None or layout.stated_time_unit is not None
     return Samples(layout.kind, edges, values, quantities, stated or clock is not None, clock, tuple(notes))
 
 
+def with_readings(*triads: Array) -> NDArray[np.bool_]:
+    """Return which rows have readings of every triad, (N,).
+
+    A file may contain rows of other sensors, or of one triad only, which leave the other fields empty; a recorder may
+    write zeros for lost samples, which noise and gravity never give.
+
+    Args:
+        triads: readings of gyros, accelerometers or both, NaN for empty fields, (N, 3) each.
+    """
+    given = ~np.any([np.isnan(values).all(axis=1) for values in triads], axis=0)
+    lost = np.all([(values == 0.0).all(axis=1) for values in triads], axis=0)
+    return np.asarray(given & ~lost if len(triads) > 1 and lost.mean() < _LOST else given)
+
+
 def _given(table: Table, layout: LogDescription, triads: Mapping[TriadName, Array]) -> NDArray[np.bool_]:
-    """Return which rows have readings, (N,): a file may contain rows of other sensors, which leave these fields empty.
+    """Return which rows have readings, (N,), as `with_readings`.
 
     Raises:
-        InputError: a row has some of its readings, or no row has any.
+        InputError: a row has some of the readings of a triad, or no row has any.
     """
     if not triads or len({len(values) for values in triads.values()}) > 1:
         return np.ones(1, dtype=bool)
-    raw = np.column_stack([_raw(table, layout, name) for name in triads])
-    given: NDArray[np.bool_] = np.asarray(~np.isnan(raw).all(axis=1))
+    each = [_raw(table, layout, name) for name in triads]
+    raw, given = np.column_stack(each), with_readings(*each)
     wrong = given[:, None] & ~np.isfinite(raw)
     if wrong.any() or not given.any():
         k = int(np.argmax(wrong.any(axis=1)))
