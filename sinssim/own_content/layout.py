@@ -95,6 +95,8 @@ def outline(file: Path) -> Outline:
         tree = ast.parse(file.read_bytes(), str(file))
     except SyntaxError as error:
         return Outline(problem=syntax_words(error))
+    except (RecursionError, MemoryError):  # of the parser
+        return Outline(problem="its expressions are nested too deep for Python")
     except (OSError, ValueError) as error:
         return Outline(problem=f"{type(error).__name__}: {error}")
     names, bases, constants = set[str](), set[str](), dict[str, Any]()

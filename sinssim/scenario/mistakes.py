@@ -337,6 +337,7 @@ def _below(here: list[Any], part: int | str) -> list[Any]:
     models = _models(here)
     fields = [kind.model_fields[part].annotation for kind in models if part in kind.model_fields]
     fields += [own for kind in models if hasattr(kind, "own_table") and (own := kind.own_table(part)) is not None]
+    fields += [get_args(kind)[1] for kind in here if get_origin(kind) is dict]
     return [option for field in fields for option in _options(field)] or [k for k in models if part in _tags(k)]
 
 

@@ -16,6 +16,8 @@ from sinssim.scenario.mistakes import key_lines, report
 Model = TypeVar("Model", bound=BaseModel)
 
 _DEEPEST = 20  # nesting depth of tables and arrays; a scenario needs six
+_MOST_DOTS = 100  # of a key; more than `_DEEPEST`, because such dots may also lie in a text
+_DOTTED, _ENDS, _BLANKS = re.compile(r"[\w\"'-]\.(?=[\w\"'-])"), re.compile(r"[,=\n]"), str.maketrans("", "", " \t\r")
 _TOO_DEEP = f"tables or arrays are nested more than {_DEEPEST} deep; a scenario needs six levels."
 
 
@@ -33,6 +35,8 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
     """
     try:
         text = file.read_text(encoding="utf-8")
+        if any(len(_DOTTED.findall(part)) > _MOST_DOTS for part in _ENDS.split(text.translate(_BLANKS))):
+            raise RecursionError  # tomllib takes the square of the time for a key of so many parts
         return text, tomllib.loads(text)
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import datetime
+import signal
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,9 @@ NUMBERS: tuple[Any, ...] = (
 TEXTS = (
     "", " ", "quaternion", "level", "normal", "laser-standard", "737", "é°µσ", "a" * 300, "b" * 100_000, "\0", "a\nb\t",
     "../..", "~nobody/x", "/dev/null", ".", "%s{0}", "nan", "1e5", "gyros", "\N{PILE OF POO}", "turn", "air", "coning",
+    "\x1b[31mred", "\x7f\x85", "\u202eback", "\u200bnothing", "\ufeffmark", "a\u0301" * 40, "\r", "\U000e0001", "[" * 5000,
 )  # fmt: skip
+LONGEST = 10.0  # seconds of a case; the slowest takes about one on a busy machine
 MARKS = "[]{}=\".,#\n'\\-+0e\0 \t_é"
 
 
@@ -104,6 +108,26 @@ def text(rng: np.random.Generator, original: str) -> str:
     return found
 
 
+class _HangError(BaseException):
+    """A case takes too long."""
+
+
+@contextlib.contextmanager
+def _limited() -> Iterator[None]:
+    """Interrupt a case that takes longer than `LONGEST`."""
+
+    def stop(*_: object) -> None:
+        raise _HangError(f"longer than {LONGEST:g} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, LONGEST)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
 class Verdict:
     """What became of the cases: those that were taken, those refused in the project's own words, and the others."""
 
@@ -119,12 +143,16 @@ class Verdict:
             what: describes it, for a person to do it again.
         """
         try:
-            case()
+            with _limited():
+                case()
         except SinssimError as error:
             self.refused += 1
-            if not str(error) or len(str(error)) > 6000:
-                self.broken.append(f"{what()}: a message of {len(str(error))} characters: {str(error)[:200]}")
-        except Exception as error:
+            said = str(error)
+            if not said or len(said) > 6000:
+                self.broken.append(f"{what()}: a message of {len(said)} characters: {said[:200]}")
+            elif not said.replace("\n", "").isprintable():
+                self.broken.append(f"{what()}: a message that cannot be printed: {said[:200]!r}")
+        except (Exception, _HangError) as error:
             last = "".join(traceback.format_tb(error.__traceback__)[-2:])
             self.broken.append(f"{what()}: {type(error).__name__}: {str(error)[:300]}\n{last}")
         else:

@@ -374,3 +374,32 @@ def test_an_array_or_a_text_is_named_without_the_names_of_types(columns, says):
     log = {"imu": {"file": "a.csv", "time": "t", "gyro": gyro, "accel": accel}}
     with pytest.raises(InputError, match=f"^{says}$"):
         validate(Scenario, {"name": "x", "log": log, "imu": {"grade": "tactical"}}, "", "x.toml")
+
+
+@pytest.mark.parametrize(
+    ("contents", "said"),
+    [
+        ("gyro_bias_sigma_deg_s = 1" + "0" * 309, "imu.gyro_bias_sigma_deg_h"),
+        ("gyro_bias_sigma_deg_s = -1" + "0" * 309, "imu.gyro_bias_sigma_deg_h"),
+        (f"{'a.' * 200_000}a = 1", "nested more than 20 deep"),
+        (f"x = {{{'a . ' * 200_000}a = 1}}", "nested more than 20 deep"),
+        (f"[{'a.' * 200_000}a]", "nested more than 20 deep"),
+    ],
+)
+def test_huge_numbers_and_keys_are_refused(tmp_path: Path, contents: str, said: str) -> None:
+    """Unlike tomllib, which takes hours for a key of so many parts."""
+    file = tmp_path / "huge.toml"
+    file.write_text(f"name = 'x'\n[parked]\nlatitude_deg = 1.0\nduration_s = 9.0\n[imu]\n{contents}\n")
+    with pytest.raises(InputError) as refused:
+        load_scenario(file)
+    assert said in str(refused.value)
+    assert len(str(refused.value)) < 1000
+
+
+@pytest.mark.parametrize("text", [f"x = {'-' * 200_000}1", f"x = {'1+' * 200_000}1", f"x = {'a.' * 200_000}b"])
+def test_an_own_file_that_python_cannot_parse_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "own.py").write_text(text)
+    file = tmp_path / "s.toml"
+    file.write_text("use = ['own.py']\n[parked]\nlatitude_deg = 1.0\nduration_s = 9.0\n")
+    with pytest.raises(InputError, match=r"own\.py cannot be read: its expressions are nested too deep"):
+        load_scenario(file)

@@ -164,3 +164,9 @@ def test_the_documented_study_loads(tmp_path: Path) -> None:
     study = load(tmp_path, text.split("```toml\n")[1].split("```")[0])
     assert [len(part.motions) for part in study.parts] == [2, 1]
     assert study.block("good-gyros").gyro_bias_deg_h == (0.002, 0.002, 0.002)
+
+
+@pytest.mark.parametrize("value", ["[0.1, 0.2]", "[]"])
+def test_numbers_that_lack_in_a_block_are_counted(tmp_path: Path, value: str) -> None:
+    message = refused(tmp_path, f"{PART}\n[blocks.mine]\ngyro_bias_deg_h = {value}\n")
+    assert f"blocks.mine.gyro_bias_deg_h must have 3 entries, and has {value.count('0.')}" in message

@@ -7,11 +7,11 @@ data (version 0.41) keeps a processor core busy for as long as it runs, and a br
 from __future__ import annotations
 
 import contextlib
+import http.client
 import os
 import re
 import shutil
 import threading
-import urllib.error
 import urllib.request
 from collections.abc import Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -33,6 +33,10 @@ _QUIET = """<script>
     """
 
 
+_HOSTS = ("127.0.0.1", "localhost", "[::1]")
+"""Names by which a browser on this machine, or behind a forwarded port, asks for the page."""
+_OWN = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+"""Asks without a proxy, which `http_proxy` may name: what is asked for lies on this machine."""
 _FOLDER = "files"
 _PIECE = 1 << 20  # bytes sent together
 
@@ -76,6 +80,10 @@ class PageServer:
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
                 path = self.path.partition("?")[0]
+                if re.sub(r":\d*$", "", self.headers.get("Host", "")).lower() not in _HOSTS:
+                    # a page of another machine whose name was made to mean this one (DNS rebinding)
+                    self.send_error(421, "Open the address that sinssim printed")
+                    return
                 with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # the browser was closed
                     if path in own:
                         _send(self, own[path])
@@ -117,9 +125,9 @@ def _send(handler: BaseHTTPRequestHandler, file: Path) -> None:
 def _answer(handler: BaseHTTPRequestHandler, path: str, inner: int) -> None:
     """Answer a request by what Rerun's web server has."""
     try:
-        with urllib.request.urlopen(f"http://127.0.0.1:{inner}{path}", timeout=60.0) as found:
+        with _OWN.open(f"http://127.0.0.1:{inner}{quote(path, safe='/%')}", timeout=60.0) as found:
             kind, body = found.headers.get("Content-Type", "application/octet-stream"), found.read()
-    except (urllib.error.URLError, OSError):
+    except (http.client.HTTPException, OSError):
         handler.send_error(404)
         return
     handler.send_response(200)

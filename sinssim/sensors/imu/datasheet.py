@@ -134,7 +134,12 @@ def _times(value: Any, factor: float) -> Any:
     """Multiply numbers at any depth; other values stay unchanged, and the schema refuses them."""
     if isinstance(value, list | tuple):
         return tuple(_times(item, factor) for item in value)
-    return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return value
+    try:
+        return float(value) * factor
+    except OverflowError:  # an integer of hundreds of digits
+        return -math.inf if value < 0 else math.inf
 
 
 _SENSORS = {
