@@ -16,6 +16,9 @@ class SinssimError(Exception):
 
     exit_code = 1
 
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(printable(one) if isinstance(one, str) else one for one in arguments))
+
 
 class InputError(SinssimError, ValueError):
     """The input cannot be used: a key, a name, a leg that cannot be flown, a full disk (exit code 2)."""
@@ -52,7 +55,21 @@ def warn(text: str) -> None:
     level = 1
     while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "sinssim":
         frame, level = frame.f_back, level + 1
-    warnings.warn(text, SinssimWarning, stacklevel=level)
+    warnings.warn(printable(text), SinssimWarning, stacklevel=level)
+
+
+def printable(text: str) -> str:
+    """Return a text whose control characters, and others that a terminal does not show, are written as in Python.
+
+    Args:
+        text: the text; a file may have brought anything into it.
+
+    Returns:
+        The text, with "\\x1b" for an escape character; ends of lines stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c in "\n\u00a0\u202f" or c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def shortened(text: str, most: int = 80) -> str:

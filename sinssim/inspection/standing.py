@@ -90,7 +90,7 @@ def at_rest(time: Array, rate: Array, force: Array) -> AtRest | None:
         The readings there; None if there is none of `SHORTEST`.
     """
     interval = float(np.median(np.diff(time)))
-    number = np.floor((time - time[0]) / WINDOW).astype(np.int64)
+    number = np.floor((time - time[0]) / WINDOW)
     first = np.flatnonzero(np.append(True, np.diff(number) > 0))
     counts = np.diff(np.append(first, len(time)))
     enough = counts >= max(0.5 * WINDOW / interval, 2)

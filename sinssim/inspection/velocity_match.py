@@ -244,7 +244,10 @@ def _windows(curve: Pushed, fixes: Seen, offset: float, window: float, most: int
     time = fixes.time
     first = max(float(time[0]), float(curve.time[0]) - offset)
     last = min(float(time[-1]), float(curve.time[-1]) - offset)
-    begins = np.arange(first, last - window, window)
+    count, step = np.ceil((last - window - first) / window), (first + window) - first  # those of numpy's arange
+    near = np.floor((time - first) / window)  # only windows with fixes: a wrong stamp may be years away
+    numbers = np.unique(np.concatenate([near - 1.0, near, near + 1.0]))
+    begins = first + step * numbers[(numbers >= 0.0) & (numbers < count)]
     rows = [np.arange(*np.searchsorted(time, (b, b + window))) for b in begins]
     rows = [r for r in rows if len(r) >= _LEAST]
     if most is not None and len(rows) > most:

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -108,6 +110,25 @@ def _execute(arguments: list[str], folder: Path, shell: str = "") -> str:
     return ended.stdout
 
 
+def test_the_readme_makes_or_ships_every_file_that_it_names() -> None:
+    """A file that a command of the README reads is in the checkout, or an earlier command writes it or its folder."""
+    made: list[str] = []
+    for block in blocks(ROOT / "README.md"):
+        for line in block.code.splitlines() if block.language == "sh" else ():
+            for part in line.split("&&"):
+                words = shlex.split(part, comments=True)
+                if words[:1] != ["sinssim"]:
+                    continue
+                outputs = [there for key, there in pairwise(words) if key in ("-o", "--out", "--plot", "--record")]
+                for word in words[2:]:
+                    if word not in outputs and re.search(r"/|\.[a-z]+$", word) and "=" not in word:
+                        assert (ROOT / word).exists() or any(Path(word).is_relative_to(one) for one in made), part
+                for word in words[2:3]:
+                    ending = words[words.index("--to") + 1] if words[1] == "export" else ""
+                    made += [f"{word}-{ending}"] if ending else [f"runs/{word}", f"runs/{word}-{words[1]}", word]
+                made += outputs
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=name)
 def test_commands_run(page: Path, folder: Path) -> None:
@@ -115,7 +136,6 @@ def test_commands_run(page: Path, folder: Path) -> None:
         "docs/allan.md": ["sinssim run parked"],
         "docs/logs.md": ["sinssim run parked"],
         "docs/tutorials/own-sensor.md": ["sinssim run my_flight.toml -o runs/my_flight"],
-        "README.md": ["sinssim run mems_uav", "sinssim run first_flight -o runs/tactical --grade tactical"],
     }
     program = f"{sys.executable} -m sinssim "
     for line in [*before.get(name(page), []), *dict.fromkeys(commands(page))]:

@@ -7,6 +7,7 @@ import copy
 import datetime
 import signal
 import traceback
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ NUMBERS: tuple[Any, ...] = (
 TEXTS = (
     "", " ", "quaternion", "level", "normal", "laser-standard", "737", "é°µσ", "a" * 300, "b" * 100_000, "\0", "a\nb\t",
     "../..", "~nobody/x", "/dev/null", ".", "%s{0}", "nan", "1e5", "gyros", "\N{PILE OF POO}", "turn", "air", "coning",
-    "\x1b[31mred", "\x7f\x85", "\u202eback", "\u200bnothing", "\ufeffmark", "a\u0301" * 40, "\r", "\U000e0001", "[" * 5000,
+    "\x1b[31mred", "\x7f\x85", "\u202eback", "\u200bnothing", "\ufeffmark", "a\u0301" * 40, "\r", "\U000e0001",
+    "[" * 5000,
 )  # fmt: skip
 LONGEST = 10.0  # seconds of a case; the slowest takes about one on a busy machine
 MARKS = "[]{}=\".,#\n'\\-+0e\0 \t_é"
@@ -150,7 +152,7 @@ class Verdict:
             said = str(error)
             if not said or len(said) > 6000:
                 self.broken.append(f"{what()}: a message of {len(said)} characters: {said[:200]}")
-            elif not said.replace("\n", "").isprintable():
+            elif any(unicodedata.category(c)[0] == "C" or c in "\u2028\u2029" for c in said.replace("\n", "")):
                 self.broken.append(f"{what()}: a message that cannot be printed: {said[:200]!r}")
         except (Exception, _HangError) as error:
             last = "".join(traceback.format_tb(error.__traceback__)[-2:])

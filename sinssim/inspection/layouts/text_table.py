@@ -19,6 +19,7 @@ from sinssim.logs.text.dates import date_seconds, is_date
 
 _HEAD_LINES = 200
 _COMMENT = ("#", "%", "//", "!")
+_LONGEST_WORD = 500  # letters of a name with its unit; what is longer is no name, and is compared with many patterns
 _DELIMITERS = (";", "\t", "|", ",")
 """A semicolon or a tab comes first: beside it a comma is a decimal one."""
 _COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
@@ -156,6 +157,8 @@ def read_table(path: Path) -> TextTable:
     if names is not None and "\ufffd" in lines[heading - 1]:
         latin = head[heading - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿")
         names, comment = None, tuple(_split(latin, delimiter))
+    if any(len(word) > _LONGEST_WORD for word in names or comment or ()):
+        names = comment = None
     dates = {k: f for k, f in enumerate(fields) if is_date(f)}
     values, kinds = _values(path, delimiter, first, widths[first], decimal, dates)
     clocks = {k: date_seconds([text])[1] for k, text in dates.items()}

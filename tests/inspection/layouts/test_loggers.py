@@ -214,3 +214,13 @@ def test_the_accuracy_of_phyphox_is_the_sigma(tmp_path: Path) -> None:
     np.testing.assert_allclose(fixes.position_sigma[0], [3.5, 3.5, 6.25])
     assert fixes.velocity_ned is not None
     np.testing.assert_allclose(fixes.velocity_ned[0, :2], [0.0, 4.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["[" * 3000, "_" * 3000, "x" * 3000])
+def test_names_of_thousands_of_letters_are_no_names(tmp_path: Path, name: str) -> None:
+    """Their comparison with the patterns of names would take minutes."""
+    rows = "".join(f"{0.01 * k:.2f},0.001,0,0.002,0.1,0,{-9.81 + 1e-3 * (k % 7)}\n" for k in range(300))
+    (tmp_path / "imu.csv").write_text(f"t,gx,{name},gz,ax,ay,az\n{rows}", encoding="utf-8")
+    table = read_table(tmp_path / "imu.csv")
+    assert table.words is None
+    assert table.values.shape == (300, 7)
