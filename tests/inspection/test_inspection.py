@@ -122,7 +122,7 @@ def test_times_that_repeat_go_back_or_are_missing() -> None:
     assert "the preceding one, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "doubt")
 
 
-@pytest.mark.parametrize("away", [1e9, 1e200])
+@pytest.mark.parametrize("away", [1e9, 1e12])
 def test_a_wrong_stamp_years_away(away: float) -> None:
     """The last sample and the last fix have the time of a clock that was not set: there are no windows until then."""
     unit, seen = worlds.readings(), worlds.fixes()
