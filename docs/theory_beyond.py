@@ -88,6 +88,16 @@ BEYOND = (
     ),
     Row(
         "",
+        "Instantaneous rates, integrated by trapezoids, under coning: d' = κ² (½ a²Ω + d) − ½ a²Ω, κ = x/tan x, "
+        "x = ΩT/2; rounding of rates: a random walk Q/√(12 T)",
+        ("sensors.rates.measured_increments", "sensors.rates.of_output"),
+        (
+            "sensors/test_rates.py::test_instantaneous_rates_under_coning",
+            "sensors/test_rates.py::test_filter_assumes_the_rounding_as_white_noise",
+        ),
+    ),
+    Row(
+        "",
         "Errors of the combination: bias G b, matrix Σ g_i (k_i h_i + Σ M_ij a_ij)ᵀ, covariance σ² P, P = G Gᵀ; change "
         "of the bias at an exclusion: σ² (P′ − P)",
         ("sensors.sets.combination.combined_errors", "estimation.from_scenario.redundant_set.noise_of_combination"),

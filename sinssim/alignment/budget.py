@@ -35,6 +35,7 @@ from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift_of, stated, warm_up
 from sinssim.sensors.imu.terms import TERMS, non_linear_inputs, non_linearity, of_triad
 from sinssim.sensors.noise import flicker
+from sinssim.sensors.rates import of_output
 from sinssim.sensors.sets.combination import combined_sigma
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
@@ -124,7 +125,10 @@ def expected_errors(section: ImuSection) -> Expected:
     def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
         return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
 
-    return Expected(replace(block(mean), null_shift=null_shift_of(section)), combined_sigma(block(sigma), section))
+    return Expected(
+        replace(block(mean), null_shift=null_shift_of(section)),
+        combined_sigma(of_output(block(sigma), section), section),
+    )
 
 
 def reading_errors(

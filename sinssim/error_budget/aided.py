@@ -336,6 +336,8 @@ class Consider:
                     processes[own.source.name] = gyro @ own.mix / one.interval
             elif own.process is not None and own.triad == 0 and gyro.any():
                 processes[own.source.name] = gyro @ own.mix
+            elif own.what == "white" and own.process is None and one.interval and own.triad == 0:
+                noise[own.source.name] = np.sum((gyro @ own.mix) ** 2, axis=1) * own.size**2 / one.interval
             elif own.what == "quantum" and one.interval and own.triad == 0:
                 rounding = own.size**2 / (6.0 * one.interval**2)
                 noise[own.source.name] = np.full(len(one.h), rounding * np.mean(np.sum(own.mix**2, axis=1)))

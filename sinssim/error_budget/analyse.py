@@ -305,17 +305,12 @@ def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
 
 def _sensed(scenario: Scenario, ideal: ImuData, trajectory: Trajectory) -> ImuData:
     """Return the readings of the scenario's own run, from which its filter judges whether the vehicle stands still."""
-    from sinssim.sensors.imu.compensation import compensate
-    from sinssim.sensors.imu.emulate import emulate
     from sinssim.sensors.sets.reading import read
     from sinssim.sensors.sets.true_errors import draw_true_errors
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
-    if errors.single_sensors:
-        readings = read(trajectory, ideal, scenario.imu, scenario.seed, errors)[1]
-        return readings.compensated or readings.imu
-    imu = emulate(ideal, errors.imu, scenario.seed, rounded=True)
-    return imu if errors.calibration is None else compensate(imu, errors.calibration)
+    readings = read(trajectory, ideal, scenario.imu, scenario.seed, errors)[1]
+    return readings.compensated or readings.imu
 
 
 def _result(

@@ -12,6 +12,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import Platform, Redundant
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.imu.datasheet import to_si
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
@@ -174,6 +175,30 @@ def torquer_taken(scenario: Scenario) -> Iterator[str]:
             f"imu.sensor_set.torquer_scale_sigma_ppm is not given: {sigma:g}, the 1σ of the gyros' scale factor, is "
             "used."
         )
+
+
+def coarse_rates(imu: ImuSection) -> Iterator[str]:
+    """Yield notes on rates whose rounding is not white noise.
+
+    Args:
+        imu: the [imu] section.
+
+    Yields:
+        Whole sentences, each with its key.
+    """
+    for triad in ("gyro", "accel") if imu.output != "increments" else ():
+        grade, terms = getattr(find_grade(imu.grade), triad), {term.field: term for term in of_triad(triad)}
+        quantum, noise = (
+            grade.of(term) if getattr(imu, term.key) is None else to_si(term.key, getattr(imu, term.key))
+            for term in (terms["quantum"], terms["random_walk"])
+        )
+        of_reading = noise / math.sqrt(imu.rate_hz)
+        if quantum > 2.0 * of_reading:
+            steps = f"{quantum / of_reading:.3g} times" if of_reading else "without"
+            yield (
+                f"imu.output: the step of the {triad} rates is {steps} the noise of a reading: rates below half a step "
+                "are lost, and the rounding is not the white noise that filter and budget assume; it is up to 2 times."
+            )
 
 
 def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:

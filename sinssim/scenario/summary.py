@@ -12,6 +12,7 @@ from sinssim.scenario.duration import check_times, expected_duration, leg_durati
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import (
     barometer_of_the_day,
+    coarse_rates,
     defaults_taken,
     earth_of_the_navigator,
     keys_without_effect,
@@ -114,6 +115,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
     for sentence in (
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
+        *coarse_rates(scenario.imu),
         *barometer_of_the_day(scenario),
         *limit_notes(scenario),
         *times_not_reached(scenario, duration),
@@ -188,9 +190,14 @@ def sensor_words(section: ImuSection) -> str:
             errors = given(platform, "type")
             return f"three accelerometers and three gyros on a gimballed platform{', ' if errors else ''}{errors}"
         case _:
-            return "three accelerometers and three gyros"
+            return f"three accelerometers and three gyros{_OUTPUT[section.output]}"
 
 
+_OUTPUT = {
+    "increments": "",
+    "mean-rates": ", mean rates",
+    "instantaneous-rates": ", instantaneous rates integrated by trapezoids",
+}
 _MONITORING = {
     "none": "not monitored",
     "detect": "monitored: faults are detected",

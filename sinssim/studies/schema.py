@@ -301,6 +301,11 @@ class Study(Section):
                     f"blocks.{name}.rotation: a study compares algorithms with an IMU that is fixed to the vehicle; "
                     f"use `sinssim run` for a rotating IMU"
                 )
+            if block.output != "increments":
+                raise ValueError(
+                    f"blocks.{name}.output: a study sums increments to its lower rates, which rates do not allow; use "
+                    "`sinssim run`"
+                )
         for number, part in enumerate(self.parts, start=1):
             for name in part.sensors:
                 if name not in self.blocks and name not in GRADES:

@@ -54,6 +54,8 @@ def served(scenario: Scenario) -> str | None:
         return "it has a filter"
     if not isinstance(imu.sensor_set, Gyros):
         return f'imu.sensor_set.type = "{imu.sensor_set.type}"'
+    if imu.output != "increments":
+        return f'imu.output = "{imu.output}"'
     if scenario.compensation is not None:
         return "its inertial data are compensated by a calibration of each run"
     if scenario.vibration or scenario.motion is not None:

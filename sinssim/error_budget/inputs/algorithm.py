@@ -10,6 +10,7 @@ from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.motion import TrueMotion
 from sinssim.scenario.sections.navigation import InitialErrorSection
+from sinssim.sensors.rates import perfect_increments
 from sinssim.simulation.navigation import solve
 from sinssim.strapdown.nav_error import navigation_error
 
@@ -41,7 +42,8 @@ def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Arra
     block = scenario.imu.model_copy(update={"rotation": None})
     plain = scenario.model_copy(update={"navigation": exact, "imu": block})
     trajectory, height = motion.trajectory, motion.state.height
-    (solution,) = solve(plain, trajectory, motion.ideal, None, height)[0].values()
+    increments = perfect_increments(trajectory, motion.ideal, scenario.imu)
+    (solution,) = solve(plain, trajectory, increments, None, height)[0].values()
     error = navigation_error(trajectory.state(solution.time), solution, trajectory.ellipsoid)
     columns = np.hstack([error.position_ned, error.velocity_ned, error.attitude])
     return np.column_stack([np.interp(outputs, solution.time, column) for column in columns.T])

@@ -249,13 +249,15 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
         processes |= {
             "instability": GaussMarkov(tau), "rate_walk": Walk(), "flicker": Flicker(1.0 / section.rate_hz)
         }  # fmt: skip
+        rounded = term.field == "quantum" and section.output != "increments"  # each reading by itself
         what: Literal["white", "quantum", "process"] = (
-            "white" if term.field == "random_walk" else "quantum" if term.field == "quantum" else "process"
+            "white" if term.field == "random_walk" or rounded else "quantum" if term.field == "quantum" else "process"
         )
         source = Source(
             term.name, _label(term), _GROUPS[term.triad], "random", _in_unit(term, np.array(size)), term.written_unit
         )
         triad = ("gyro", "accel").index(term.triad)
+        size = size * math.sqrt(section.rate_hz / 12.0) if rounded else size
         density = size if what == "white" else size / math.sqrt(12.0 * section.rate_hz) if what == "quantum" else 0.0
         found.append(InertialNoise(source, triad, what, size, density, processes.get(term.field), mix=mix))
     return found

@@ -22,7 +22,13 @@ from sinssim.recording.store.summaries.phase_summary import (
 )
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
-from sinssim.scenario.notes import defaults_taken, earth_of_the_navigator, keys_without_effect, torquer_taken
+from sinssim.scenario.notes import (
+    coarse_rates,
+    defaults_taken,
+    earth_of_the_navigator,
+    keys_without_effect,
+    torquer_taken,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -70,6 +76,7 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         *([] if of_log is not None else [f"Height of the inertial solutions: {height_words(scenario)}."]),
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
+        *coarse_rates(scenario.imu),
     ]
     samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
     if flags := flagged_words(summary["flagged_samples"], samples):

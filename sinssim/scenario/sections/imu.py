@@ -19,7 +19,7 @@ The unit in a key may be another unit that datasheets use, for example `gyro_mis
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
@@ -72,6 +72,13 @@ class _Block(Section):
         description="a name from `sinssim list grades`, or the path of a grade's TOML file from the scenario's folder",
     )
     rate_hz: Annotated[float, Field(gt=0.0, le=1e5)] = Field(default=100.0, description="samples per second")
+    output: Literal["increments", "mean-rates", "instantaneous-rates"] = Field(
+        default="increments",
+        description='output of each sample. "increments": integrals over the interval; "mean-rates": the integrals '
+        'divided by the interval, as rate sensors with an integrating filter; "instantaneous-rates": values at the '
+        "time stamps, which navigation integrates by the trapezoidal rule. Of rates, each reading is rounded to the "
+        "quantum divided by the interval",
+    )
     sensor_set: SensorSet = Gyros(type="gyros")
     lever_arm_m: LeverArm | None = Field(
         default=None,
@@ -169,6 +176,29 @@ class ImuSection(_Terms):
                     raise ValueError(
                         f"{key} follows from the physics in laser_gyro, which is also given: keep one of them"
                     )
+        return self
+
+    @model_validator(mode="after")
+    def _gives_rates(self) -> Self:
+        if self.output == "increments":
+            return self
+        if not isinstance(self.sensor_set, Gyros):
+            raise ValueError(
+                f'output = "{self.output}" needs a block of three gyros and three accelerometers: remove it, or '
+                f'sensor_set.type = "{self.sensor_set.type}"'
+            )
+        for name in ("accel_arms_mm", "accel_delay_ms", "rotation") if self.output == "instantaneous-rates" else ():
+            if getattr(self, name) != type(self).model_fields[name].default:
+                raise ValueError(
+                    f'{name} acts on the mean over an interval, but output = "{self.output}" gives values at the time '
+                    "stamps: remove one of them"
+                )
+        for number, fault in enumerate(self.faults, start=1):
+            if self.output == "instantaneous-rates" and fault.type == "jitter":
+                raise ValueError(
+                    f'faults.{number}: a jitter of the time stamps is not possible with output = "{self.output}"; '
+                    'remove it, or choose "mean-rates"'
+                )
         return self
 
     @model_validator(mode="after")

@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim import sensors
 from sinssim.data import Array, ImuData
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant, SixAccelerometers
-from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.errors import ImuErrors
-from sinssim.sensors.imu.rectification import rectified
+from sinssim.sensors.rates import measured_increments, perfect_increments
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.attitude_sensor import inertial_attitude, sense_attitude
 from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
@@ -124,10 +122,9 @@ def read(
         return _read_six(trajectory, ideal, section, seed, true, section.sensor_set.arm_m)
     if isinstance(section.sensor_set, Redundant):
         return _read_redundant(ideal, section, seed, true, section.sensor_set)
-    measured = sensors.emulate(rectified(trajectory, ideal, true.imu), true.imu, seed, rounded=True)
+    measured, left = measured_increments(trajectory, ideal, section, true.imu, seed, true.calibration)
     if true.attitude_sensor is None:
-        after = None if true.calibration is None else compensate(measured, true.calibration)
-        return Readings(ideal), Readings(measured, compensated=after)
+        return Readings(perfect_increments(trajectory, ideal, section)), Readings(measured, compensated=left)
     attitude = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)
     read_out = sense_attitude(ideal.time, attitude, true.attitude_sensor, seed)
     without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
