@@ -131,11 +131,7 @@ class _Work:
         """Compute the cells that are missing, those of one motion after one another."""
         begin, study = time.perf_counter(), self.study
         try:
-            if study.cell == "budget":
-                for digest in dict.fromkeys(self._digests.values()):
-                    found = self._folder.read(digest, self.say)
-                    if found is not None:
-                        self._numbers[digest] = found
+            self._read_kept()
             todo = self._missing()
             runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
             what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
@@ -147,6 +143,12 @@ class _Work:
                 self._compute(one, truths, watch, unflown)
         finally:
             self._seconds = time.perf_counter() - begin
+
+    def _read_kept(self) -> None:
+        """Read the budgets in the directory whose numbers are not known."""
+        for digest in dict.fromkeys(self._digests.values()) if self.study.cell == "budget" else ():
+            if digest not in self._numbers and (found := self._folder.read(digest, self.say)) is not None:
+                self._numbers[digest] = found
 
     def _missing(self) -> list[_Missing]:
         """Return the cells that have no numbers, one for each digest, ordered by their true motions."""
@@ -212,6 +214,7 @@ class _Work:
 
     def fill_in(self, result: TradeResult, status: str) -> None:
         """Fill in what has become of the cells."""
+        self._read_kept()  # Ctrl-C may have come right after a cell was written
         found = []
         for cell in self.cells:
             digest = self._digests.get(cell.number, "")
