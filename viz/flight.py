@@ -1,4 +1,4 @@
-"""The flight: its path in 3D and on the map, attitude, heights, speeds and events."""
+"""The motion: its path in 3D and on the map, attitude, heights, speeds and events."""
 
 from __future__ import annotations
 
@@ -29,11 +29,18 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
         )
 
+    hidden = run.label("not_on_map").split()
+    on_map = rrb.MapView(
+        origin="/map",
+        contents=["/map/**", *(f"- /map/{name}" for name in hidden)],
+        name=f"Map, without the inertial path of {', '.join(hidden)}" if hidden else "Map",
+        zoom=run.map_zoom,
+    )
     no_grid = rrb.LineGrid3D(visible=False)
     path = rrb.Spatial3DView(
         origin="/world",
         contents=["/world/**", "- /world/nav/**"],
-        name=f"Flight path{heights}",
+        name=f"{run.label('path', 'Path')}{heights}",
         line_grid=no_grid,
         eye_controls=rrb.EyeControls3D(position=run.eye[0], look_target=run.eye[1], eye_up=(0, 0, 1))
         if run.eye
@@ -59,7 +66,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         rrb.Horizontal(
             rrb.Vertical(
                 path,
-                rrb.Horizontal(rrb.MapView(origin="/map", name="Map", zoom=run.map_zoom), attitude),
+                rrb.Horizontal(on_map, attitude),
                 row_shares=[3, 2],
             ),
             rrb.Grid(

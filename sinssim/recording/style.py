@@ -105,7 +105,7 @@ COLORS: dict[str, Rgb] = {
     # others
     "reference": (140, 140, 140),
     "ground": (120, 120, 120),
-    "aircraft": (200, 204, 210),
+    "vehicle": (200, 204, 210),
 }
 
 _OTHERS: tuple[Rgb, ...] = (

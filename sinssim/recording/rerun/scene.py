@@ -1,4 +1,4 @@
-"""The flight as a 3D scene: a local plane with east, north and height, and an enlarged aircraft.
+"""The flight as a 3D scene: a local plane with east, north and height, and an enlarged vehicle.
 
 Rerun draws in single precision, so positions are metres from the start of the flight. East and north lie in the plane
 that touches the ellipsoid at the start. The third axis is height above the ellipsoid instead of height above the plane;
@@ -7,7 +7,7 @@ otherwise a long flight would sink below the horizon.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,8 +103,8 @@ class Scene:
         return float(x), float(y), float(z)
 
     @property
-    def aircraft_length(self) -> float:
-        """Length of the aircraft as drawn, m."""
+    def vehicle_length(self) -> float:
+        """Length of the vehicle as drawn, m."""
         return 0.09 * self.size
 
     def points(self, latitude: Array, longitude: Array, height: Array) -> Array:
@@ -181,71 +181,22 @@ def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
     return float(np.clip(np.log2(_MAP_POINTS / 256.0 / max(turns, 1e-9)), 1.0, 18.0))
 
 
+def drifted(track: NavState, solutions: Mapping[str, NavSolution]) -> list[str]:
+    """Return the solutions that would more than double the width of a map.
+
+    Args:
+        track: the track that the map is of.
+        solutions: by name.
+
+    Returns:
+        Their names.
+    """
+    zoom = map_zoom([track])
+    return [name for name, solution in solutions.items() if map_zoom([track, solution]) < zoom - 1.0]
+
+
 def _across(points: Array) -> Array:
     """Return the horizontal direction across the longest extent of points (N, 2), to the south of them if possible."""
     _, axes = np.linalg.eigh(np.cov(points.T))
     side: Array = axes[:, 0]  # direction of the smallest variance
     return -side if side[1] > 0.0 else side
-
-
-def aircraft_mesh() -> tuple[Array, NDArray[np.uint32], Array]:
-    """Return a simple aircraft of length 1 in body axes, its centre at the origin.
-
-    Returns:
-        Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
-    """
-    surfaces = [
-        _loft([_circle(0.5, 0.004), _circle(0.46, 0.03), _circle(0.38, 0.05), _circle(-0.2, 0.05),
-               _circle(-0.5, 0.012, -0.03)], 1.0),
-        _loft([_fin(-0.33, -0.47, -0.04, 0.008), _fin(-0.45, -0.51, -0.2, 0.003)], 0.75),
-    ]  # fmt: skip
-    for side in (1.0, -1.0):
-        wing = [_blade(0.14, -0.08, 0.03 * side, 0.02, 0.012), _blade(-0.08, -0.15, 0.48 * side, -0.02, 0.004)]
-        tail = [_blade(-0.36, -0.47, 0.01 * side, -0.03, 0.008), _blade(-0.44, -0.49, 0.18 * side, -0.04, 0.003)]
-        surfaces += [_loft(wing, 0.85), _loft(tail, 0.85)]
-    first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
-    return (
-        np.concatenate([vertices for vertices, _, _ in surfaces]),
-        np.concatenate([triangles + n for (_, triangles, _), n in zip(surfaces, first, strict=True)]).astype(np.uint32),
-        np.concatenate([brightness for _, _, brightness in surfaces]),
-    )
-
-
-_Ring = list[tuple[float, float, float]]
-
-
-def _circle(x: float, radius: float, z: float = 0.0) -> _Ring:
-    """Return a ring of the fuselage."""
-    angles = [k * 2.0 * np.pi / 12 for k in range(12)]
-    return [(x, radius * float(np.cos(a)), z + radius * float(np.sin(a))) for a in angles]
-
-
-def _profile(lead: float, trail: float, half: float) -> list[tuple[float, float]]:
-    """Return a diamond between leading and trailing edge."""
-    middle = 0.6 * lead + 0.4 * trail
-    return [(lead, 0.0), (middle, -half), (trail, 0.0), (middle, half)]
-
-
-def _blade(lead: float, trail: float, y: float, z: float, half: float) -> _Ring:
-    """Return a section of a wing."""
-    return [(x, y, z + d) for x, d in _profile(lead, trail, half)]
-
-
-def _fin(lead: float, trail: float, z: float, half: float) -> _Ring:
-    """Return a section of the fin."""
-    return [(x, d, z) for x, d in _profile(lead, trail, half)]
-
-
-def _loft(rings: list[_Ring], brightness: float) -> tuple[Array, NDArray[np.int64], Array]:
-    """Return the closed surface through rings of equally many points; its lower half is darker."""
-    n = len(rings[0])
-    vertices = np.array([point for ring in rings for point in ring])
-    below = np.concatenate([[p[2] > np.mean([q[2] for q in ring]) + 1e-9 for p in ring] for ring in rings])
-    triangles = []
-    for a in range(0, len(vertices) - n, n):
-        for i in range(n):
-            j = (i + 1) % n
-            triangles += [(a + i, a + j, a + n + i), (a + j, a + n + j, a + n + i)]
-    for end in (0, len(vertices) - n):
-        triangles += [(end, end + i, end + i + 1) for i in range(1, n - 1)]
-    return vertices, np.array(triangles), np.where(below, 0.55, 1.0) * brightness

@@ -15,12 +15,13 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import RunError
 from sinssim.recording import style
+from sinssim.recording.rerun.models import PATHS, kind_of
 from sinssim.recording.rerun.run import log_run as pictures
 from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
 from sinssim.recording.rerun.run.log_filter import draw_filter
 from sinssim.recording.rerun.run.log_platform import compared, draw_platform
 from sinssim.recording.rerun.run.log_redundancy import alarm_events, draw_monitoring, draw_with_and_without
-from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
+from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.sensor_comparison import SensorComparison
@@ -89,13 +90,17 @@ class RunWriter:
         self._streams.mkdir()
         self._events, self._time = list(trajectory.events), time
         self._track, self._recorded = some_rows(truth), ideal is None
-        self._scene = Scene.around(truth, trajectory.ellipsoid)
+        self._scene, kind = Scene.around(truth, trajectory.ellipsoid), kind_of(scenario)
         self._run = RunInfo(
             scenario.name,
             float(time[0]),
             float(time[-1]),
             scenario.navigation.algorithms,
-            labels={"height_scale": str(self._scene.height_scale), "events": "yes" if self._events else "no"},
+            labels={
+                "height_scale": str(self._scene.height_scale),
+                "events": "yes" if self._events else "no",
+                "path": PATHS[kind],
+            },
             eye=(self._scene.eye, self._scene.middle),
             map_zoom=map_zoom([truth]),
             views=scenario.views,
@@ -110,7 +115,7 @@ class RunWriter:
         try:
             toml = f"```toml\n{scenario.to_toml()}\n```"
             self._draw(lambda: self._recording.document("about/scenario", toml))
-            self._draw(self._draw_flight, time, truth, trajectory.events, scenario.output.angles)
+            self._draw(self._draw_flight, time, truth, trajectory.events, scenario.output.angles, kind)
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
             self._coordinates = _coordinate_streams(scenario, own, truth)
             if ideal is None:
@@ -327,8 +332,10 @@ class RunWriter:
             progress(1.0 - len(left) / len(self._tasks))
         self._close()
 
-    def _draw_flight(self, time: Array, truth: NavState, events: Sequence[FlightEvent], angles: str | None) -> None:
-        pictures.draw_flight(self._recording, time, truth, self._scene, events, angles)
+    def _draw_flight(
+        self, time: Array, truth: NavState, events: Sequence[FlightEvent], angles: str | None, kind: str
+    ) -> None:
+        pictures.draw_flight(self._recording, time, truth, self._scene, events, angles, kind)
         self._learn({})
 
     def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
@@ -339,10 +346,11 @@ class RunWriter:
 
     def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
         labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
-        # recorded small sensors alone drift so far that the map would show nothing else
-        shown = () if self._recorded else solutions.values()
-        zoom = map_zoom([self._track, *shown])
+        # recorded small sensors alone drift so far that the map would show nothing else: it is centred on what it shows
+        hidden = drifted(self._track, solutions) if self._recorded else []
+        zoom = map_zoom([self._track, *(solution for name, solution in solutions.items() if name not in hidden)])
         self._run = replace(self._run, algorithms=tuple(solutions), map_zoom=zoom)
+        self._learn({"not_on_map": " ".join(hidden)})
         first, solution = next(iter(solutions.items()))
         labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
         self._learn(labels)

@@ -10,7 +10,8 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording import style
-from sinssim.recording.rerun.scene import Scene, aircraft_mesh
+from sinssim.recording.rerun.models import vehicle_mesh
+from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.strapdown.nav_error import NavError
@@ -46,6 +47,7 @@ def draw_flight(
     scene: Scene,
     events: Sequence[FlightEvent],
     angles: str | None = None,
+    kind: str = "",
 ) -> None:
     """Record the true flight as lines, map and 3D scene, below `flight/`.
 
@@ -56,6 +58,7 @@ def draw_flight(
         scene: the scene of the 3D view.
         events: events of the flight.
         angles: range of the heading, or "continuous"; None for 0…360°.
+        kind: kind of vehicle, a key of `sinssim.recording.rerun.models.PATHS`.
     """
     import rerun as rr
 
@@ -79,8 +82,8 @@ def draw_flight(
     recording.static(
         "map/truth", rr.GeoLineStrings(lat_lon=[lat_lon[path]], radii=rr.Radius.ui_points(2.5), colors=color)
     )
-    recording.static("map/aircraft", rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(7.0), colors=[(213, 94, 0)]))
-    recording.columns("map/aircraft", t, rr.GeoPoints.columns(positions=lat_lon))
+    recording.static("map/vehicle", rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(7.0), colors=[(213, 94, 0)]))
+    recording.columns("map/vehicle", t, rr.GeoPoints.columns(positions=lat_lon))
 
     points = scene.points(lat, lon, height)
     ground = points[path] * (1.0, 1.0, 0.0)
@@ -103,9 +106,9 @@ def draw_flight(
         )
         recording.static("world/events", marks)
     q = scene.attitudes(lat, lon, q_nb)
-    _aircraft(recording, "world/aircraft", t, points, q, scene.aircraft_length)
+    _draw_vehicle(recording, "world/vehicle", t, points, q, scene.vehicle_length, kind)
 
-    _draw_attitude(recording, t, q_nb)
+    _draw_attitude(recording, t, q_nb, kind)
 
 
 def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
@@ -132,14 +135,14 @@ def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Se
         )
 
 
-def _draw_attitude(recording: Recording, t: Array, q_nb: Array) -> None:
-    """Record the aircraft's attitude in the local level, with horizon and compass, below `attitude/`."""
+def _draw_attitude(recording: Recording, t: Array, q_nb: Array, kind: str) -> None:
+    """Record the vehicle's attitude in the local level, with horizon and compass, below `attitude/`."""
     import rerun as rr
 
     grey = style.COLORS["ground"]
     swap = rotation.multiply(np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0]), q_nb)
     recording.static("attitude", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    _aircraft(recording, "attitude/aircraft", t, np.zeros((len(t), 3)), swap, 1.0)
+    _draw_vehicle(recording, "attitude/vehicle", t, np.zeros((len(t), 3)), swap, 1.0, kind)
     ring = np.linspace(0.0, 2.0 * np.pi, 73)
     horizon = 0.75 * np.column_stack((np.cos(ring), np.sin(ring), np.zeros_like(ring)))
     recording.static("attitude/horizon", rr.LineStrips3D([horizon], radii=rr.Radius.ui_points(1.0), colors=grey))
@@ -147,12 +150,14 @@ def _draw_attitude(recording: Recording, t: Array, q_nb: Array) -> None:
     recording.static("attitude/compass", rr.Points3D(letters, labels=["N", "E", "S", "W"], radii=0.006, colors=grey))
 
 
-def _aircraft(recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float) -> None:
-    """Record a moving aircraft: a mesh in body axes below a transform over time."""
+def _draw_vehicle(
+    recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float, kind: str
+) -> None:
+    """Record a moving vehicle: a mesh in body axes below a transform over time."""
     import rerun as rr
 
-    vertices, triangles, shades = aircraft_mesh()
-    color = np.array(style.COLORS["aircraft"])
+    vertices, triangles, shades = vehicle_mesh(kind)
+    color = np.array(style.COLORS["vehicle"])
     mesh = rr.Mesh3D(
         vertex_positions=length * vertices,
         triangle_indices=triangles,

@@ -7,15 +7,20 @@ import itertools
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
 from sinssim.recording import style
+from sinssim.recording.rerun.models import PATHS, kind_of, vehicle_mesh
 from sinssim.recording.rerun.run import log_run as pictures
-from sinssim.recording.rerun.scene import Scene, aircraft_mesh, map_zoom
+from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
+from sinssim.recording.rerun.views import RunInfo, load_view
 from sinssim.recording.scales import LENGTHS, suiting
 from sinssim.recording.sensor_comparison import compare_sensors
+from sinssim.scenario import load_scenario
 from sinssim.sensors.sets.reading import Readings
+from tests.recording.rerun.test_views import views
 
 
 class Drawn:
@@ -196,14 +201,36 @@ def test_the_map_shows_all_tracks_across_the_antimeridian_too(longitude):
     assert map_zoom([track, far]) == pytest.approx(np.log2(110.0 / (256.0 / 360.0)), abs=0.02)
 
 
-def test_the_aircraft_is_closed_and_as_long_as_it_says():
-    vertices, triangles, brightness = aircraft_mesh()
+def test_the_map_leaves_out_what_drifts_away():
+    """A path of 100 km along the equator; others beside it double its width, or do not."""
+    track = flight(0.0, 0.0, 90.0, length=100e3)
+    near, far = (flight(0.0, 0.0, 90.0, length=length) for length in (190e3, 210e3))
+    assert drifted(track, {"aided": track, "quaternion": near, "poisson": far}) == ["poisson"]
+    hidden = RunInfo("drive", 0.0, 1.0, ("poisson",), labels={"not_on_map": "poisson"})
+    (shown,) = (view for view in views(load_view("flight", hidden).root_container) if isinstance(view, rrb.MapView))
+    assert shown.contents == ["/map/**", "- /map/poisson"]
+    assert str(shown.name) == "Map, without the inertial path of poisson"
+
+
+@pytest.mark.parametrize("kind", PATHS)
+def test_a_vehicle_is_closed_and_as_long_as_it_says(kind):
+    vertices, triangles, brightness = vehicle_mesh(kind)
     assert np.ptp(vertices[:, 0]) == pytest.approx(1.0, abs=0.02)
     assert triangles.max() < len(vertices) == len(brightness)
     np.testing.assert_allclose(vertices[:, 1].min(), -vertices[:, 1].max())
+    assert vertices[np.argmax(vertices[:, 0]), 0] == pytest.approx(0.5, abs=0.02)  # the nose is ahead
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
     assert set(uses) == {2}  # every edge belongs to two triangles: no holes
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("first_flight", "aircraft"), ("delivery_drive", "land"), ("sea_voyage", "sea"), ("rotating_unit", "")],
+)
+def test_the_model_and_the_title_follow_the_vehicle(name, kind):
+    assert kind_of(load_scenario(name)) == kind
+    assert ("Flight" in PATHS[kind]) == (kind == "aircraft")
 
 
 def test_colours_are_legible_on_dark_and_light_and_differ():
@@ -211,7 +238,7 @@ def test_colours_are_legible_on_dark_and_light_and_differ():
         linear = [(c / 255 / 12.92) if c / 255 <= 0.04045 else ((c / 255 + 0.055) / 1.055) ** 2.4 for c in rgb]
         return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
-    drawn = {name: rgb for name, rgb in style.COLORS.items() if name != "aircraft"}
+    drawn = {name: rgb for name, rgb in style.COLORS.items() if name != "vehicle"}
     sensors = ("gnss-position", "baro", "magnetometer", "airspeed", "odometer", "star-tracker", "master-attitude")
     of_sensors = [f"{sensor} bias" for sensor in sensors] + ["airspeed wind", "magnetometer deviation", "baro scale"]
     for rgb in (*drawn.values(), *style.colors(of_sensors)):
