@@ -15,12 +15,12 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import RunError
 from sinssim.recording import style
-from sinssim.recording.rerun.models import PATHS, kind_of
 from sinssim.recording.rerun.run import log_run as pictures
 from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
 from sinssim.recording.rerun.run.log_filter import draw_filter
 from sinssim.recording.rerun.run.log_platform import compared, draw_platform
 from sinssim.recording.rerun.run.log_redundancy import alarm_events, draw_monitoring, draw_with_and_without
+from sinssim.recording.rerun.run.models import PATHS, kind_of
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views

@@ -10,7 +10,7 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording import style
-from sinssim.recording.rerun.models import vehicle_mesh
+from sinssim.recording.rerun.run.models import vehicle_mesh
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
 from sinssim.recording.sensor_comparison import SensorComparison
@@ -58,7 +58,7 @@ def draw_flight(
         scene: the scene of the 3D view.
         events: events of the flight.
         angles: range of the heading, or "continuous"; None for 0…360°.
-        kind: kind of vehicle, a key of `sinssim.recording.rerun.models.PATHS`.
+        kind: kind of vehicle, a key of `sinssim.recording.rerun.run.models.PATHS`.
     """
     import rerun as rr
 

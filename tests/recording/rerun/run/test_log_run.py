@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
 from sinssim.recording import style
-from sinssim.recording.rerun.models import PATHS, kind_of, vehicle_mesh
 from sinssim.recording.rerun.run import log_run as pictures
+from sinssim.recording.rerun.run.models import PATHS, kind_of, vehicle_mesh
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
 from sinssim.recording.rerun.views import RunInfo, load_view
 from sinssim.recording.scales import LENGTHS, suiting
