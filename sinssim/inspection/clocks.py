@@ -22,6 +22,7 @@ _LEAST_CHANGE = 0.1  # m/s
 _ALIKE = 0.9  # least correlation of velocities and differences of positions
 _TURNS_ALIKE = 0.5  # least correlation of the turns
 _SLOW = 3.0  # m/s; below this the course of a velocity is noise
+_MOST_STEPS = 1e7  # eleven days in steps of 0.1 s; what lasts longer has a wrong stamp
 _PARTS = 5  # groups of windows whose scatter gives the uncertainty
 
 
@@ -57,6 +58,8 @@ def coarse_offset(time: Array, rate: Array, fixes: Seen) -> float | None:
         The offset, s; None if nothing stands out.
     """
     step = max(float(np.median(np.diff(fixes.time))), 0.1)
+    if not max(np.ptp(fixes.time), np.ptp(time)) < _MOST_STEPS * step:
+        return None
     grid = np.arange(fixes.time[0], fixes.time[-1], step)
     direction = fixes.relative / np.maximum(fixes.speed, 1e-3)[:, None]
     turn = np.linalg.norm(np.gradient(direction, fixes.time, axis=0), axis=1) * (fixes.speed > _SLOW)

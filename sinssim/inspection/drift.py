@@ -109,7 +109,7 @@ def _step(tried: Callable[[Array], Match], at: Array) -> Array:
         bend = low - 2.0 * here + high
         most = 10.0 * _STEPS[k]
         newton = 0.5 * _STEPS[k] * (low - high) / bend if bend > 0.0 else most * np.sign(low - high)
-        change[k] = np.clip(newton, -most, most)
+        change[k] = np.clip(np.nan_to_num(newton), -most, most)  # residuals are infinite where nothing overlaps
     return change
 
 
