@@ -7,8 +7,10 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 
-_FROZEN = 20
-"""Equal samples in a row that a noisy sensor does not give by chance, if its resolution is finer than its noise."""
+_CHANCE = 1e-4
+"""Probability that a channel which works seems frozen in a log."""
+_LEAST_FROZEN = 20
+"""Equal samples in a row below which nothing is frozen: fewer may be a reading held by the logger."""
 _SATURATED = 3
 """Samples at the extreme value in a row that count as saturation; one or two may be a peak."""
 
@@ -66,7 +68,7 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
     found = []
     spread = float(np.std(np.diff(axis)))
     longest, start = _longest_run(axis)
-    if longest >= _FROZEN and spread > 3.0 * quantum:
+    if longest >= _LEAST_FROZEN and _frozen(axis, start, longest, quantum):
         found.append(
             doubt(
                 subject,
@@ -80,7 +82,9 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
     for extreme, word in ((float(axis.max()), "largest"), (float(axis.min()), "least")):
         at = axis == extreme
         runs, first = _longest_run(np.where(at, 1.0, np.arange(len(axis)) + 2.0))
-        if runs >= _SATURATED and at[first] and abs(extreme - np.median(axis)) > 4.0 * max(spread, quantum):
+        expected = _longest_run(np.where(at, np.arange(len(axis)) + 2.0, axis))[0]  # a resolution repeats any value
+        beyond = abs(extreme - np.median(axis)) > 4.0 * max(spread, quantum)
+        if runs >= _SATURATED and runs > expected and at[first] and beyond:
             found.append(
                 doubt(
                     subject,
@@ -92,6 +96,28 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
                 )
             )
     return found
+
+
+def _frozen(axis: Array, start: int, length: int, quantum: float) -> bool:
+    """Return whether noise of the size beside a run of equal values would not give such a run.
+
+    A noise of σ about the middle of a step q, where equal values are most frequent, gives the same number with the
+    probability p = erf(q/(2√2 σ)). Of N samples, N pᴸ runs of the length L are expected at most. σ is that of the
+    calmer side of the run, over its length.
+
+    Args:
+        axis: the channel, (N,).
+        start, length: of the run.
+        quantum: the resolution; 0 if it is finer than the numbers show.
+    """
+    from scipy.special import erf
+
+    sides = axis[max(start - length, 0) : start], axis[start + length : start + 2 * length]
+    noise = [float(np.std(np.diff(side))) / np.sqrt(2.0) for side in sides if len(side) >= _LEAST_FROZEN]
+    if not noise or not min(noise) > 0.0:
+        return False
+    same = float(erf(quantum / (2.0 * np.sqrt(2.0) * min(noise))))
+    return len(axis) * same**length < _CHANCE
 
 
 def _longest_run(axis: Array) -> tuple[int, int]:

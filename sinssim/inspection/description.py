@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from datetime import datetime, timedelta
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sinssim.inspection.corrections import bridges, clock_keys
 from sinssim.inspection.inspection import Inspection
-from sinssim.inspection.standing import AtRest
 from sinssim.inspection.velocity_match import seen
 from sinssim.logs.streams import Clock
+from sinssim.sensors.from_readings.first_course import first_course
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.units import DEG, DEG_H, DEG_SQRT_H, G0
 
-_EPOCH = datetime(1980, 1, 6)
+_BRIDGED = 0.1
+"""Gap that is bridged without a key, s: the default of max_gap_s."""
 
 
 def suggested_scenario(
@@ -43,11 +44,12 @@ def suggested_scenario(
         Text of a scenario's file, with the reason beside each number.
     """
     path, keys, clock = inertial
+    begin = list(_begin(inspection, of_reference=fixes is None and reference is not None))
     lines = [
         f'name = "{_name(path)}"',
         f'description = "Recorded by {path.name}"',
         "",
-        *_begin(inspection, of_reference=fixes is None and reference is not None),
+        *begin,
         "[log.imu]",
         f"file = {_text(_relative(path, folder))}",
     ]
@@ -58,7 +60,17 @@ def suggested_scenario(
         lines.append(f"axes = {list(axes)!r}  # from the direction of motion and gravity".replace("'", '"'))
     if inspection.drift:
         lines.append(f"clock_drift_ppm = {1e6 * inspection.drift:.1f}  # match with the fixes, over the whole log")
-    lines += _clock_keys(inspection, clock, fixes[2] if fixes else reference[2] if reference else None)
+    receiver = fixes[2] if fixes else reference[2] if reference else None
+    lines += _lines(clock_keys(inspection, clock, receiver))
+    if (
+        clock.origin_gps_s is None
+        and receiver is not None
+        and receiver.origin_gps_s is not None
+        and not inspection.offset
+    ):
+        lines.append('# first_row = "2026-01-01 00:00:00.000"  # which was the GPS time of the first row?')
+    if inspection.inertial is not None and (bridge := bridges(inspection.inertial.time, _BRIDGED)[0]) is not None:
+        lines.append(f"max_gap_s = {bridge:g}  # the longest gap, which is bridged with more noise")
     lines += list(_tables("log.imu", keys))
     if fixes is not None:
         lines += ["", "[log.gnss]", f"file = {_text(_relative(fixes[0], folder))}", *_file_keys(fixes[1])]
@@ -74,6 +86,11 @@ def suggested_scenario(
             f"file = {_text(_relative(reference[0], folder))}",
             *_file_keys({"format": reference[1]}),
         ]
+    if fixes is not None and _course_known(inspection) is False:
+        lines += ["", "[log.start]", "heading_deg = 0.0  # which is it? The fixes do not move, and show no course"]
+    elif fixes is None and reference is None:
+        lines += ["", "[log.start]  # which are they? A run needs them"]
+        lines += [f"# {key} = 0.0" for key in ("latitude_deg", "longitude_deg", "height_m", "heading_deg")]
     lines += ["", *_imu(inspection)]
     if fixes is not None or reference is not None:
         lines += ["", *_filter(inspection, land)]
@@ -112,16 +129,17 @@ def _starts(inspection: Inspection, *, of_reference: bool = False) -> float:
 
 
 def _begin(inspection: Inspection, *, of_reference: bool) -> Iterator[str]:
-    """Yield the beginning of the run if the satellites or the reference come later."""
-    late = _starts(inspection, of_reference=of_reference)
-    if late:
-        what = (
-            "the reference gives the initial state"
-            if of_reference
-            else "time of the first fix, which gives the initial position"
-        )
+    """Yield the span of the run if the satellites or the reference come later, or a gap cannot be bridged."""
+    late, last = _starts(inspection, of_reference=of_reference), None
+    what = "the reference gives the initial state" if of_reference else "first fix, which gives the initial position"
+    if inspection.inertial is not None and (span := bridges(inspection.inertial.time, _BRIDGED)[1]) is not None:
+        if span[0] > late:
+            late, what = span[0], "longest part without a gap of more than 10 s"
+        last = span[1]
+    if late or last is not None:
         yield "[log]"
-        yield f"from_s = {late:.3f}  # {what}"
+        yield from () if not late else (f"from_s = {late:.3f}  # {what}",)
+        yield from () if last is None else (f"to_s = {last:.3f}  # a gap of more than 10 s follows",)
         yield ""
 
 
@@ -129,26 +147,35 @@ _SLOWEST_WHEELS = 0.5 / 8
 """Longest interval of samples, s, with which the constraint of wheels and the detector of stops have 8 in a window."""
 _SLOWEST_VIBRATION = 0.2 / 3
 """Longest interval of samples that show vibration, s, as `sinssim.sensors.from_readings.vibration` needs it."""
-_STANDS = 0.5
-"""Speed of satellites up to which a vehicle stands, m/s."""
 
 
 def _stop(inspection: Inspection) -> tuple[float, float] | None:
-    """Return the first quiet span within the run in which the satellites show no motion, s since the first row."""
+    """Return the first quiet span within the run, in which the fixes show no motion, s since the first row."""
     if inspection.quiet is None or inspection.inertial is None or inspection.fixes is None:
         return None
-    zero, curve = float(inspection.inertial.time[0]), seen(inspection.fixes)
-    for begin, end in inspection.quiet.spans:
-        first, last = max(begin - zero, _starts(inspection)), end - zero
-        if last - first < 3.0:
-            continue
-        if curve is not None and inspection.offset is not None:
-            at = curve.time + inspection.offset - zero
-            speed = curve.speed[(at >= first) & (at <= last)]
-            if len(speed) and float(np.median(speed)) > _STANDS:
-                continue
-        return first, last
-    return None
+    zero, start = float(inspection.inertial.time[0]), _starts(inspection)
+    spans = ((max(begin - zero, start), end - zero) for begin, end in inspection.quiet.spans)
+    return next((span for span in spans if span[1] - span[0] >= 3.0), None)
+
+
+def _course_known(inspection: Inspection) -> bool | None:
+    """Return whether the fixes show a course within the run, as its start needs it; None without fixes."""
+    curve = None if inspection.fixes is None else seen(inspection.fixes)
+    if curve is None or inspection.fixes is None:
+        return None
+    begin = _starts(inspection)
+    later = np.ones(len(curve.time), dtype=bool)
+    if inspection.offset is not None:
+        later = np.array([_since(inspection, t) >= begin for t in curve.time])
+    size = max(_SIGMA_DOPPLER[0], inspection.residual or 0.0)  # as `_sigmas` writes it
+    if inspection.fixes.velocity_ned is None:
+        size = _SIGMA_OF_STEPS
+    elif inspection.fixes.velocity_sigma is not None:
+        size = curve.sigma
+    sigma = np.full(len(curve.time), size)
+    north = np.sum(curve.relative * curve.north, axis=1)
+    east = np.sum(curve.relative * np.cross(curve.north, curve.up), axis=1)
+    return first_course(curve.time[later], np.column_stack([north, east])[later], sigma[later]) is not None
 
 
 def _name(path: Path) -> str:
@@ -195,23 +222,8 @@ def _key(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _text(name)
 
 
-def _clock_keys(inspection: Inspection, clock: Clock, receiver: Clock | None) -> Iterator[str]:
-    """Yield the keys that put the unit's times on the receiver's clock."""
-    offset = inspection.offset
-    if offset is None or inspection.inertial is None:
-        if clock.origin_gps_s is None:
-            yield '# first_row = "2026-01-01 00:00:00.000"  # GPS time of the first row: not found in the data'
-        return
-    if clock.origin_gps_s is None and receiver is not None and receiver.origin_gps_s is not None:
-        first = receiver.origin_gps_s + float(inspection.inertial.time[0]) - offset
-        instant = _EPOCH + timedelta(seconds=round(first, 3))
-        yield f'first_row = "{instant:%Y-%m-%d %H:%M:%S}.{instant.microsecond // 1000:03d}"  # match with the fixes'
-        return
-    stated = 0 if clock.origin_gps_s is None or receiver is None else (receiver.origin_gps_s or 0) - clock.origin_gps_s
-    late = offset - stated
-    doubted = any("imu_clock_minus_gnss_clock_s" in f.numbers and f.grade == "doubt" for f in inspection.findings)
-    if doubted and abs(late) > 1e-3:  # a smaller offset is as uncertain as it is large
-        yield f"time_offset_s = {-late:.3f}  # the unit's stamps are {'late' if late > 0.0 else 'early'}"
+def _lines(changes: Iterable[tuple[str, Any, str]]) -> Iterator[str]:
+    yield from (f"{key} = {_value(value)}  # {why}" for key, value, why in changes)
 
 
 def _imu(inspection: Inspection) -> Iterator[str]:
@@ -222,10 +234,15 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         yield f"mounting_deg = [{angles}]  # if the vehicle moves where it points"
     quiet = inspection.quiet
     if quiet is None:
-        yield 'grade = "mems-industrial"  # not known from the data: give the nearest of `sinssim list grades`'
-        yield "# gyro_arw_deg_sqrt_h, accel_vrw_ug_sqrt_hz, gyro_bias_sigma_deg_h, accel_bias_sigma_ug: its data sheet"
+        if inspection.fast is None:
+            yield 'grade = "mems-industrial"  # which is it? give the nearest of `sinssim list grades`'
+            return
+        gyro, accel = (float(np.max(density)) for density in inspection.fast)
+        yield f'grade = "{_grade(gyro)}"  # which is it? nearest in noise, with motion in it: no span is at rest'
+        yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # what changes from sample to sample in motion"
+        yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # the same"
         return
-    grade = _grade(quiet)
+    grade = _grade(float(np.min(quiet.gyro_density)))
     yield f'grade = "{grade}"  # nearest in noise; the lines below replace its own'
     # vibration_noise adds the shaking of each axis, that of an engine at rest included: it must not count twice
     shaken = _shaken(inspection)
@@ -233,7 +250,7 @@ def _imu(inspection: Inspection) -> Iterator[str]:
     gyro, accel = (float(np.min(d) if shaken else np.max(d)) for d in (quiet.gyro_density, quiet.accel_density))
     yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # of the {which} axis in quiet spans"
     yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # of the {which} axis in quiet spans"
-    bias = float(np.max(np.abs(quiet.rate))) / DEG * 3600.0
+    bias = float(np.max(np.maximum(np.abs(quiet.rate), quiet.hidden[0]))) / DEG * 3600.0
     yield f"gyro_bias_sigma_deg_h = {max(bias, 0.01):.3g}  # size of the measurements at rest"
     size = abs(float(np.linalg.norm(quiet.specific_force)) - _gravity(inspection)) / (1e-6 * G0)
     yield f"accel_bias_sigma_ug = {max(size, 100.0):.4g}  # as large as the departure from gravity at rest"
@@ -255,6 +272,8 @@ _SIGMA_FIXED = (0.02, 0.02, 0.04)
 """1σ of a fixed solution of carrier phases as data sheets state it, 1 cm + 1 ppm, with the antenna's motion, m."""
 _SIGMA_SINGLE = (2.0, 2.0, 4.0)
 """1σ of a position by code, north, east, down, m: 95 % within 4 m (GPS SPS Performance Standard, 2020, 3.8)."""
+_SIGMA_OF_STEPS = 0.15
+"""1σ of a velocity by the difference of two positions that are 2 s apart, as a run takes it, m/s."""
 _SIGMA_DOPPLER = (0.1, 0.1, 0.2)
 """1σ of a velocity by Doppler shifts, as data sheets state it, with the change within the stamp's uncertainty, m/s."""
 
@@ -270,10 +289,19 @@ def _sigmas(inspection: Inspection) -> Iterator[str]:
             if fixes.quality is not None
             else set()
         )
+        size: tuple[float, ...]
         size, what = (_SIGMA_FIXED, "fixed ambiguities") if words == {"fixed"} else (_SIGMA_SINGLE, "code positions")
-        yield f"position_sigma_m = {list(size)}  # assumed for {what}: the file has no σ, see the data sheet"
+        why = f"assumed for {what}: the file has no σ, see the data sheet"
+        step = max((f.numbers["step_sigma_m"] for f in inspection.findings if "step_sigma_m" in f.numbers), default=0.0)
+        if step / np.sqrt(2.0) > size[0]:  # a step has the errors of two fixes
+            size, why = tuple(round(float(s / size[0] * step / np.sqrt(2.0)), 2) for s in size), "from the steps"
+        yield f"position_sigma_m = {list(size)}  # {why}"
     if fixes.velocity_ned is not None and fixes.velocity_sigma is None:
-        yield f"velocity_sigma_mps = {list(_SIGMA_DOPPLER)}  # assumed: the file has no σ"
+        size, why = _SIGMA_DOPPLER, "assumed: the file has no σ"
+        if (inspection.residual or 0.0) > size[0]:
+            size = tuple(round(float(s / size[0] * (inspection.residual or 0.0)), 2) for s in size)
+            why = "from the match with the inertial data"
+        yield f"velocity_sigma_mps = {list(size)}  # {why}"
 
 
 def _quality(inspection: Inspection) -> Iterator[str]:
@@ -306,7 +334,11 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     if _shaken(inspection):
         yield "vibration_noise = 0.4  # the inertial data vibrate more in motion than at rest"
     yield "smooth = true"
+    if _course_known(inspection) is False:
+        yield from ("", "[filter.initial_sigma]", "heading_arcmin = 5400.0  # 90°: the fixes show no course")
     if inspection.mounting is None:
+        if land:
+            yield "# --vehicle land has no effect: the constraint of wheels needs the mounting, which is not known"
         return
     assert inspection.inertial is not None
     if float(np.median(np.diff(inspection.inertial.time))) > _SLOWEST_WHEELS:
@@ -332,11 +364,10 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
         yield from (f"{off}{key}" for key in keys)
 
 
-def _grade(quiet: AtRest) -> str:
-    """Return the grade whose gyros have the random walk nearest to that of the quietest axis."""
-    noise = max(float(np.min(quiet.gyro_density)), 1e-12)
+def _grade(noise: float) -> str:
+    """Return the grade whose gyros have the random walk nearest to a density, rad/√s."""
     able = {name: grade.gyro.random_walk for name, grade in GRADE_TABLE.items() if grade.gyro.random_walk > 0.0}
-    return min(able, key=lambda name: abs(np.log(able[name] / noise)))
+    return min(able, key=lambda name: abs(np.log(able[name] / max(noise, 1e-12))))
 
 
 def _gravity(inspection: Inspection) -> float:

@@ -11,15 +11,16 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.errors import InputError
+from sinssim.inspection.corrections import changes, corrected_columns, corrected_scenario
 from sinssim.inspection.description import suggested_scenario
-from sinssim.inspection.drift import even_times
 from sinssim.inspection.finding import doubt, fact
 from sinssim.inspection.inspection import Described, Inspection, inspect_streams
 from sinssim.inspection.layouts.gravity import opposite, other_units
 from sinssim.inspection.layouts.guess import Guessed, fix_words, guess_files
-from sinssim.inspection.layouts.inertial import Layout, other_gyro_units
+from sinssim.inspection.layouts.inertial import Layout
 from sinssim.inspection.layouts.sum_sign import relative_sign
 from sinssim.inspection.layouts.text_table import TextTable, read_table
+from sinssim.inspection.times.drift import even_times
 from sinssim.logs.aiding import quality_factor
 from sinssim.logs.clocks import file_clock, gps_instant
 from sinssim.logs.files import fix_stream, inertial_stream, solution_stream
@@ -41,12 +42,14 @@ class Inspected:
     Attributes:
         inspection: findings and numbers.
         files: what was read of each file.
-        scenario: text of a scenario to start from; None without inertial readings.
+        scenario: text of a scenario to start from, or of the described one with corrections; None if there is none.
+        why: why there is none.
     """
 
     inspection: Inspection
     files: tuple[Streams, ...]
     scenario: str | None
+    why: str = ""
 
 
 def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool = False) -> Inspected:
@@ -67,12 +70,14 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
         raise InputError("inspect needs at least one file.")
     files: list[Streams] = []
     said = Described()
+    scenario: Scenario | None = None
     tables: list[TextTable] = []
     unread: list[InputError] = []
     for path in _whole_folders([Path(path) for path in paths]):
         if path.suffix == ".toml":
-            described, said = _described(path)
+            scenario, described, said = _described(path)
             files += described
+            source = path
         elif [name for name in candidates(path) if name != "track-csv"]:  # a track of any names is read as fixes
             files.append(read_file(path))
         else:
@@ -91,14 +96,45 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
         result = inspect_streams(_with_fixes(files), said)
     if guessed.unit is not None:
         if guessed.unit[1].gravity is None:
-            result, guessed = _decided(result, files, guessed)
-        assert guessed.unit is not None
+            _decided(result, guessed.unit[1])
         result.findings.insert(1, fact(str(guessed.unit[0].path), _words(*guessed.unit)))
     for table, layout in guessed.fixes:
         result.findings.insert(1, fact(str(table.path), f"The columns of the fixes are: {fix_words(table, layout)}."))
+    if land and scenario is None and any(one.inertial for one in files) and result.mounting is None:
+        text = (
+            "--vehicle land has no effect: the constraint of wheels needs the mounting of the unit, which is not known."
+        )
+        result.findings.append(doubt("vehicle", text, "Give a drive with fixes at more than 5 m/s."))
     left = (*guessed.left, *(f"{error} The file is not used." for error in unread))
     result.findings += [doubt("files", text, "Omit the file.") for text in left]
-    return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
+    if scenario is None:
+        return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
+    return Inspected(result, tuple(files), *_corrected(result, files, scenario, source, Path(folder), land=land))
+
+
+def _corrected(
+    result: Inspection, files: list[Streams], scenario: Scenario, path: Path, folder: Path, *, land: bool
+) -> tuple[str | None, str]:
+    """Return the text of a described scenario with what was found, and a sentence on it; None without a change."""
+    unit = next(f.clock for f in files if f.inertial)
+    found, cannot = changes(result, scenario, (unit, next((f.clock for f in files if f.fixes), None)))
+    if land and getattr(scenario.aiding, "land_vehicle", None) is None:
+        result.findings.append(
+            doubt(
+                "vehicle",
+                "--vehicle land does not change a scenario that describes the log.",
+                "Add [aiding.land_vehicle] to it, see docs/estimation.md.",
+            )
+        )
+    beyond = [
+        f for f in result.findings if f.grade == "wrong" and f.subject not in ("units and axes", "accelerometers")
+    ]
+    if cannot or beyond:
+        why = " ".join([*cannot, *(f.sentence for f in beyond)])
+        return None, f"There is no corrected scenario. {why}"
+    if not found:
+        return None, f"{path.name} needs no correction."
+    return corrected_scenario(path, folder, found), ""
 
 
 def _whole_folders(paths: Sequence[Path]) -> list[Path]:
@@ -128,8 +164,8 @@ def _with_fixes(files: list[Streams]) -> list[Streams]:
     return files
 
 
-def _described(path: Path) -> tuple[list[Streams], Described]:
-    """Return the streams that a scenario with [log] describes, without refused fixes, and what else it says."""
+def _described(path: Path) -> tuple[Scenario, list[Streams], Described]:
+    """Return a scenario with [log], the streams that it describes, without refused fixes, and what else it says."""
     from sinssim.scenario import load_scenario
 
     scenario = load_scenario(str(path))
@@ -146,7 +182,11 @@ def _described(path: Path) -> tuple[list[Streams], Described]:
         fixes = fixes.rows(np.isfinite(quality_factor(fixes, log.gnss)))
         found.append(Streams(Path(log.gnss.file), "text", clock, fixes={"gnss": fixes}, notes=notes))
     delay = 0.0 if log.gnss is None else log.gnss.velocity_delay_s
-    return found, Described(delay, None if log.reference is None else _reference(log.reference, scenario))
+    return (
+        scenario,
+        found,
+        Described(delay, log.imu.matrix, None if log.reference is None else _reference(log.reference, scenario)),
+    )
 
 
 def _reference(section: LogReference, scenario: Scenario) -> tuple[Clock, SolutionStream] | None:
@@ -169,38 +209,23 @@ def _on_described_clock(section: LogFile, clock: Clock, stream: _Stream) -> tupl
     return own, replace(stream, time=stream.time + (zero.fraction + section.time_offset_s))
 
 
-def _decided(result: Inspection, files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed]:
-    """Return the inspection with the unit, the order and the signs of the gyros that fit the fixes.
-
-    What names give is kept, unless another reading fits clearly better.
-    """
-    assert guessed.unit is not None
-    table, layout = guessed.unit
-    own = next((f for f in result.findings if f.subject == "units and axes"), None)
-    if own is None or own.grade == "doubt":
-        if not layout.gyro_unit_sure:
+def _decided(result: Inspection, layout: Layout) -> None:
+    """Say of the readings of columns that nobody described what the scenario corrects, and what it assumes."""
+    own = [f for f in result.findings if f.subject == "units and axes"]
+    for finding in own:
+        if finding.grade == "wrong":
             text = (
-                f"Neither names nor fixes give the unit of the gyros: {layout.gyro_unit} is assumed from the magnitude."
+                f"In the unchanged file, {finding.numbers['best_other']}: {finding.text[0].lower()}{finding.text[1:]}"
             )
-            result.findings.append(doubt("units and axes", text, "See the manual of the IMU."))
-        return result, guessed
-    if own.grade == "fact":
-        return result, guessed
-    others = [replace(layout, gyro_unit=unit) for unit in other_gyro_units(layout)[1:]]
-    others = [] if layout.gyro_unit_sure else others
-    if result.reading is not None and (turned := layout.turned(*result.reading)) is not None:
-        others = [turned]  # neither scale nor unit, but order and signs
-    for other in others:
-        changed = replace(guessed, unit=(table, other))
-        streams = [s for s in files if s.path not in guessed.paths] + changed.streams()
-        again = inspect_streams(_with_fixes(streams))
-        if any(f.subject == "units and axes" and f.grade == "fact" for f in again.findings):
-            files[:] = streams
-            if other.gyro_unit == layout.gyro_unit:
-                text = f"In the unchanged file, {own.numbers['best_other']}."
-                again.findings.append(doubt("units and axes", text, "The scenario contains the correction."))
-            return again, changed
-    return result, guessed
+            corrected = replace(finding, grade="doubt", text=text, fix="The scenario contains the correction.")
+            if not layout.gyro_unit_sure and finding.numbers["best_other"].startswith("the rates are in"):
+                corrected = replace(
+                    finding, grade="fact", text=f"By the fixes, {finding.text[0].lower()}{finding.text[1:]}", fix=""
+                )
+            result.findings[result.findings.index(finding)] = corrected
+    if not layout.gyro_unit_sure and not any(f.grade != "doubt" for f in own):
+        text = f"Neither names nor fixes give the unit of the gyros. Is it {layout.gyro_unit}, as their size suggests?"
+        result.findings.append(doubt("units and axes", text, "See the manual of the IMU."))
 
 
 def _of_sum(files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed]:
@@ -213,7 +238,9 @@ def _of_sum(files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed
     for one in (first, *other_units(table, first)):
         changed = replace(guessed, unit=(table, one))
         streams = [s for s in files if s.path not in guessed.paths] + changed.streams()
-        tried.append((*_decided(inspect_streams(_with_fixes(streams)), streams, changed), streams))
+        own = inspect_streams(_with_fixes(streams))
+        _decided(own, one)
+        tried.append((own, changed, streams))
         if any(f.subject == "units and axes" and f.grade == "fact" for f in tried[-1][0].findings):
             break  # another unit is tried only if this one does not fit the fixes
     else:
@@ -266,6 +293,7 @@ def _scenario(result: Inspection, files: list[Streams], guessed: Guessed, folder
         keys["stamps"] = "even"
     if guessed.unit is not None:
         keys |= guessed.unit[1].description(guessed.unit[0], folder)
+        keys |= corrected_columns(result, keys) or {}
     receiver = next((f for f in files if f.fixes), None)
     of_receiver = None
     if receiver is not None:

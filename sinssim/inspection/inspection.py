@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,21 +12,24 @@ from sinssim import earth
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.inspection.channels import channel_findings
-from sinssim.inspection.clocks import NEAR, Offset, coarse_offset, fine_offset, velocity_delay
-from sinssim.inspection.drift import clock_drift, even_times
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.fixes import fix_findings
-from sinssim.inspection.hypotheses import judge_reading
 from sinssim.inspection.mounting import Mounting, attitude_finding, mounting
-from sinssim.inspection.stamps import time_findings
 from sinssim.inspection.standing import (
     AtRest,
+    Moves,
     at_rest,
+    fast_noise,
+    motion_of,
     rates_of,
     rest_findings,
     scale_finding,
     vibration_finding,
 )
+from sinssim.inspection.times.agreement import GOOD, agreement, offset_finding
+from sinssim.inspection.times.drift import clock_drift, even_times
+from sinssim.inspection.times.offset import Delay, Offset, fine_offset, velocity_delay
+from sinssim.inspection.times.stamps import time_findings
 from sinssim.inspection.velocity_match import Seen, pushed, seen
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.units import DEG, G0
@@ -42,8 +45,11 @@ class Inspection:
         findings: all sentences, in the order of the files and then of what joins them.
         inertial: the inertial stream; None without.
         fixes: the fixes; None without.
+        residual: rms of the match of the velocities, m/s; None if the reading of the inertial data is not certain.
         quiet: readings in quiet spans.
+        fast: densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each.
         offset: the unit's clock minus that of the positions, s; None if unknown.
+        late: how much later the unit's stamps are than the files state, s; 0 if the data do not show it.
         drift: how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none.
         velocity_delay: age of the velocities at their stamps, s; None if unknown.
         mounting: the unit in its vehicle; None if unknown.
@@ -55,7 +61,10 @@ class Inspection:
     inertial: InertialStream | None = None
     fixes: FixStream | None = None
     quiet: AtRest | None = None
+    fast: tuple[Array, Array] | None = None
+    residual: float | None = None
     offset: float | None = None
+    late: float = 0.0
     drift: float = 0.0
     velocity_delay: float | None = None
     mounting: Mounting | None = None
@@ -88,10 +97,12 @@ class Described:
 
     Attributes:
         delay: of the velocities, s.
+        axes: matrix from the columns of the file to the axes of the inertial stream, (3, 3).
         reference: clock of a reference solution, and the solution with the attitude of the unit; None if there is none.
     """
 
     delay: float = 0.0
+    axes: Array = field(default_factory=lambda: np.eye(3))
     reference: tuple[Clock, SolutionStream] | None = None
 
 
@@ -119,15 +130,26 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
     if fixes:
         result.fixes = fixes[0][2]
         result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")
-        result.velocity_delay = velocity_delay(result.fixes)
-        result.findings += _delay_findings(result.fixes, result.velocity_delay, said.delay)
+        delay = velocity_delay(result.fixes)
+        shown = delay is not None and delay.sigma < min(abs(delay.value) / 3.0, _SHOWN_DELAY * _step(result.fixes))
+        result.velocity_delay = delay.value if delay is not None and shown else None
+        result.findings += _delay_findings(result.fixes, delay, said.delay)
         result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
-    if inertial:
-        result.inertial = inertial[0][2]
-        result.findings += time_findings(inertial[0][1], result.inertial.time)
-        _inspect_readings(result)
-    if inertial and fixes and result.usable:
-        _inspect_together(result, inertial[0][0], fixes[0][0], described)
+    if not inertial:
+        return result
+    result.inertial = inertial[0][2]
+    result.findings += time_findings(inertial[0][1], result.inertial.time)
+    readings = _inspect_readings(result)
+    if readings is None:
+        return result
+    moves = None
+    if fixes:
+        readings, moves = _inspect_together(result, readings, inertial[0][0], fixes[0][0], said)
+    result.quiet = at_rest(*readings, moves)
+    every = np.ones(len(readings[0]), dtype=bool)
+    result.fast = fast_noise(readings[0], readings[1], every), fast_noise(readings[0], readings[2], every)
+    result.findings += rest_findings(result.quiet, moves)
+    result.findings += vibration_finding(*readings, result.quiet)
     return result
 
 
@@ -146,25 +168,43 @@ def _clock(streams: Streams) -> str:
     return f"Clock: {words}{f', {clock.note}' if clock.note else ''}."
 
 
-def _delay_findings(fixes: FixStream, delay: float | None, described: float) -> list[Finding]:
+def _delay_findings(fixes: FixStream, found: Delay | None, described: float) -> list[Finding]:
     """Return the finding on the delay of the velocities, which a description may give already."""
-    if delay is None:
+    if found is None:
         return []
-    step = float(np.median(np.diff(fixes.time)))
-    text = f"The velocities are {1e3 * delay:.0f} ms older than the positions of the same stamp"
-    numbers = {"velocity_delay_s": delay}
+    delay, sigma = found.value, found.sigma
+    step = _step(fixes)
+    numbers = {"velocity_delay_s": delay, "sigma_s": sigma if np.isfinite(sigma) else None}
+    if not sigma < _SHOWN_DELAY * step:
+        text = "The motion does not show whether the velocities are older than the positions; no delay is described."
+        return [doubt("fixes", text, "See the manual of the receiver.", **numbers)]
+    text = f"The velocities are {1e3 * delay:.0f} ± {1e3 * sigma:.0f} ms older than the positions of the same stamp"
     if described and abs(delay - described) < 0.1 * step:
         return [fact("fixes", f"{text}; {1e3 * described:.0f} ms are described.", **numbers)]
     if described:
         text += f"; {1e3 * described:.0f} ms are described"
-    elif abs(delay) < 0.1 * step:
-        return [fact("fixes", f"{text}, a tenth of their interval at most.", **numbers)]
+    elif abs(delay) < max(0.1 * step, 3.0 * sigma):
+        return [fact("fixes", f"{text}: no delay is described.", **numbers)]
     why = " (half an interval: they are means over it)" if abs(delay / step - 0.5) < 0.15 else ""
     return [doubt("fixes", f"{text}{why}.", f"Describe a velocity delay of {delay:.3f} s.", **numbers)]
 
 
-def _inspect_readings(result: Inspection) -> None:
-    """Add what the readings say by themselves."""
+_SHOWN_DELAY = 1.0 / 6.0
+"""Largest 1σ of a delay that the data show, in intervals of the fixes: half an interval is then 3σ."""
+
+
+def _step(fixes: FixStream) -> float:
+    return float(np.median(np.diff(fixes.time)))
+
+
+Readings = tuple[Array, Array, Array]
+
+
+def _inspect_readings(result: Inspection) -> Readings | None:
+    """Add what the readings say by themselves; return times, rates and specific forces if they can be used.
+
+    Specific forces have the right unit: one that explains their size at rest counts more than the stated one.
+    """
     stream = result.inertial
     assert stream is not None
     increments = stream.kind == "increments"
@@ -172,21 +212,26 @@ def _inspect_readings(result: Inspection) -> None:
     unit, scale = ("m/s", 1.0) if increments else ("g", G0)
     result.findings += channel_findings("accelerometers", stream.accel, unit, scale)
     if not result.usable:
-        return
+        return None
     time, rate, force = _clean(stream)
     if len(time) < 10:
         result.findings.append(wrong("readings", f"Only {len(time)} rows are usable.", "Give a longer log."))
-        return
-    result.quiet = at_rest(time, rate, force)
+        return None
     gravity, fixes = _UNKNOWN_GRAVITY, result.fixes
     if fixes is not None:
         known = np.isfinite(fixes.latitude) & np.isfinite(fixes.height) & (np.abs(fixes.latitude) <= 0.5 * np.pi)
         if known.any():
             place = float(np.median(fixes.latitude[known])), float(np.median(fixes.height[known]))
             gravity = float(np.linalg.norm(earth.gravity_ned(*place)))
-    result.findings.append(scale_finding(stream, result.quiet, gravity))
-    result.findings += rest_findings(result.quiet, float(np.median(np.diff(time))))
-    result.findings += vibration_finding(time, rate, force, result.quiet)
+    found = scale_finding(stream, at_rest(time, rate, force), gravity)
+    result.findings.append(found)
+    if found.grade != "wrong":
+        return time, rate, force
+    factor = found.numbers.get("of_right_unit")
+    if factor is None:
+        return None
+    result.reading = np.eye(3), np.eye(3) / factor
+    return time, rate, force / factor
 
 
 def _clean(stream: InertialStream) -> tuple[Array, Array, Array]:
@@ -197,59 +242,76 @@ def _clean(stream: InertialStream) -> tuple[Array, Array, Array]:
     return time[good], rate[good], force[good]
 
 
-def _inspect_together(result: Inspection, of_unit: Streams, of_receiver: Streams, described: Described | None) -> None:
-    """Add what unit and receiver say of each other: clocks, units and axes, mounting, attitude of a reference."""
-    assert result.inertial is not None
+def _inspect_together(
+    result: Inspection, readings: Readings, of_unit: Streams, of_receiver: Streams, described: Described
+) -> tuple[Readings, Moves | None]:
+    """Add what unit and receiver say of each other: clocks, units and axes, mounting, attitude of a reference.
+
+    Returns:
+        The readings as the fixes show them, and where the fixes move, on the unit's clock; None if that is unknown.
+    """
     assert result.fixes is not None
-    curve_of_fixes = seen(result.fixes)
-    if curve_of_fixes is None:
+    assert result.inertial is not None
+    fixes = seen(result.fixes)
+    if fixes is None:
         result.findings.append(doubt("clocks", "Too few fixes are usable.", "The unit cannot be compared with them."))
-        return
-    time, rate, force = _clean(result.inertial)
-    origins = of_unit.clock.origin_gps_s, of_receiver.clock.origin_gps_s
-    about: float | None = None
-    if origins[0] is not None and origins[1] is not None:
-        about = float(origins[1] - origins[0])
-    elif origins == (None, None):
-        about = 0.0  # files without dates count from the same instant, unless their motion says otherwise
-    agreed = _clock_offset(
-        (time, rate, force), curve_of_fixes, about, "machine" in (of_unit.clock.kind, of_receiver.clock.kind)
-    )
-    known = agreed is not None and agreed[1] is not None
-    offset = None if agreed is None else agreed[0]
-    about = about if agreed is None else agreed[2]
-    if about is None or offset is None:
-        result.findings.append(
-            doubt(
-                "clocks",
-                "The clocks of unit and receiver have no common origin, and the turns of both show no offset."
-                if about is None
-                else f"Unit and receiver do not overlap: {time[0]:.6g} to {time[-1]:.6g} s and "
-                f"{curve_of_fixes.time[0]:.6g} to {curve_of_fixes.time[-1]:.6g} s on their clocks.",
-                "Give the offset of the clocks, and see that the files are of the same day.",
-            )
-        )
-        return
-    time, offset = _without_drift(result, (time, rate, force), curve_of_fixes, offset)
-    reading = judge_reading(time, rate, force, curve_of_fixes, offset.value, about)
-    if reading.gyro is not None and reading.accel is not None:
-        result.reading = reading.gyro, reading.accel
-    if reading.gyro is not None and reading.accel is not None:  # clocks and mounting follow from the right reading
-        rate, force = rate @ reading.gyro.T, force @ reading.accel.T
-        offset = fine_offset(pushed(time, rate, force), curve_of_fixes, about) or offset
-    result.offset = offset.value + (result.velocity_delay or 0.0)
-    result.findings.append(_offset_finding(offset, result.offset, agreed[1] if known and agreed is not None else None))
-    result.findings += reading.findings
-    result.mounting = mounting(pushed(time, rate, force), curve_of_fixes, offset.match, offset.value)
-    if result.mounting is not None:
-        result.findings.append(_mounting_finding(result.mounting))
-    reference = None if described is None else described.reference
+        return readings, None
+    time, rate, force = readings
+    clocks = of_unit.clock, of_receiver.clock
+    found = agreement(readings, fixes, *clocks, described.axes, result.inertial.kind)
+    result.findings += found.readings
+    rate, force = rate @ found.gyro.T, force @ found.accel.T
+    before = (np.eye(3), np.eye(3)) if result.reading is None else result.reading
+    if any(finding.grade == "wrong" for finding in found.readings) or result.reading is not None:
+        result.reading = found.gyro @ before[0], found.accel @ before[1]
+    if found.offset is None:
+        result.findings.append(_apart(time, fixes, found.stated))
+        moves = None if found.stated is None else motion_of(fixes, found.stated)
+        return (time, rate, force), moves
+    offset = found.offset
+    if offset.shown:
+        time, offset = _without_drift(result, (time, rate, force), fixes, offset)
+    delay = result.velocity_delay or 0.0
+    shown = replace(found, offset=offset)
+    result.findings.append(offset_finding(shown, offset.value + delay, *clocks))
+    if offset.shown:
+        result.offset = offset.value + delay
+        if result.findings[-1].grade == "doubt":
+            result.late = result.offset - (found.stated or 0.0)
+    elif found.stated is None:
+        return (time, rate, force), None
+    at = offset.value if offset.shown or found.stated is None else found.stated
+    if any(f.grade == "fact" for f in found.readings):
+        result.residual = offset.match.residual
+    curve = pushed(time, rate, force)
+    placed = mounting(curve, fixes, offset.match, offset.value)
+    if placed is not None:
+        result.findings.append(_mounting_finding(placed))
+        result.mounting = placed if placed.known else None
+    reference = described.reference
     if reference is not None and reference[1].q_nb is not None:
         clock, given = reference
-        shift = clock.origin_gps_s - origins[0] if clock.origin_gps_s is not None and origins[0] is not None else 0
-        curve, q_nb = pushed(time, rate, force), reference[1].q_nb
-        found = attitude_finding(curve, curve_of_fixes, offset.match, offset.value, given.time + shift, q_nb)
-        result.findings += [] if found is None else [found]
+        origins = clock.origin_gps_s, clocks[0].origin_gps_s
+        shift = origins[0] - origins[1] if origins[0] is not None and origins[1] is not None else 0
+        said = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, reference[1].q_nb)
+        result.findings += [] if said is None else [said]
+    return (readings[0], rate, force), motion_of(fixes, at)
+
+
+def _apart(time: Array, fixes: Seen, stated: float | None) -> Finding:
+    """Return the doubt on clocks that nothing joins."""
+    if stated is None:
+        text = "The clocks of unit and receiver have no common origin, and the turns of both show no offset."
+        return doubt("clocks", text, "Which was the time of the first row? Give it as first_row.")
+    begin, end = float(fixes.time[0] + stated), float(fixes.time[-1] + stated)
+    common = min(float(time[-1]), end) - max(float(time[0]), begin)
+    spans = f"{time[0]:.6g} to {time[-1]:.6g} s and {begin:.6g} to {end:.6g} s on the unit's clock"
+    if common <= 0.0:
+        text = f"Unit and receiver do not overlap: {spans}."
+        return doubt("clocks", text, "Give the offset of the clocks, and see that the files are of the same day.")
+    inside = int(np.sum((fixes.time + stated >= time[0]) & (fixes.time + stated <= time[-1])))
+    text = f"Unit and receiver overlap by {common:.4g} s with {inside} fixes ({spans}), too little to compare them."
+    return doubt("clocks", text, "A comparison needs 10 s or more with at least 8 fixes: give a longer log.")
 
 
 def _without_drift(
@@ -257,7 +319,7 @@ def _without_drift(
 ) -> tuple[Array, Offset]:
     """Return times that run as fast as those of the receiver, with the offset of these times; add the finding."""
     time = readings[0]
-    found = clock_drift(readings, fixes, offset, _GOOD * fixes.sigma)
+    found = clock_drift(readings, fixes, offset, GOOD * fixes.sigma)
     if found is None:
         return time, offset
     even = even_times(time, found.value)
@@ -276,68 +338,6 @@ def _without_drift(
     return even, better
 
 
-_GOOD = 5.0
-"""Residual in units of the velocities' σ up to which an offset is trusted without a search for another one."""
-_BETTER = 1.5
-"""Factor by which another offset must reduce the residual."""
-_LEAP = 18.0
-"""GPS time minus UTC since 2017, s: dates that do not say which of the two they are may be off by it."""
-
-
-def _clock_offset(
-    readings: tuple[Array, Array, Array], fixes: Seen, stated: float | None, undeclared: bool
-) -> tuple[Offset, float | None, float] | None:
-    """Return the offset of the clocks, the stated one (None if the clocks have nothing in common), and its first guess.
-
-    Args:
-        readings: times, rates and specific forces.
-        fixes: the curve of the fixes.
-        stated: offset that the files state, s; None if they state none.
-        undeclared: whether a file does not tell its time scale, which may be GPS time or UTC.
-    """
-    curve = pushed(*readings)
-    first = None if stated is None else fine_offset(curve, fixes, stated)
-    if first is not None and stated is not None and first.match.residual < _GOOD * fixes.sigma:
-        return first, stated, stated
-    best: tuple[Offset, float | None, float] | None = None
-    if first is not None and stated is not None:
-        best = first, stated, stated
-    guesses: list[tuple[float, float | None]] = []
-    if stated is not None and undeclared:
-        guesses += [(stated - _LEAP, stated), (stated + _LEAP, stated)]
-    coarse = coarse_offset(readings[0], readings[1], fixes)
-    if coarse is not None and (stated is None or abs(coarse - stated) > NEAR):
-        guesses.append((coarse, None if stated == 0.0 or stated is None else stated))
-    for guess, origin in guesses:
-        other = fine_offset(curve, fixes, guess)
-        if other is not None and (best is None or _BETTER * other.match.residual < best[0].match.residual):
-            best = other, origin, guess
-    return best
-
-
-def _offset_finding(offset: Offset, value: float, stated: float | None) -> Finding:
-    """Return the finding on the clocks."""
-    uncertain = "" if np.isnan(offset.sigma) else f" ± {1e3 * offset.sigma:.0f} ms"
-    numbers = {"imu_clock_minus_gnss_clock_s": value, "sigma_s": offset.sigma}
-    if stated is None:
-        word = "ahead of" if value >= 0.0 else "behind"
-        text = (
-            f"The unit's clock is {abs(value):.3f} s{uncertain} {word} that of the positions, by the match of the "
-            "velocities."
-        )
-        fix = "Describe this offset: the clocks have no common origin."
-        return doubt("clocks", text, fix, **numbers)
-    late = value - stated
-    text = (
-        f"The stamps of the unit are {1e3 * abs(late):.0f} ms{uncertain} {'late' if late > 0.0 else 'early'} relative "
-        "to those of the positions."
-    )
-    limit = max(3.0 * (0.0 if np.isnan(offset.sigma) else offset.sigma), 0.01)
-    if abs(late) <= limit:
-        return fact("clocks", text, **numbers)
-    return doubt("clocks", text, f"Describe a time offset of {-late:.3f} s (time_offset_s of the unit).", **numbers)
-
-
 def _mounting_finding(found: Mounting) -> Finding:
     """Return the finding on the mounting."""
     roll, pitch, yaw = np.degrees(found.angles)
@@ -348,4 +348,8 @@ def _mounting_finding(found: Mounting) -> Finding:
         "windows)."
     )
     numbers = {"axes": list(found.axes), "mounting_deg": [float(roll), float(pitch), float(yaw)]}
+    if not found.known:
+        return doubt(
+            "mounting", f"Is this the mounting? {text}", "The motion hardly shows it: see how it is.", **numbers
+        )
     return fact("mounting", text, **numbers)

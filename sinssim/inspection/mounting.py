@@ -16,6 +16,7 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.inspection.finding import Finding, doubt, fact
 from sinssim.inspection.velocity_match import Match, Pushed, Seen
+from sinssim.logs.text.description import DIRECTIONS
 
 _FAST = 5.0  # m/s, at which the direction of a velocity of 0.05 m/s noise is good to 0.6°
 _STRAIGHT = np.radians(3.0)  # rad/s; in turns the body of a vehicle does not point along the velocity
@@ -23,7 +24,9 @@ _LASTING = 2.0  # s, over which the residuals of a match are alike: biases, scal
 _SURE = 5.0  # °, uncertainty of a window's attitude up to which a reference is compared with it
 _NEAR = 0.1  # s, from a fix to the nearest row of a reference
 _AGREES = 2.0  # °, difference of a reference up to which nothing is doubtful: mounting and flexure make as much
-_DIRECTIONS = {(0, 1): "forward", (0, -1): "backward", (1, 1): "right", (1, -1): "left", (2, 1): "down", (2, -1): "up"}
+_LEAST_WINDOWS = 3
+_KNOWN = np.radians(5.0)  # 1σ up to which a mounting is known: named axes are 90° apart, and 3σ are a sixth of it
+_NAMES = {place: name for name, place in DIRECTIONS.items()}
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,11 @@ class Mounting:
     angles: Array
     sigma: Array
     windows: int
+
+    @property
+    def known(self) -> bool:
+        """Whether the data show it: with fewer windows there is no scatter, and with more of it no nearest axis."""
+        return self.windows >= _LEAST_WINDOWS and bool(np.max(self.sigma) < _KNOWN)
 
 
 def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mounting | None:
@@ -171,7 +179,7 @@ def _named(c_bv: Array, of_window: Array) -> Mounting:
             m[range(3), list(order)] = signs
             if np.linalg.det(m) > 0.0 and float(np.sum(m * c_bv)) > best:
                 best, nearest = float(np.sum(m * c_bv)), m
-    names = [_DIRECTIONS[(int(np.argmax(np.abs(row))), int(np.sign(row[np.argmax(np.abs(row))])))] for row in nearest]
+    names = [_NAMES[(int(np.argmax(np.abs(row))), int(np.sign(row[np.argmax(np.abs(row))])))] for row in nearest]
     c_vs = c_bv.T @ nearest  # from the unit's axes, renamed to forward-right-down, into the vehicle's
     roll, pitch, yaw = (float(x) for x in rotation.euler_from_quaternion(rotation.quaternion_from_dcm(c_vs)))
     yaw = (yaw + np.pi) % (2.0 * np.pi) - np.pi  # the axes are named by quarter turns: the rest is small

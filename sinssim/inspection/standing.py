@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
+from sinssim.inspection.velocity_match import Seen
 from sinssim.logs.streams import InertialStream
 from sinssim.units import DEG, DEG_H, FOOT, G0
 
@@ -37,6 +38,57 @@ _SCALES: dict[str, float] = {
 """What the specific force at rest is, over gravity, if the unit is not the stated one."""
 
 
+SLOWEST = 0.1
+"""Speed from which a vehicle moves, m/s: twice the noise of a velocity that receivers' data sheets state, 0.05 m/s."""
+_SIGMAS = 3.0
+_MEAN_S = 16.0
+"""Longest time over which velocities of fixes are averaged to tell motion from noise, s: as long as a stop lasts."""
+
+
+@dataclass(frozen=True)
+class Moves:
+    """The motion that fixes show.
+
+    Attributes:
+        time: on the unit's clock, (M,) s.
+        speed: horizontal speed, averaged, (M,) m/s.
+        limit: speed from which it is no noise, m/s.
+    """
+
+    time: Array
+    speed: Array
+    limit: float
+
+    def at(self, begin: Array, end: Array) -> NDArray[np.bool_]:
+        """Return whether the vehicle moves between instants, (W,); not where there are no fixes."""
+        middle = 0.5 * (begin + end)
+        known = (middle >= self.time[0]) & (middle <= self.time[-1])
+        return np.asarray(known & (np.interp(middle, self.time, self.speed) > self.limit))
+
+
+def motion_of(fixes: Seen, offset: float) -> Moves:
+    """Return the motion that fixes show.
+
+    Args:
+        fixes: the curve of the fixes.
+        offset: the unit's clock minus that of the fixes, s.
+
+    Returns:
+        The speed, averaged over as many fixes as it takes to tell `SLOWEST` from their noise, which is that of the
+        third differences.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    velocity = fixes.relative - np.sum(fixes.relative * fixes.up, axis=1)[:, None] * fixes.up
+    step = float(np.median(np.diff(fixes.time)))
+    # white noise of unit variance has third differences of variance 20, and a median of |x| of 0.6745
+    noise = float(np.median(np.abs(np.diff(velocity, n=3, axis=0)))) / (0.6745 * np.sqrt(20.0))
+    count = int(np.clip(np.ceil((_SIGMAS * noise / SLOWEST) ** 2), 1, max(_MEAN_S / step, 1.0)))
+    mean = uniform_filter1d(velocity, count, axis=0, mode="nearest")
+    limit = max(SLOWEST, _SIGMAS * noise / np.sqrt(count))
+    return Moves(fixes.time + offset, np.linalg.norm(mean, axis=1), float(limit))
+
+
 @dataclass(frozen=True)
 class AtRest:
     """The readings of quiet spans.
@@ -48,6 +100,9 @@ class AtRest:
         rate: mean, (3,) rad/s.
         gyro_density: white noise, as the random walk of the integral, (3,) rad/√s.
         accel_density: the same, (3,) m/s/√s.
+        hidden: 1σ of a sample that a resolution or a dead band may hide, gyros and accelerometers, (2, 3) rad/s and
+            m/s²; 0 where most samples at rest differ.
+        in_motion: time that would be quiet by the readings, but in which the fixes move, s.
     """
 
     spans: list[tuple[float, float]]
@@ -56,6 +111,8 @@ class AtRest:
     rate: Array
     gyro_density: Array
     accel_density: Array
+    hidden: Array
+    in_motion: float = 0.0
 
 
 def rates_of(stream: InertialStream) -> tuple[Array, Array, Array]:
@@ -78,13 +135,14 @@ def rates_of(stream: InertialStream) -> tuple[Array, Array, Array]:
     return stream.time, stream.gyro / lengths[:, :1], stream.accel / lengths[:, -1:]
 
 
-def at_rest(time: Array, rate: Array, force: Array) -> AtRest | None:
+def at_rest(time: Array, rate: Array, force: Array, moves: Moves | None = None) -> AtRest | None:
     """Find the quiet spans of a log: standing still, or else the steadiest motion.
 
     Args:
         time: increasing, (N,) s.
         rate: (N, 3) rad/s.
         force: (N, 3) m/s².
+        moves: motion that the fixes show; None if nothing is known.
 
     Returns:
         The readings there; None if there is none of `SHORTEST`.
@@ -103,11 +161,19 @@ def at_rest(time: Array, rate: Array, force: Array) -> AtRest | None:
     gyro, accel = loud(rate), loud(force)
     if not enough.any():
         return None
-    floor = [max(float(np.percentile(x[enough], 5.0)), 1e-12) for x in (gyro, accel)]
+    ends = np.append(time[first[1:]], time[-1])
+    moving = np.zeros(len(first), dtype=bool) if moves is None else moves.at(time[first], ends)
+    some = enough & ~moving if (enough & ~moving).any() else enough
+    cells = np.array([[cell(axis) for axis in values.T] for values in (rate, force)])
+    floor = [
+        max(float(np.percentile(x[some], 5.0)), float(np.linalg.norm(of)), 1e-12)
+        for x, of in zip((gyro, accel), cells, strict=True)
+    ]
     quiet = enough & (gyro <= LOUDER * floor[0]) & (accel <= LOUDER * floor[1])
     mean = np.linalg.norm(np.add.reduceat(force, first) / counts[:, None], axis=1)
     quiet &= np.abs(mean / np.median(mean[enough]) - 1.0) < TOLERANCE
-    ends = np.append(time[first[1:]], time[-1])
+    in_motion = float(np.sum((ends - time[first])[quiet & moving]))
+    quiet &= ~moving
     spans: list[tuple[float, float]] = []
     for k in np.flatnonzero(quiet):
         if spans and k and quiet[k - 1]:
@@ -126,8 +192,39 @@ def at_rest(time: Array, rate: Array, force: Array) -> AtRest | None:
         for triad, values in enumerate((rate[inside], force[inside])):
             density[triad] += len(values) * np.var(values - _line(values), axis=0) * interval
         total += len(rate[inside])
-    gyro_density, accel_density = np.sqrt(density / total)
-    return AtRest(spans, rows, force[rows].mean(axis=0), rate[rows].mean(axis=0), gyro_density, accel_density)
+    equal = np.array([[_share_of_mode(axis[rows]) for axis in values.T] for values in (rate, force)])
+    hidden = np.where(equal > _MOST_EQUAL, cells, 0.0)
+    gyro_density, accel_density = np.maximum(np.sqrt(density / total), hidden * np.sqrt(interval))
+    means = force[rows].mean(axis=0), rate[rows].mean(axis=0)
+    return AtRest(spans, rows, *means, gyro_density, accel_density, hidden, in_motion)
+
+
+_MOST_EQUAL = 0.5
+"""Share of equal samples at rest from which their scatter does not show the noise: with a resolution q and a noise of
+less than 0.74 q, that share lies within half a step of the mean."""
+
+
+def _share_of_mode(axis: Array) -> float:
+    return float(np.unique(axis, return_counts=True)[1].max()) / len(axis)
+
+
+def cell(axis: Array) -> float:
+    """Return the 1σ of what is written as the most frequent value of a channel; 0 if no two values are equal.
+
+    Values between its neighbours are written as that value: a resolution q has cells of the width q and the 1σ q/√12;
+    a dead band reaches to both neighbours.
+
+    Args:
+        axis: one channel, (N,).
+    """
+    values, counts = np.unique(axis, return_counts=True)
+    steps = np.diff(values)
+    steps = steps[steps > 1e-9 * max(float(np.max(np.abs(values))), 1e-300)]
+    k = int(np.argmax(counts))
+    if counts[k] < 2 or not len(steps):
+        return 0.0
+    width = min(abs(float(values[j] - values[k])) for j in (k - 1, k + 1) if 0 <= j < len(values))
+    return (2.0 * width if width > 1.5 * float(np.min(steps)) else width) / float(np.sqrt(12.0))
 
 
 def _line(values: Array) -> Array:
@@ -168,7 +265,8 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
         scales["the numbers are rates (specific force), not increments"] = 1.0 / interval
     meaning, factor = min(scales.items(), key=lambda item: abs(np.log(max(ratio, 1e-300) / item[1])))
     if abs(ratio / factor - 1.0) <= 2.0 * TOLERANCE:
-        return wrong("accelerometers", text, f"This fits if {meaning}: correct the unit or the kind.", **numbers)
+        fix = f"This fits if {meaning}: correct the unit or the kind."
+        return wrong("accelerometers", text, fix, of_right_unit=factor, **numbers)
     if IMPOSSIBLE[0] <= ratio <= IMPOSSIBLE[1]:
         fix = "The accelerometers have a large bias or scale error, or the span was not at rest: calibrate them."
         return doubt("accelerometers", text, fix, **numbers)
@@ -180,29 +278,35 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
     )
 
 
-def rest_findings(quiet: AtRest | None, interval: float) -> list[Finding]:
+def rest_findings(quiet: AtRest | None, moves: Moves | None = None) -> list[Finding]:
     """Describe the quiet spans: their place, the rate of turn there, and the noise.
 
     Args:
         quiet: the quiet spans.
-        interval: between samples, s.
+        moves: motion that the fixes show; None if nothing is known.
 
     Returns:
         The findings.
     """
     if quiet is None:
+        slow = "" if moves is None else f" while the fixes move by less than {moves.limit:.2g} m/s"
         return [
             doubt(
                 "standing",
-                f"No span of {SHORTEST:g} s or longer is quiet.",
+                f"No span of {SHORTEST:g} s or longer is quiet{slow}.",
                 "Alignment at rest is impossible; biases and noise at rest are unknown.",
             )
         ]
     shown = ", ".join(f"{a:.6g}–{b:.6g} s" for a, b in quiet.spans[:8])
     more = f" and {len(quiet.spans) - 8} more" if len(quiet.spans) > 8 else ""
     lasting = sum(b - a for a, b in quiet.spans)
+    left = ""
+    if moves is not None and quiet.in_motion:
+        left = (
+            f" Another {quiet.in_motion:.4g} s are as quiet, but the fixes move there by {moves.limit:.2g} m/s or more."
+        )
     found = [
-        fact("standing", f"Quiet spans, {lasting:.5g} s in all: {shown}{more}.", spans_s=quiet.spans),
+        fact("standing", f"Quiet spans, {lasting:.5g} s in all: {shown}{more}.{left}", spans_s=quiet.spans),
         fact(
             "noise",
             "White noise there: gyros "
@@ -214,6 +318,20 @@ def rest_findings(quiet: AtRest | None, interval: float) -> list[Finding]:
             accel_ug_sqrt_hz=[float(1e6 * d / G0) for d in quiet.accel_density],
         ),
     ]
+    for subject, unit, scale, hidden in (
+        ("gyros", "°/s", DEG, quiet.hidden[0]),
+        ("accelerometers", "g", G0, quiet.hidden[1]),
+    ):
+        if hidden.any():
+            axes = ", ".join(f"{name} {h / scale:.2g} {unit}" for name, h in zip("xyz", hidden, strict=True) if h)
+            found.append(
+                doubt(
+                    subject,
+                    f"Most samples of the {subject} are equal at rest: a dead band or a coarse resolution, which may "
+                    f"hide a noise of {axes}.",
+                    "The noise at rest is not known: see the data sheet.",
+                )
+            )
     rate, noise = quiet.rate, quiet.gyro_density / np.sqrt(lasting)
     size = float(np.linalg.norm(rate))
     uncertain = float(np.linalg.norm(noise))
@@ -227,6 +345,19 @@ def rest_findings(quiet: AtRest | None, interval: float) -> list[Finding]:
             fact("gyros", f"{text}; the Earth's rate is 15.04 °/h): biases of x, y, z of {biases} °/s.", **numbers)
         )
     return found
+
+
+def fast_noise(time: Array, values: Array, rows: NDArray[np.bool_]) -> Array:
+    """Return the density of what changes from one sample to the next, as if it were white noise, (3,) unit·√s.
+
+    Args:
+        time: (N,) s.
+        values: (N, 3).
+        rows: samples that count, (N,).
+    """
+    # third differences of white noise of unit variance have variance 20
+    high = np.diff(values, n=3, axis=0)[rows[3:]]
+    return np.asarray(np.sqrt(float(np.median(np.diff(time))) / 20.0 * np.mean(high * high, axis=0)))
 
 
 def vibration_finding(time: Array, rate: Array, force: Array, quiet: AtRest | None) -> list[Finding]:
@@ -243,15 +374,9 @@ def vibration_finding(time: Array, rate: Array, force: Array, quiet: AtRest | No
     Returns:
         The findings; none without quiet spans, or without others.
     """
-    if quiet is None or quiet.rows.all():
+    if quiet is None or quiet.rows[3:].all():
         return []
-    interval = float(np.median(np.diff(time)))
-    shaken = []
-    for values, unit in ((rate, DEG), (force, 1e-6 * G0)):
-        # third differences of white noise of unit variance have variance 20
-        high = np.diff(values, n=3, axis=0)[~quiet.rows[3:]]
-        shaken.append(np.sqrt(interval / 20.0 * np.mean(high * high, axis=0)) / unit)
-    gyro, accel = shaken
+    gyro, accel = fast_noise(time, rate, ~quiet.rows) / DEG, fast_noise(time, force, ~quiet.rows) / (1e-6 * G0)
     still = quiet.gyro_density / DEG, quiet.accel_density * 1e6 / G0
     if not (np.min(still[0]) > 0.0 and np.min(still[1]) > 0.0):
         return []  # readings without noise at rest: frozen channels or ideal sensors

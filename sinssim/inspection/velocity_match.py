@@ -30,6 +30,10 @@ WINDOW = 10.0
 """Default length of the windows, s: a manoeuvre of a car lasts as long, and a bias that changes by 0.1 °/s turns by a
 degree meanwhile."""
 _LEAST = 8  # fixes in a window
+FIXES_IN_WINDOW = 10
+"""Intervals of fixes that a window has at least, so that a few missing ones leave `_LEAST`."""
+_GAP = 0.1
+"""Longest interval of the readings within a window, s: beyond it their straight line is no motion (`max_gap_s`)."""
 _EARTH = ELLIPSOIDS["wgs84"]
 _BIAS_SIGMA = np.repeat((np.radians(1.0), 0.5), 3)  # rad/s and m/s² of the worst units
 
@@ -88,6 +92,7 @@ class Match:
         turning: how well each window determines the rotation: the second singular value, (W,) m²/s².
         bias: of gyros and accelerometers, (6,) rad/s and m/s².
         window: length of the windows, s.
+        moved: rms of the velocity of the fixes about its mean in the windows, m/s per component.
     """
 
     residual: float
@@ -97,6 +102,7 @@ class Match:
     turning: Array
     bias: Array
     window: float
+    moved: float = 0.0
 
 
 def pushed(time: Array, rate: Array, force: Array, most_hz: float = np.inf) -> Pushed:
@@ -236,6 +242,7 @@ def match(
         np.array([strength for _, _, strength, _ in fits]),
         found,
         window,
+        float(np.sqrt(np.mean([np.var(fixes.relative[r], axis=0).mean() for r in rows]))),
     )
 
 
@@ -250,6 +257,10 @@ def _windows(curve: Pushed, fixes: Seen, offset: float, window: float, most: int
     begins = first + step * numbers[(numbers >= 0.0) & (numbers < count)]
     rows = [np.arange(*np.searchsorted(time, (b, b + window))) for b in begins]
     rows = [r for r in rows if len(r) >= _LEAST]
+    edges = np.flatnonzero(np.diff(curve.time) > max(_GAP, 5.0 * float(np.median(np.diff(curve.time)))))
+    if len(edges):
+        begin, end = curve.time[edges] - offset, curve.time[edges + 1] - offset
+        rows = [r for r in rows if not ((begin < time[r[-1]]) & (end > time[r[0]])).any()] or rows
     if most is not None and len(rows) > most:
         size = [float(np.ptp(fixes.relative[r], axis=0).max()) for r in rows]
         rows = [rows[k] for k in np.sort(np.argsort(size)[::-1][:most])]

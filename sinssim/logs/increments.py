@@ -21,6 +21,7 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.logs.streams import InertialStream
 from sinssim.logs.text.even_stamps import even_stamps
+from sinssim.sensors.from_readings.vibration import AddedNoise
 
 _GAP = 1.75
 """Ratio to the usual interval from which samples are missing: between one and two, with room for jitter."""
@@ -141,6 +142,34 @@ def _intervals(stream: InertialStream, usual: float) -> ImuData:
     return ImuData(np.concatenate(edges), np.ascontiguousarray(values[:, :3]), np.ascontiguousarray(values[:, 3:]))
 
 
+def bridge_noise(imu: ImuData, gaps: Array) -> AddedNoise | None:
+    """Return the noise of rates that a straight line replaces in gaps.
+
+    Between two known values, rates that change by a mean square S within the length T of a gap are a Brownian bridge,
+    whose integral over the gap has the variance S T²/12. White noise of the density √(S T/12) has the same.
+
+    Args:
+        imu: increments, the bridged ones included.
+        gaps: beginning and length, (G, 2) s.
+
+    Returns:
+        The densities, zero outside of the gaps; None without gaps.
+    """
+    if not len(gaps):
+        return None
+    steps = np.diff(imu.time)
+    usual = float(np.median(steps))
+    rates = np.hstack((imu.dtheta, imu.dvel)) / steps[:, None]
+    times, density = [imu.time[0]], [np.zeros(6)]
+    for begin, length in gaps:
+        lag = int(np.clip(round(length / usual), 1, len(rates) - 1))
+        change = np.mean((rates[lag:] - rates[:-lag]) ** 2, axis=0)
+        times += [begin, begin + length + usual]
+        density += [np.sqrt(change * length / 12.0), np.zeros(6)]
+    found = np.array(density)
+    return AddedNoise(np.array(times), found[:, :3], found[:, 3:])
+
+
 def gap_words(gaps: Array) -> Sequence[str]:
     """Describe the bridged gaps.
 
@@ -156,5 +185,5 @@ def gap_words(gaps: Array) -> Sequence[str]:
     return (
         f"The inertial unit lacks samples at {len(gaps)} place{'s' * (len(gaps) != 1)}, {gaps[:, 1].sum():.3g} s in "
         f"all; the longest gap, {gaps[k, 1]:.3g} s, begins at t = {gaps[k, 0]:.3f} s. They are bridged by linear "
-        "interpolation.",
+        "interpolation, with more noise.",
     )

@@ -19,12 +19,13 @@ from sinssim.errors import InputError
 from sinssim.logs.aiding import gnss_readings, other_readings, quality_factor, quality_words
 from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, offset
 from sinssim.logs.files import fix_stream, inertial_stream, other_stream, solution_stream
-from sinssim.logs.increments import gap_words, made_increments
+from sinssim.logs.increments import bridge_noise, gap_words, made_increments
 from sinssim.logs.reference import Reference
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream
 from sinssim.logs.text.no_gravity import WITHOUT_GRAVITY, without_gravity
 from sinssim.scenario.sections.log import LogFile, LogGnss, LogImu, LogReference, LogSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings
+from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.units import G0
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ class RecordedLog:
         passes: injected outages of each further pass of the filter, s.
         zero: GPS time of the run's time 0; None if the clocks have no date.
         notes: sentences on what was found and done.
+        bridged: noise of the bridged gaps in the inertial data; None without gaps.
         axes: directions of the unit's axes in its file; None if the table [log.imu] says it all.
     """
 
@@ -64,6 +66,7 @@ class RecordedLog:
     passes: tuple[tuple[tuple[float, float], ...], ...]
     zero: Instant | None
     notes: tuple[str, ...]
+    bridged: AddedNoise | None = None
     axes: tuple[str, str, str] | None = None
 
     @property
@@ -132,7 +135,10 @@ def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> Record
         found += words
     rate = 1.0 / float(np.median(np.diff(imu.time)))
     start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
-    return RecordedLog(imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), stream.axes)
+    return RecordedLog(
+        imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), bridge_noise(imu, made.gaps),
+        stream.axes,
+    )  # fmt: skip
 
 
 def _check_scale(imu: ImuData, section: LogImu) -> None:

@@ -9,8 +9,9 @@ import pytest
 
 import sinssim
 from sinssim.checks import checked_increments
+from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.logs.increments import gap_words, made_increments
+from sinssim.logs.increments import bridge_noise, gap_words, made_increments
 from sinssim.logs.streams import InertialStream
 from tests.logs.drive import drive
 
@@ -109,3 +110,27 @@ def test_increments_of_other_lengths_than_their_stamps_tell() -> None:
     made = made_increments(stream).imu
     np.testing.assert_allclose(made.dtheta[1:], imu.dtheta[1:], atol=1e-12)
     np.testing.assert_allclose(made.dvel[1:], imu.dvel[1:], atol=1e-12)
+
+
+def test_the_noise_of_a_bridge_is_that_of_rates_that_wander() -> None:
+    """Random walks are cut: the scatter of the bridged integral is that of the added white noise over the gap.
+
+    Of 4000 gaps the variance is known to 2.2 % (1σ); the level that S shows in one record of 40 000 samples to 5 %.
+    """
+    rng = np.random.default_rng(8)
+    step, lost = 0.01, 80
+    walk = np.cumsum(rng.normal(0.0, 0.1, (4000, lost + 1)), axis=1)
+    whole = step * (0.5 * (walk[:, 0] + walk[:, -1]) + walk[:, 1:-1].sum(axis=1))
+    line = step * lost * 0.5 * (walk[:, 0] + walk[:, -1])
+    record = np.cumsum(rng.normal(0.0, 0.1, (40_000, 3)), axis=0)
+    imu = ImuData(step * np.arange(40_001), step * record, step * record)
+    length = step * (lost - 1)  # what lacks
+    found = bridge_noise(imu, np.array([[50.0, length]]))
+    assert found is not None
+    axes = range(3)
+    root = found.roots(np.array([49.99, 50.01, 50.5, 50.0 + step * lost + 0.001]))[:, :, axes, axes]
+    assert (root[[0, 3]] == 0.0).all()
+    expected = float(np.var(whole - line))
+    np.testing.assert_allclose(root[1:3] ** 2 * step * lost, expected, rtol=0.2)
+    back = found.mirrored(0.0, 400.0)
+    np.testing.assert_array_equal(back.roots(np.array([349.0, 349.5, 350.1]))[:, 0, 0, 0] > 0.0, [False, True, False])

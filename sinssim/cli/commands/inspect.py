@@ -24,7 +24,11 @@ def command(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FILE", help="Write the suggested scenario to this file (.toml).", show_default=False
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="Write the suggested scenario, or the corrected one of a given scenario, to this file (.toml).",
+            show_default=False,
         ),
     ] = None,
     vehicle: Annotated[
@@ -67,13 +71,15 @@ def command(
     if out is not None and result.scenario is not None:  # before printing, which may end early
         write_text(out, result.scenario)
     if as_json:
-        print_json({**result.inspection.as_dict(), "scenario": result.scenario})
+        print_json({**result.inspection.as_dict(), "scenario": result.scenario, "why_no_scenario": result.why or None})
     elif not quiet:
         from sinssim.recording.tables.inspection import show
 
         show(result.inspection, console(least_width=100))
         if result.scenario is not None and out is None:
             print(f"\nA scenario to start from (--out FILE writes it):\n\n{result.scenario}", end="")
+        if result.why:
+            print(f"\n{result.why}")
     if out is not None and result.scenario is not None and not (quiet or as_json):
         print(f"\nScenario: {out}")
     if not result.inspection.usable:

@@ -119,6 +119,7 @@ def filtered(
     row_s: float,
     encoders: Encoders | None = None,
     added: AddedNoise | None = None,
+    bridged: AddedNoise | None = None,
 ) -> Estimate:
     """Run a scenario's filter on measurements from anywhere.
 
@@ -134,6 +135,7 @@ def filtered(
         encoders: of a block that turns.
         added: noise of the inertial sensors in addition to the model's; by default that of vibration, if the section
             has any.
+        bridged: noise of bridged gaps in the readings; None without gaps.
 
     Returns:
         The estimate; its solution is that of the vehicle, its history that of the block.
@@ -159,7 +161,7 @@ def filtered(
         "field": known_field(scenario),
     }
     readings = [_after(m, float(start.imu.time[0])) for m in measurements]
-    added = added or _by_vibration(start.imu, section.vibration_noise)
+    added = added or _added_noise(start.imu, section.vibration_noise, bridged)
     options |= {"axes": axes, "added_noise": added, "encoders": encoders}
     found = estimate(
         start.imu,
@@ -177,7 +179,7 @@ def filtered(
         del options[key]
     if section.backward and history:
         options["row_s"] = max(row_s, float(start.imu.time[-1] - start.imu.time[0]) / ROWS)  # nothing smooths it
-        found = _with_backward(found, start.imu, readings, section.vibration_noise, options)
+        found = _with_backward(found, start.imu, readings, section.vibration_noise, options, bridged)
     if encoders is None:
         return found
     smoothed, unaided = found.smoothed, found.unaided
@@ -192,7 +194,12 @@ def filtered(
 
 
 def _with_backward(
-    forward: Estimate, imu: ImuData, readings: Sequence[Measurements], vibration: float, options: dict[str, Any]
+    forward: Estimate,
+    imu: ImuData,
+    readings: Sequence[Measurements],
+    vibration: float,
+    options: dict[str, Any],
+    bridged: AddedNoise | None,
 ) -> Estimate:
     """Return an estimate with the backward solution, or with a remark on why there is none."""
     from sinssim.estimation.from_scenario.backward import run_backward
@@ -200,7 +207,7 @@ def _with_backward(
     if forward.divergence is not None:
         remark = "There is no backward solution, because the filter diverged: the state to start from is not known."
         return replace(forward, remarks=(*forward.remarks, remark))
-    backward = run_backward(forward, imu, readings, vibration, options)
+    backward = run_backward(forward, imu, readings, vibration, options, bridged)
     if (end := backward.divergence) is not None:
         at = f"The backward solution diverged at {end.time:.1f} s: {end.reason}."
         return replace(forward, remarks=(*forward.remarks, at))
@@ -290,9 +297,9 @@ def _assumed_mounting(scenario: Scenario, measurements: Sequence[Measurements]) 
     return (math.atan2(-ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])), 0.0
 
 
-def _by_vibration(imu: ImuData, kappa: float) -> AddedNoise | None:
-    """Return the noise that the vibration in the readings adds; None if the filter leaves it out."""
-    return vibration_noise(vibration(imu), kappa, kappa) if kappa else None
+def _added_noise(imu: ImuData, kappa: float, bridged: AddedNoise | None) -> AddedNoise | None:
+    """Return the noise that vibration and bridged gaps add; None if there is none."""
+    return vibration_noise(vibration(imu), kappa, kappa).plus(bridged) if kappa else bridged
 
 
 def _with_shared_times(sensed: Sequence[AidingReadings], edges: Array) -> tuple[AidingReadings, ...]:

@@ -33,7 +33,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.intake import averaging_intervals
 from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import NAVIGATION
-from sinssim.sensors.from_readings.vibration import vibration, vibration_noise
+from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
 
 WIDER = 10.0
 """1σ of the first state of the backward run, relative to that of the forward solution there."""
@@ -52,6 +52,7 @@ def run_backward(
     measurements: Sequence[Measurements],
     vibration_share: float,
     options: Mapping[str, Any],
+    bridged: AddedNoise | None = None,
 ) -> Estimate:
     """Run the filter in reverse time.
 
@@ -61,6 +62,7 @@ def run_backward(
         measurements: readings of the forward run.
         vibration_share: `filter.vibration_noise`.
         options: those of `estimate` in the forward run, with the name of the ellipsoid.
+        bridged: noise of bridged gaps in the forward run; None without gaps.
 
     Returns:
         The estimate in forward time: every row uses the readings at its instant and later.
@@ -72,13 +74,16 @@ def run_backward(
     imu = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     turned = reversed_imu(imu)
     kinds = {m.label: m.kind for m in measurements}
+    added = None if bridged is None else bridged.mirrored(float(imu.time[0]), float(imu.time[-1]))
+    if vibration_share:
+        added = vibration_noise(vibration(turned), vibration_share, vibration_share).plus(added)
     found = estimate(
         turned,
         _reversed_state(forward.solution.state(-1)),
         [reversed_readings(m, imu.time) for m in measurements],
         start_model(forward),
         axes=forward.model.axes,
-        added_noise=vibration_noise(vibration(turned), vibration_share, vibration_share) if vibration_share else None,
+        added_noise=added,
         **{**options, "ellipsoid": in_reverse_time(options["ellipsoid"])},
     )
     return _in_forward_time(found, imu.time, kinds)

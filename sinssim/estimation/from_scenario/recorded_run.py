@@ -177,7 +177,9 @@ def aid_recorded(prepared: Prepared, imu: ImuData, start: Start, *, history: boo
     if section.alignment_s is not None:
         begin = coarse_alignment(scenario, _ELLIPSOID, start, measurements, model)
     row_s = 0.0 if section.smooth and history else lasts / ROWS
-    return filtered(scenario, begin, measurements, model, _ELLIPSOID, None, history, row_s)
+    return filtered(
+        scenario, begin, measurements, model, _ELLIPSOID, None, history, row_s, bridged=prepared.log.bridged
+    )
 
 
 def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:

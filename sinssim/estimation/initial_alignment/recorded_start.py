@@ -20,6 +20,7 @@ from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation.initial_alignment.position_differences import velocity_of_positions
 from sinssim.logs.load import RecordedLog
+from sinssim.sensors.from_readings.first_course import USUAL, first_course
 
 if TYPE_CHECKING:
     from sinssim.scenario.sections.log import LogStart
@@ -95,11 +96,11 @@ def recorded_start(
     q_vb = rotation.quaternion_from_euler(*np.radians(mounting_deg or (0.0, 0.0, 0.0)))
     resting = _resting(velocity, begin)
     down = float(earth.gravity_ned(place[0], place[2], gravity, WGS84)[2])
-    q_nv, words = _attitude(log.imu, section, velocity, resting, q_vb, down)
+    q_nv, heading, words = _attitude(log.imu, section, velocity, resting, q_vb, down)
     q_nb = rotation.multiply(q_nv, q_vb)
     latitude, longitude, height = (np.asarray(part) for part in place)
     state = NavState(latitude, longitude, height, speed, rotation.normalize(q_nb))
-    return RecordedStart(state, place_sigma, speed_sigma, _TILT, _HEADING, words)
+    return RecordedStart(state, place_sigma, speed_sigma, _TILT, heading, words)
 
 
 def _of_reference(log: RecordedLog, section: LogStart) -> RecordedStart | None:
@@ -175,8 +176,8 @@ def _resting(velocity: Measurements | None, begin: float) -> float:
 
 def _attitude(
     imu: ImuData, section: LogStart, velocity: Measurements | None, resting: float, q_vb: Array, down: float
-) -> tuple[Array, str]:
-    """Return the attitude of the vehicle at the start, and a sentence on it."""
+) -> tuple[Array, float, str]:
+    """Return the attitude of the vehicle at the start, the 1σ of its heading, rad, and a sentence on it."""
     begin = float(imu.time[0])
     seconds = resting or min(_MOVING_S, float(imu.time[-1]) - begin)
     count = max(int(np.searchsorted(imu.time, begin + seconds)), 1)
@@ -184,9 +185,9 @@ def _attitude(
     bias = imu.dtheta[:count].sum(axis=0) / lasts if resting else np.zeros(3)
     steps = np.diff(imu.time)[:, None]
     freed = ImuData(imu.time, imu.dtheta - bias * steps, imu.dvel)
-    heading_deg, at = section.heading_deg, begin
+    heading_deg, at, uncertain = section.heading_deg, begin, 0.0
     if heading_deg is None:
-        at, course = _course(velocity, section.course_speed_mps, begin)
+        at, course, uncertain = _course(velocity, section.course_speed_mps, begin)
     then = min(int(np.searchsorted(imu.time, at - 1e-9)), len(imu))
     stop = max(then, count)
     turns, pushed = inertial_curve(ImuData(freed.time[: stop + 1], freed.dtheta[:stop], freed.dvel[:stop]))
@@ -216,27 +217,36 @@ def _attitude(
     if section.roll_deg is not None:
         tilt = "the given roll and pitch"
     if heading_deg is not None:
-        return q_nv, f"Navigation starts at t = {begin:.3f} s with {tilt} and the given heading.{upside}"
+        return q_nv, _HEADING, f"Navigation starts at t = {begin:.3f} s with {tilt} and the given heading.{upside}"
     shown = np.degrees(heading) % 360.0
-    return q_nv, (
-        f"Navigation starts at t = {begin:.3f} s with {tilt}, and the heading {shown:.1f}° from the course at "
-        f"t = {at:.2f} s.{upside}"
+    slow = f", uncertain by {np.degrees(uncertain):.0f}°" if uncertain else ""
+    return (
+        q_nv,
+        float(np.hypot(_HEADING, uncertain)),
+        (
+            f"Navigation starts at t = {begin:.3f} s with {tilt}, and the heading {shown:.1f}° from the course at "
+            f"t = {at:.2f} s{slow}.{upside}"
+        ),
     )
 
 
-def _course(velocity: Measurements | None, least: float, begin: float) -> tuple[float, float]:
-    """Return when the vehicle first moves straight enough, and its course then, rad."""
-    if velocity is not None and len(velocity) > 2:
-        speed = np.hypot(velocity.value[:, 0], velocity.value[:, 1])
-        fast = np.flatnonzero((speed[:-2] >= least) & (speed[1:-1] >= least) & (speed[2:] >= least))
-        fast = fast[velocity.time[fast] >= begin]
-        if len(fast):
-            k = int(fast[0])
-            return float(velocity.time[k]), float(np.arctan2(velocity.value[k, 1], velocity.value[k, 0]))
-    shown = f"the GNSS velocities do not reach {least:g} m/s"
+def _course(velocity: Measurements | None, least: float | None, begin: float) -> tuple[float, float, float]:
+    """Return when the vehicle first moves fast enough, its course then, and what its 1σ adds to the heading's, rad."""
+    if velocity is not None and len(velocity):
+        later = velocity.time >= begin
+        time, value, sigma = velocity.time[later], velocity.value[later], velocity.sigma[later][:, :2].max(axis=1)
+        found = first_course(time, value, sigma, least)
+        if found is not None:
+            k, uncertain = found
+            speed = float(np.hypot(value[k, 0], value[k, 1]))
+            slow = least is None and speed < USUAL
+            return float(time[k]), float(np.arctan2(value[k, 1], value[k, 0])), uncertain if slow else 0.0
+    shown = "the GNSS velocities do not reach a speed at which the course is known to 10°"
+    if least is not None:
+        shown = f"the GNSS velocities do not reach {least:g} m/s"
     shown = "there are no GNSS velocities" if velocity is None else shown
     raise InputError(
-        f"the initial heading is unknown, because {shown}. Give log.start.heading_deg, a lower "
+        f"the initial heading is unknown, because {shown}. Give log.start.heading_deg, "
         "log.start.course_speed_mps, or a reference with attitude."
     )
 

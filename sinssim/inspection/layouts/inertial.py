@@ -147,37 +147,6 @@ class Layout:
         read = np.stack([np.interp(time, at, axis[known]) for axis in values.T], axis=1)
         return read, (time >= at[0]) & (time <= at[-1])
 
-    def turned(self, gyro: Array, accel: Array) -> Layout | None:
-        """Return the layout with columns in another order and of other signs; None for anything else.
-
-        Args:
-            gyro, accel: matrices from the readings to the right ones, (3, 3).
-        """
-        for matrix in (gyro, accel):
-            if not np.array_equal(np.sort(np.abs(matrix), axis=1), [[0.0, 0.0, 1.0]] * 3):
-                return None
-        if self.gravity is not None:
-            at, layout = self.gravity
-            of, own = layout.turned(np.eye(3), accel), replace(self, gravity=None).turned(gyro, accel)
-            return None if of is None or own is None else replace(own, gravity=(at, of))
-        if self.other is not None and not np.array_equal(accel, np.eye(3)):
-            at, layout = self.other
-            of = layout.turned(np.eye(3), accel)
-            return (
-                None
-                if of is None
-                else replace(self.turned(gyro, np.eye(3)) or self, other=(at, of), accel_signs=of.accel_signs)
-            )
-        changed: dict[str, Any] = {}
-        for name, matrix in (("gyro", gyro), ("accel", accel)):
-            columns, signs = getattr(self, name), getattr(self, f"{name}_signs")
-            if columns is None:
-                continue
-            source = [int(np.argmax(np.abs(row))) for row in matrix]
-            changed[name] = tuple(columns[j] for j in source)
-            changed[f"{name}_signs"] = tuple(int(matrix[i, j]) * signs[j] for i, j in enumerate(source))
-        return replace(self, **changed)
-
     @staticmethod
     def _time_of(table: TextTable, column: int, unit: str) -> tuple[Array, Clock]:
         """Return the times, s, and their clock."""
@@ -333,10 +302,3 @@ def quantity_of(table: TextTable, three: Three) -> str | None:
     """Return what the names of three columns say, or else the rows or the name of the file, as `quantity`."""
     stem = next((what for text in (*table.rows.values(), table.path.stem) if (what := quantity(text))), None)
     return named_quantity(table, three) or stem
-
-
-def other_gyro_units(layout: Layout) -> list[str]:
-    """Return the units that the gyros may have, the guessed one first."""
-    units = list(UNITS["gyro", layout.kind])
-    units.remove(layout.gyro_unit)
-    return [layout.gyro_unit, *units]

@@ -30,7 +30,7 @@ TriadName = Literal["gyro", "accel"]
 TRIADS: tuple[TriadName, ...] = ("gyro", "accel")
 WORDS: dict[TriadName, str] = {"gyro": "gyros", "accel": "accelerometers"}
 Direction = Literal["forward", "backward", "right", "left", "down", "up"]
-_DIRECTIONS: dict[str, tuple[int, float]] = {
+DIRECTIONS: dict[str, tuple[int, float]] = {
     "forward": (0, 1.0),
     "backward": (0, -1.0),
     "right": (1, 1.0),
@@ -38,6 +38,7 @@ _DIRECTIONS: dict[str, tuple[int, float]] = {
     "down": (2, 1.0),
     "up": (2, -1.0),
 }
+"""Axis and sign of each direction, forward-right-down."""
 # A unit at the end of a column's name, after a separator or as capitals after a lower-case letter: t_ms, time [s],
 # TimeUS.
 _PER = re.compile(r"/\s*$|(?:^|[\W_])(?:[mck]?m|ft|[mk]?g|m?rad|deg|°|per|p)$")
@@ -246,6 +247,6 @@ class LogDescription(TextLayout):
         """Matrix from the log's components to forward-right-down, (3, 3)."""
         matrix = np.zeros((3, 3))
         for column, direction in enumerate(self.axes):
-            row, sign = _DIRECTIONS[direction]
+            row, sign = DIRECTIONS[direction]
             matrix[row, column] = sign
         return matrix

@@ -244,7 +244,11 @@ class LogStart(Section):
         description="heading of the vehicle; default: the course of the first motion, carried back to the start by "
         "the gyro data",
     )
-    course_speed_mps: Positive = Field(default=3.0, description="speed above which the course is used as heading")
+    course_speed_mps: Positive | None = Field(
+        default=None,
+        description="speed above which the course is used as heading; default: 3, or if the log does not reach it, the "
+        "speed at which the 1σ of the velocity gives the course to 10°",
+    )
 
     @property
     def is_given(self) -> bool:

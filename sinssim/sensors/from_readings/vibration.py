@@ -71,9 +71,12 @@ class AddedNoise:
         Returns:
             Gyros and accelerometers, (K, 2, 3, 3).
         """
-        row = np.clip(np.searchsorted(self.time, begin + 1e-9, side="right") - 1, 0, None)
+        row = self._row(begin)
         both = [one if one.ndim == 3 else one[:, :, None] * np.eye(3) for one in (self.gyro[row], self.accel[row])]
         return np.stack(both, axis=1)
+
+    def _row(self, begin: Array) -> NDArray[np.intp]:
+        return np.clip(np.searchsorted(self.time, begin + 1e-9, side="right") - 1, 0, None)
 
     def of_states(self, time: Array, places: Mapping[str, slice]) -> Iterator[tuple[int, slice, Array]]:
         """Yield the covariances by which the changes drive the states of an error model over intervals.
@@ -92,6 +95,21 @@ class AddedNoise:
                     yield int(k), places[change.block], change.jump
                 for k in np.flatnonzero(lasts) if change.density.any() else ():
                     yield int(k), places[change.block], change.density * lasts[k]
+
+    def plus(self, other: AddedNoise | None) -> AddedNoise:
+        """Return the noise of both, of densities by axis, in quadrature; this one if there is no other."""
+        if other is None:
+            return self
+        time = np.union1d(self.time, other.time)
+        own, more = self._row(time), other._row(time)
+        return AddedNoise(
+            time, np.hypot(self.gyro[own], other.gyro[more]), np.hypot(self.accel[own], other.accel[more])
+        )
+
+    def mirrored(self, begin: float, end: float) -> AddedNoise:
+        """Return the noise of a run in reverse time between the same instants, s."""
+        time = np.append(-np.inf, begin + end - self.time[:0:-1])
+        return AddedNoise(time, self.gyro[::-1], self.accel[::-1])
 
 
 @dataclass(frozen=True)

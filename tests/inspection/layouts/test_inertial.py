@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from sinssim.inspection.layouts.inertial import Layout
+from sinssim.data import Array
 from sinssim.inspection.layouts.names import axis, quantity, triads, unit_of
+from sinssim.inspection.layouts.reread import description_of
 
 
-def test_columns_change_order_and_sign_as_the_matrix_says() -> None:
-    layout = Layout("rates", 0, "s", (1, 2, 3), (4, 5, 6), "rad/s", "g", True, gyro_signs=(1, 1, -1))
-    swapped = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-    turned = layout.turned(swapped, np.diag((1.0, -1.0, 1.0)))
-    assert turned is not None
-    rows = np.random.default_rng(1).normal(size=(5, 7))
-    stated = rows[:, list(layout.gyro or ())] * layout.gyro_signs
-    np.testing.assert_array_equal(rows[:, list(turned.gyro or ())] * turned.gyro_signs, stated @ swapped.T)
-    assert (turned.accel, turned.accel_signs) == ((4, 5, 6), (1, -1, 1))
-    assert layout.turned(2.0 * np.eye(3), np.eye(3)) is None
+def test_columns_change_order_sign_and_unit_as_the_matrix_says() -> None:
+    """The readings of the corrected description are the matrix times those of the stated one."""
+    rows = np.random.default_rng(1).normal(size=(5, 6))
+    stated = {
+        "gyro": {"columns": [0, 1, 2], "unit": "rad/s", "signs": [1, 1, -1]},
+        "accel": {"columns": [3, 4, 5], "unit": "m/s^2"},
+    }
+    swapped = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]) * np.pi / 180.0
+    mirror = np.diag((1.0, -1.0, 1.0)) * 9.80665
+    found = description_of("rates", stated, {"gyro": swapped, "accel": mirror}, 0.01)
+    assert found is not None
+    assert found[0] == "rates"
+    assert (found[1]["gyro"]["unit"], found[1]["accel"]["unit"]) == ("deg/s", "g")
+
+    def read(triad: dict[str, Any], unit: float) -> Array:
+        return np.asarray(rows[:, triad["columns"]] * np.array(triad.get("signs", (1, 1, 1))) * unit)
+
+    for name, matrix, unit in (("gyro", swapped, np.pi / 180.0), ("accel", mirror, 9.80665)):
+        np.testing.assert_allclose(read(found[1][name], unit), read(stated[name], 1.0) @ matrix.T)
+    assert description_of("rates", stated, {"gyro": 2.0 * np.eye(3), "accel": np.eye(3)}, 0.01) is None
+    # a hundredth at 100 samples a second: increments
+    both = {"gyro": 100.0 * np.eye(3), "accel": 100.0 * np.eye(3)}
+    found = description_of("rates", stated, both, 0.01)
+    assert found is not None
+    assert (found[0], found[1]["gyro"]["unit"], found[1]["accel"]["unit"]) == ("increments", "rad", "m/s")
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.earth.models import ELLIPSOIDS
-from sinssim.inspection.velocity_match import Match, Pushed, Seen, match
+from sinssim.inspection.velocity_match import FIXES_IN_WINDOW, Match, Pushed, Seen, match
 from sinssim.logs.streams import FixStream
 
 NEAR = 1.0
@@ -21,9 +21,10 @@ _CHANGES = 5.0  # s; changes of velocity within twice this time show a delay, sl
 _LEAST_CHANGE = 0.1  # m/s
 _ALIKE = 0.9  # least correlation of velocities and differences of positions
 _TURNS_ALIKE = 0.5  # least correlation of the turns
-_SLOW = 3.0  # m/s; below this the course of a velocity is noise
 _MOST_STEPS = 1e7  # eleven days in steps of 0.1 s; what lasts longer has a wrong stamp
+_COURSE = 10.0  # in units of the velocities' σ: a course at this speed is good to 0.1 rad
 _PARTS = 5  # groups of windows whose scatter gives the uncertainty
+_LEAST_PARTS = 3
 
 
 @dataclass(frozen=True)
@@ -32,18 +33,45 @@ class Offset:
 
     Attributes:
         value: s, relative to the stamps of the velocities.
-        sigma: 1σ from the scatter between parts of the log, s; NaN if there are too few windows.
+        sigma: 1σ from the scatter between parts of the log, s; NaN if there are too few windows, or no motion.
         match: agreement of the curves at this offset.
-        without: residual with the clocks as given, m/s.
+        inside: whether the residual is least inside of the searched range, and clearly larger at both of its ends.
     """
 
     value: float
     sigma: float
     match: Match
-    without: float
+    inside: bool
+
+    @property
+    def shown(self) -> bool:
+        """Whether the data show it: the residual has a minimum, whose 1σ is small against the searched range."""
+        return self.inside and bool(self.sigma < _SHARP * NEAR)
 
 
-def coarse_offset(time: Array, rate: Array, fixes: Seen) -> float | None:
+_SHARP = 1.0 / 6.0
+"""Largest 1σ of an offset that the data show, in units of the searched range: 3σ are then half of it."""
+
+
+_RISES = 1.1
+"""Factor by which the residual is larger at both ends of the range, if the motion shows the offset: of noise alone, it
+differs by less, being the rms of a hundred independent values or more."""
+
+
+@dataclass(frozen=True)
+class Coarse:
+    """The offset by the rates of turn.
+
+    Attributes:
+        value: the unit's clock minus that of the receiver, s.
+        alike: correlation of the two rates of turn there.
+    """
+
+    value: float
+    alike: float
+
+
+def coarse_offset(time: Array, rate: Array, fixes: Seen) -> Coarse | None:
     """Find the offset of two clocks that have nothing in common, from the rates of turn.
 
     The magnitude of the gyros' rate is compared with the magnitude of the rate of the course, at all offsets at which
@@ -62,11 +90,13 @@ def coarse_offset(time: Array, rate: Array, fixes: Seen) -> float | None:
         return None
     grid = np.arange(fixes.time[0], fixes.time[-1], step)
     direction = fixes.relative / np.maximum(fixes.speed, 1e-3)[:, None]
-    turn = np.linalg.norm(np.gradient(direction, fixes.time, axis=0), axis=1) * (fixes.speed > _SLOW)
+    turn = np.linalg.norm(np.gradient(direction, fixes.time, axis=0), axis=1) * (fixes.speed > _COURSE * fixes.sigma)
     course = np.interp(grid, fixes.time, np.minimum(turn, 2.0))
     own = np.arange(time[0], time[-1], step)
     angle = np.concatenate([[np.zeros(3)], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, None], axis=0)])
     size = np.linalg.norm(np.diff([np.interp(own, time, a) for a in angle.T], axis=1), axis=0) / step
+    if not (len(size) and len(course)):
+        return None
     a, b = size - np.mean(size), course - np.mean(course)
     if not (a.any() and b.any()):
         return None
@@ -78,9 +108,10 @@ def coarse_offset(time: Array, rate: Array, fixes: Seen) -> float | None:
     lag = int(lags[best])
     common = slice(max(lag, 0), min(lag + len(b), len(a)))
     one, other = a[common], b[common.start - lag : common.stop - lag]
-    if not one.std() or not other.std() or np.corrcoef(one, other)[0, 1] < _TURNS_ALIKE:
+    if not one.std() or not other.std():
         return None
-    return float(own[0] - grid[0] + lags[best] * step)
+    alike = float(np.corrcoef(one, other)[0, 1])
+    return Coarse(float(own[0] - grid[0] + lags[best] * step), alike) if alike >= _TURNS_ALIKE else None
 
 
 def _correlate(a: Array, b: Array) -> Array:
@@ -103,7 +134,8 @@ def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
     from scipy.optimize import minimize_scalar
 
     found: list[Offset] = []
-    for window in WINDOWS:
+    least = FIXES_IN_WINDOW * float(np.median(np.diff(fixes.time)))
+    for window in (max(each, least * each / WINDOWS[0]) for each in WINDOWS):
         first = match(curve, fixes, about, window=window)
         if not np.isfinite(first.residual):
             continue
@@ -112,29 +144,63 @@ def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
             return match(curve, fixes, offset, window=window, bias=bias, rounds=rounds).residual
 
         grid = about + np.arange(-NEAR, NEAR + 0.05, 0.1)
-        best = int(np.argmin([cost(offset, rounds=0) for offset in grid]))
+        costs = [cost(offset, rounds=0) for offset in grid]
+        best = int(np.argmin(costs))
         around = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
         value = float(minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": 5e-4}).x)
         own = match(curve, fixes, value, window=window)
-        found.append(Offset(value, _scatter(curve, fixes, value, own), own, first.residual))
-    return min(found, key=lambda one: (np.isnan(one.sigma), one.sigma), default=None)
+        inside = 0 < best < len(grid) - 1 and min(costs[0], costs[-1]) > _RISES * costs[best]
+        found.append(Offset(value, _offset_sigma(curve, fixes, value, own), own, inside))
+    return min(found, key=lambda one: (not one.inside, np.isnan(one.sigma), one.sigma), default=None)
 
 
-def _scatter(curve: Pushed, fixes: Seen, value: float, own: Match) -> float:
-    """Return the 1σ of the offset from the best ones of parts of the log: parabolas through three residuals, s."""
+def _offset_sigma(curve: Pushed, fixes: Seen, value: float, own: Match) -> float:
+    """Return the 1σ of the offset, s."""
     h = 0.05
-    rows = [match(curve, fixes, value + d, window=own.window, bias=own.bias, rounds=0).each ** 2 for d in (-h, 0.0, h)]
-    if len({len(row) for row in rows}) > 1 or len(rows[0]) < 2 * _PARTS:
-        return float("nan")
-    each = np.array(rows)
-    low, mid, high = (np.array([part.sum() for part in np.array_split(row, _PARTS)]) for row in each)
-    bend = low - 2.0 * mid + high
-    if not (bend > 0.0).all():
-        return float("nan")
-    return float(np.std(0.5 * h * (low - high) / bend, ddof=1) / np.sqrt(_PARTS))
+    low, middle, high = (
+        match(curve, fixes, value + d, window=own.window, bias=own.bias, rounds=0).each ** 2 for d in (-h, 0.0, h)
+    )
+    return _scatter(low, middle, high, h) if len(low) == len(middle) == len(high) else float("nan")
 
 
-def velocity_delay(fixes: FixStream) -> float | None:
+def _scatter(low: Array, middle: Array, high: Array, h: float) -> float:
+    """Return the 1σ of the place of a minimum from the scatter of its gradient between parts of the log.
+
+    It is the sandwich estimator (White, Econometrica 48, 1980) with each part as one group, times the quantile of
+    Student's distribution for so few groups.
+
+    Args:
+        low, middle, high: what is least, for each window, (W,), at distances −h, 0 and h of the minimum.
+        h: that distance.
+
+    Returns:
+        1σ in the unit of h; NaN with fewer than three windows, or without a minimum.
+    """
+    from scipy.stats import t as student
+
+    parts = min(_PARTS, len(middle))
+    bend = float(np.sum(low - 2.0 * middle + high)) / h**2
+    if parts < _LEAST_PARTS or not bend > 0.0:
+        return float("nan")
+    gradient = np.array([part.sum() for part in np.array_split(high - low, parts)]) / (2.0 * h)
+    few = float(student.ppf(0.8413, parts - 1))
+    return few * float(np.sqrt(parts / (parts - 1.0) * np.sum(gradient**2))) / bend
+
+
+@dataclass(frozen=True)
+class Delay:
+    """By how much the velocities of a receiver are older than its positions.
+
+    Attributes:
+        value: s.
+        sigma: 1σ from the scatter between parts of the log, s; NaN if they do not give it.
+    """
+
+    value: float
+    sigma: float
+
+
+def velocity_delay(fixes: FixStream) -> Delay | None:
     """Find by how much the velocities of a receiver are older than its positions.
 
     A velocity that is the mean over the last interval is half an interval old. Central differences of the positions are
@@ -184,7 +250,10 @@ def velocity_delay(fixes: FixStream) -> float | None:
     if not 0 < best < len(grid) - 1 or alike < _ALIKE:
         return None
     bounds = (grid[best - 1], grid[best + 1])
-    return float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
+    value = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
+    h = 0.1 * step
+    low, here, high = (-np.sum(curve(at + value + d) * to, axis=1) for d in (-h, 0.0, h))
+    return Delay(value, _scatter(low, here, high, h))
 
 
 def _without_slow(values: Array, width: int) -> Array:

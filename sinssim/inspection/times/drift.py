@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.inspection.clocks import Offset
+from sinssim.inspection.times.offset import Offset
 from sinssim.inspection.velocity_match import Match, Seen, match, pushed
 
 _RATE = 25.0  # samples a second are enough for the question

@@ -1,0 +1,1 @@
+"""The clocks of recorded files: stamps, offset, drift."""
