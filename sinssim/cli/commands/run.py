@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, ScenarioName, Settings, with_grade
+from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, Settings, scenario_names, with_grade
 from sinssim.cli.terminal import console, notes_of, print_json, program_name, stage_bars
+
+if TYPE_CHECKING:
+    from sinssim.inspection.raw_files import Suggestion
+    from sinssim.scenario import Scenario
 
 Keep = Literal["summary", "report", "streams", "all"]
 Detail = Literal["full", "light", "none"]
 
 
 def command(
-    scenario: ScenarioName,
+    scenario: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO | FILE...",
+            autocompletion=scenario_names,
+            help="A scenario's TOML file, a name from `sinssim list scenarios`, or recorded files: of an IMU and a "
+            "receiver, or a track.",
+            show_default=False,
+        ),
+    ],
     out: OutFolder = None,
     settings: Settings = None,
     overwrite: Annotated[
@@ -65,26 +79,35 @@ def command(
     Parquet (streams/), the error statistics (summary.json) and the scenario with all default values (scenario.toml). A
     flight that was computed before is taken from the cache.
 
+    Recorded files are run with the scenario that `sinssim inspect` suggests: inertial data with fixes are navigated and
+    filtered, and a file of fixes or of a solution is the track of a simulated IMU. The run directory then contains the
+    scenario as suggested.toml.
+
     Examples:
 
         sinssim run first_flight
         sinssim run my_flight.toml -o runs/tactical --set imu.grade=tactical --set seed=3
         sinssim run first_flight --grade my_unit.toml
         sinssim run my_drive.toml --outage 15/45
+        sinssim run imu.csv gnss.pos
+        sinssim run drive.gpx -o runs/drive
         sinssim run first_flight --keep report
     """
     from sinssim.errors import InputError
-    from sinssim.scenario import find_content, load_scenario
+    from sinssim.inspection.raw_files import NAME, are_raw
+    from sinssim.recording.store.directory import check_place
+    from sinssim.scenario import find_content
     from sinssim.scenario.outages import outage_settings
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
-    plan = load_scenario(scenario, settings)
+    suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None
+    plan = _plan(scenario, suggestion, settings)
     if outages:
         if plan.log is None:
             raise InputError(
                 "--outage withholds recorded GNSS fixes ([log]); in a simulation, use aiding.gnss.outages_s."
             )
-        plan = load_scenario(scenario, [*settings, *outage_settings(outages)])
+        plan = _plan(scenario, suggestion, [*settings, *outage_settings(outages)])
     if view is not None:
         if not plan.recording.has_recording:
             raise InputError(
@@ -93,6 +116,7 @@ def command(
             )
         find_content("viz", view)
     directory = out or Path("runs") / plan.name
+    check_place(directory.resolve(), overwrite)
     from sinssim.simulation.execute import run
 
     try:
@@ -102,6 +126,13 @@ def command(
         if not notes_of(interrupt):
             interrupt.add_note("Nothing had been recorded.")
         raise
+    except InputError as error:
+        if suggestion is not None:
+            files = " ".join(scenario)
+            error.add_note(f"`{program_name()} inspect {files} --out FILE` writes the scenario, which you can change.")
+        raise
+    if suggestion is not None:
+        (directory / NAME).write_text(suggestion.text, encoding="utf-8")
     if as_json:
         print_json(result.summary)
     elif not quiet:
@@ -111,6 +142,8 @@ def command(
             from sinssim.recording.tables.run import show
 
         show(plan, result.summary, console(least_width=120))
+        if suggestion is not None:
+            _tell(suggestion, directory / NAME, scenario)
         if plan.recording.has_report:
             print(f"Report: {directory / 'report.html'}    (in any browser)")
         else:
@@ -121,6 +154,40 @@ def command(
         from sinssim.recording.rerun.viewer import open_viewer
 
         open_viewer(directory, view=view)
+
+
+def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:
+    """Return the scenario that recorded files suggest; a place that is taken is told before they are read."""
+    from sinssim.inspection.raw_files import suggest
+    from sinssim.recording.store.directory import check_place
+
+    if out is not None:
+        check_place(out.resolve(), overwrite)
+    return suggest([Path(file) for file in files])
+
+
+def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str]) -> Scenario:
+    """Return the scenario of a name or a file, or the suggested one."""
+    from sinssim.inspection.raw_files import NAME
+    from sinssim.scenario import load_scenario
+
+    if suggestion is None:
+        return load_scenario(names[0], settings)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / NAME
+        file.write_text(suggestion.text, encoding="utf-8")
+        return load_scenario(file, settings)
+
+
+def _tell(suggestion: Suggestion, place: Path, files: list[str]) -> None:
+    """Print where the suggested scenario is, and what is doubtful about the files."""
+    print(f"Scenario: {place}    (suggested by `inspect`; {program_name()} run {place} -o DIR repeats the run)")
+    if suggestion.doubts:
+        count = len(suggestion.doubts)
+        print(
+            f"Doubts:   {count} about the files; {program_name()} inspect {' '.join(files)} tells all. The first: "
+            f"{suggestion.doubts[0]}"
+        )
 
 
 def _kept(keep: str | None, recording: str | None) -> list[str]:

@@ -37,7 +37,7 @@ class RunDirectory:
         self._made: list[Path] = []
         parent = self.target.parent
         try:
-            _check_place(self.target, overwrite)
+            check_place(self.target, overwrite)
             missing = [p for p in (parent, *parent.parents) if not p.exists()]
             for folder in reversed(missing):
                 folder.mkdir()
@@ -72,7 +72,7 @@ class RunDirectory:
         if beside and _is_taken(place):
             place = _beside(place, beside)
         try:
-            _check_place(place, self._overwrite or bool(beside))
+            check_place(place, self._overwrite or bool(beside))
             publish(self._draft, place)
         except InputError as error:
             kept = _beside(self.target, "new")
@@ -124,8 +124,16 @@ def _is_taken(place: Path) -> bool:
     return place.exists() and (not place.is_dir() or any(place.iterdir()))
 
 
-def _check_place(place: Path, overwrite: bool) -> None:
-    """Raise unless a place is free or holds a run that may be replaced."""
+def check_place(place: Path, overwrite: bool) -> None:
+    """Raise unless a place is free or holds a run that may be replaced.
+
+    Args:
+        place: of a run directory.
+        overwrite: whether a run may be replaced.
+
+    Raises:
+        InputError: the message says what is in the way.
+    """
     if not _is_taken(place):
         return
     if not place.is_dir():

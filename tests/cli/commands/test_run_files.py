@@ -1,0 +1,103 @@
+"""`sinssim run` with recorded files instead of a scenario: one step, and a scenario that repeats the run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from sinssim.cli.app import app
+from sinssim.errors import InputError
+from tests.inspection import worlds
+
+_GPX = '<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>{}</trkseg></trk></gpx>'
+
+
+def sinssim(*arguments: str | Path) -> str:
+    """Run a command, and return what it prints."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    assert result.exit_code == 0
+    return result.output
+
+
+@pytest.fixture
+def drive(tmp_path: Path) -> Path:
+    """Return a track north at 5.56 m/s, 1e-5 rad/s of latitude in degrees: 40 points, 1 Hz."""
+    points = "".join(
+        f'<trkpt lat="{47.37 + 5e-5 * k:.7f}" lon="8.54"><ele>450</ele><time>2026-01-01T00:00:{k:02d}Z</time></trkpt>'
+        for k in range(40)
+    )
+    (tmp_path / "drive.gpx").write_text(_GPX.format(points))
+    return tmp_path / "drive.gpx"
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> tuple[Path, Path]:
+    """Return a minute of a unit at 20 Hz and of fixes at 2 Hz."""
+    unit, fixes = worlds.readings(20.0), worlds.fixes(2.0)
+    rows = np.column_stack([unit.time, unit.gyro, unit.accel])
+    names = "t_s,gx,gy,gz,ax,ay,az"
+    np.savetxt(tmp_path / "imu.csv", rows, delimiter=",", header=names, comments="")
+    assert fixes.velocity_ned is not None
+    place = [np.degrees(fixes.latitude), np.degrees(fixes.longitude), fixes.height]
+    rows = np.column_stack([fixes.time, *place, fixes.velocity_ned])
+    names = "t_s,lat,lon,alt,vn,ve,vd"
+    np.savetxt(tmp_path / "gnss.csv", rows, delimiter=",", header=names, comments="", fmt="%.10g")
+    return tmp_path / "imu.csv", tmp_path / "gnss.csv"
+
+
+def _numbers(run: Path) -> dict[str, Any]:
+    summary = json.loads((run / "summary.json").read_text())
+    return {key: summary[key] for key in ("algorithms", "filter") if key in summary}
+
+
+KEEP = ("--keep", "report")
+
+
+def test_a_track_in_one_step(drive: Path, tmp_path: Path) -> None:
+    shown = sinssim("run", drive, "-o", tmp_path / "run", *KEEP)
+    suggested = tmp_path / "run" / "suggested.toml"
+    assert str(suggested) in shown
+    track = json.loads((tmp_path / "run" / "summary.json").read_text())["track"]
+    assert track["max_speed_mps"] == pytest.approx(5.56, abs=0.01)  # 5e-5° of a meridian of 111.2 km/°
+    sinssim("run", suggested, "-o", tmp_path / "again", *KEEP)
+    assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
+
+
+def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: Path) -> None:
+    """The scenario is run as `inspect` suggests it, and repeats the run with the same numbers."""
+    shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP)
+    assert "Doubts:" in shown
+    assert "aided" in shown
+    sinssim("run", tmp_path / "run" / "suggested.toml", "-o", tmp_path / "again", *KEEP)
+    assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
+    assert "filter" in _numbers(tmp_path / "run")
+
+
+def test_what_cannot_be_run(log: tuple[Path, Path], drive: Path, tmp_path: Path) -> None:
+    """Each message says what is wrong with which file, and what would be right."""
+    (tmp_path / "junk.txt").write_text("hello world\n")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "mine.txt").write_text("mine")
+    for arguments, words in (
+        ([log[0], tmp_path / "missing.pos"], "missing.pos does not exist"),
+        ([tmp_path / "missing.csv"], "missing.csv does not exist; give a scenario, or recorded files"),
+        ([tmp_path / "junk.txt"], "junk.txt is not a table of numbers"),
+        ([tmp_path / "folder"], "folder is a folder, but of no format that is a folder"),
+        ([log[0]], "no position to start from: give log.start.latitude_deg"),
+        ([drive, drive], "no inertial data. A single file of fixes or of a solution is run as a track"),
+        (["first_flight.toml", log[0]], "first_flight.toml is a scenario, one of 2 arguments"),
+        ([*log, "-o", tmp_path / "taken"], "is not empty and holds no run"),
+    ):
+        out = () if "-o" in arguments else ("-o", tmp_path / "out")
+        with pytest.raises(InputError, match=words):
+            sinssim("run", *arguments, *out)
+    assert not (tmp_path / "out").exists()
+    assert (tmp_path / "taken" / "mine.txt").read_text() == "mine"
