@@ -8,6 +8,8 @@ import warnings
 from collections.abc import Collection, Iterable
 from types import FrameType
 
+_HEAD, _TAIL = 4800, 1200
+"""Characters at the beginning and at the end of a longer message that are kept: three screens."""
 _COMPARED = 200  # number of characters compared with the known names
 
 
@@ -59,14 +61,17 @@ def warn(text: str) -> None:
 
 
 def printable(text: str) -> str:
-    """Return a text whose control characters, and others that a terminal does not show, are written as in Python.
+    """Return a text of bounded length whose control characters, and others that a terminal does not show, are written
+    as in Python.
 
     Args:
         text: the text; a file may have brought anything into it.
 
     Returns:
-        The text, with "\\x1b" for an escape character; ends of lines stay.
+        The text, with "\\x1b" for an escape character, and without its middle if it is too long; ends of lines stay.
     """
+    if len(text) > _HEAD + _TAIL:
+        text = f"{text[:_HEAD]} … ({len(text) - _HEAD - _TAIL} characters) … {text[-_TAIL:]}"
     if text.isprintable():
         return text
     return "".join(c if c in "\n\u00a0\u202f" or c.isprintable() else c.encode("unicode_escape").decode() for c in text)

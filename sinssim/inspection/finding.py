@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from sinssim.errors import printable
+
 Grade = Literal["fact", "doubt", "wrong"]
 
 
@@ -25,6 +27,9 @@ class Finding:
     text: str
     fix: str = ""
     numbers: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", printable(self.text))
 
     @property
     def sentence(self) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from sinssim.errors import InputError, check_name
 from sinssim.logs.formats.registry import FORMATS
+from sinssim.system.user_file import open_file
 
 if TYPE_CHECKING:
     from sinssim.data import Array
@@ -60,7 +61,7 @@ def candidates(path: Path) -> list[str]:
     head = b""
     if not path.is_dir():
         try:
-            with path.open("rb") as file:
+            with open_file(path) as file:
                 head = file.read(_HEAD)
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array
+from sinssim.errors import printable
 
 ClockKind = Literal["gps", "utc", "machine"]
 HeightDatum = Literal["ellipsoid", "mean sea level", "unknown"]
@@ -187,3 +188,6 @@ class Streams:
     solutions: dict[str, SolutionStream] = field(default_factory=dict)
     others: tuple[OtherStream, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "notes", tuple(map(printable, self.notes)))

@@ -20,6 +20,7 @@ from sinssim.own_content.registry import NAMED, register, registered
 from sinssim.scenario.content import find_content, package_content
 from sinssim.section import Section
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
+from sinssim.system.user_file import read_text
 
 logger = logging.getLogger(__name__)
 
@@ -175,7 +176,7 @@ def warn_of_changes(scenario_file: Path, use: Any) -> None:
     if isinstance(use, list) and str(copies.resolve()) in use:
         return
     try:
-        entries = json.loads((scenario_file.parent / "summary.json").read_text(encoding="utf-8"))["own_content"]
+        entries = json.loads(read_text(scenario_file.parent / "summary.json", encoding="utf-8"))["own_content"]
         changed = [entry for entry in entries if not _is_same(Path(entry["file"]), entry["sha256"])]
     except (OSError, ValueError, KeyError, TypeError):
         return

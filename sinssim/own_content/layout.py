@@ -11,6 +11,7 @@ from typing import Any
 
 from sinssim.errors import InputError, shortened
 from sinssim.frames import listed
+from sinssim.system.user_file import read_bytes
 
 SINGULAR: dict[str, str] = {
     "algorithms": "attitude algorithm",
@@ -92,7 +93,7 @@ def outline(file: Path) -> Outline:
     import ast
 
     try:
-        tree = ast.parse(file.read_bytes(), str(file))
+        tree = ast.parse(read_bytes(file), str(file))
     except SyntaxError as error:
         return Outline(problem=syntax_words(error))
     except (RecursionError, MemoryError):  # of the parser

@@ -12,6 +12,7 @@ from types import ModuleType
 
 from sinssim.errors import InputError, shortened
 from sinssim.own_content.layout import Item, syntax_words
+from sinssim.system.user_file import read_bytes
 
 PREFIX = "sinssim_own"
 """Package name of the modules of own content, by which compiled kernels on disk find them again."""
@@ -33,7 +34,7 @@ def file_digest(file: Path) -> str:
         InputError: the file cannot be read.
     """
     try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
+        return hashlib.sha256(read_bytes(file)).hexdigest()
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error.strerror}") from error
 
@@ -68,7 +69,7 @@ def _load(item: Item, name: str) -> ModuleType:
     sys.modules[name] = module  # pydantic and numba look up a module by its name
     try:
         # not by the loader, which may take compiled code of an earlier file of the same second and size
-        source = item.file.read_bytes()
+        source = read_bytes(item.file)
         exec(compile(source, str(item.file), "exec"), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
@@ -90,7 +91,7 @@ def source_of(item: Item) -> bytes:
     """
     if (source := _sources.get(_module_name(item))) is not None:
         return source
-    return item.file.read_bytes()
+    return read_bytes(item.file)
 
 
 def drop_module(item: Item) -> None:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from sinssim.errors import InputError, shortened
 from sinssim.scenario.mistakes import key_lines, report
+from sinssim.system.user_file import read_text
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -34,7 +35,7 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
         InputError: the file cannot be read or is not TOML; the message shows the line.
     """
     try:
-        text = file.read_text(encoding="utf-8")
+        text = read_text(file, encoding="utf-8")
         if any(len(_DOTTED.findall(part)) > _MOST_DOTS for part in _ENDS.split(text.translate(_BLANKS))):
             raise RecursionError  # tomllib takes the square of the time for a key of so many parts
         return text, tomllib.loads(text)

@@ -118,6 +118,7 @@ def command(
     directory = out or Path("runs") / plan.name
     check_place(directory.resolve(), overwrite)
     from sinssim.simulation.execute import run
+    from sinssim.system.outputs import write_text
 
     try:
         with stage_bars(show=not quiet) as progress:
@@ -132,7 +133,7 @@ def command(
             error.add_note(f"`{program_name()} inspect {files} --out FILE` writes the scenario, which you can change.")
         raise
     if suggestion is not None:
-        (directory / NAME).write_text(suggestion.text, encoding="utf-8")
+        write_text(directory / NAME, suggestion.text)
     if as_json:
         print_json(result.summary)
     elif not quiet:

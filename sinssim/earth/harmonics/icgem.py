@@ -18,6 +18,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.harmonics.coefficients import Coefficients
 from sinssim.errors import InputError, shortened
+from sinssim.system.user_file import read_text
 
 _NORMALISED = -4.8417e-4
 """C̄20 of the Earth, fully normalised; unnormalised it is √5 times this."""
@@ -43,7 +44,7 @@ def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coeff
     """
     file = Path(path)
     try:
-        text = file.read_text(encoding="utf-8", errors="replace")
+        text = read_text(file, encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"{file}: the coefficients of gravity cannot be read: {error.strerror or error}.") from error
     head, _, body = text.partition("end_of_head")

@@ -16,6 +16,7 @@ from sinssim.errors import InputError
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.dates import date_seconds, is_date
+from sinssim.system.user_file import open_file, open_text, user_file
 
 _HEAD_LINES = 200
 _COMMENT = ("#", "%", "//", "!")
@@ -128,7 +129,7 @@ def read_table(path: Path) -> TextTable:
         InputError: the file cannot be read, or is no table of numbers.
     """
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             head = [file.readline(100_000) for _ in range(_HEAD_LINES)]
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
@@ -234,7 +235,7 @@ def _values(
         return _slow_values(path, delimiter, skip, width, dates), {}
     try:
         table = csv.read_csv(
-            path,
+            user_file(path),
             read_options=csv.ReadOptions(skip_rows=skip, column_names=names, encoding="latin-1"),
             parse_options=csv.ParseOptions(delimiter=delimiter, invalid_row_handler=lambda row: "skip"),
             convert_options=csv.ConvertOptions(
@@ -265,7 +266,7 @@ def _some_numbers(texts: list[Any]) -> Array:
 def _slow_values(path: Path, delimiter: str, skip: int, width: int, dates: dict[int, str]) -> Array:
     """Return the numbers line by line: blanks of any number, or rows of unequal length."""
     rows, stamps = [], []
-    with path.open(encoding="utf-8", errors="replace") as file:
+    with open_text(path, encoding="utf-8", errors="replace") as file:
         for k, line in enumerate(file):
             if k < skip:
                 continue

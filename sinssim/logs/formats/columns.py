@@ -25,6 +25,7 @@ from sinssim.errors import InputError, shortened
 from sinssim.logs.formats.number_table import check_finite, check_times, read_numbers
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import open_file
 from sinssim.units import DEG
 
 _UNITS = {"rad": 1.0, "deg": DEG, "m": 1.0, "mps": 1.0, "mps2": 1.0, "radps": 1.0, "degps": DEG}
@@ -61,7 +62,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the columns whose names are known."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         delimiter, names = _names(file.readline(1 << 16))
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:

@@ -13,6 +13,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.system.memory import machine_memory
+from sinssim.system.user_file import open_file
 
 _BLOCK = 1 << 20  # bytes of text at once
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*\n?")
@@ -78,7 +79,7 @@ def read_numbers(
         parts: list[list[Array]] = []
         cut = cut_rows(path, delimiter, skip)
         notes += cut.notes
-        with path.open("rb") as file:
+        with open_file(path) as file:
             for _ in range(cut.first or skip):
                 file.readline()
             rest = b""
@@ -152,7 +153,7 @@ def _bad_row(path: Path, widths: Collection[int], delimiter: str | None, skip: i
     wanted = " or ".join(str(width) for width in sorted(widths))
     between = f"separated by {delimiter!r}" if delimiter else "separated by blanks"
     first = 0
-    with path.open("rb") as file:
+    with open_file(path) as file:
         for number, line in enumerate(file, start=1):
             plain = line.strip()
             if number <= skip or not plain or plain[:1] in (b"#", b"%"):

@@ -19,6 +19,7 @@ from sinssim.logs.clocks import leap_seconds
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, HeightDatum, Streams
 from sinssim.logs.text.cut_rows import CutRows, cut_rows
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 
 QUALITY = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"}
@@ -53,7 +54,7 @@ def read(path: Path) -> Streams:
         InputError: the file cannot be read; the message names the row.
     """
     try:
-        lines = path.read_text(encoding="latin-1").splitlines()
+        lines = read_text(path, encoding="latin-1").splitlines()
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
     heads = [line for line in lines if _kind(line) is not None]

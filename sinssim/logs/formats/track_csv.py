@@ -16,6 +16,7 @@ from sinssim.logs.streams import Clock, HeightDatum, SolutionStream, Streams
 from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.description import TIME_UNITS, epoch_unit
 from sinssim.logs.utc import gps_seconds
+from sinssim.system.user_file import read_bytes, user_file
 from sinssim.units import DEG, FOOT
 
 _STEMS = {
@@ -87,7 +88,7 @@ def read(path: Path) -> Streams:
         InputError: a column is missing, or a field is not a number; the message gives file and row.
     """
     notes: list[str] = []
-    columns = _parquet(path) if path.read_bytes()[:4] == _PARQUET else _csv(path, notes)
+    columns = _parquet(path) if read_bytes(path)[:4] == _PARQUET else _csv(path, notes)
     time, clock = _time(path, columns, notes)
     found = {name: _column(path, columns, name, notes) for name in _STEMS if name != "time"}
     for name in ("latitude", "longitude"):
@@ -218,6 +219,14 @@ def _time(path: Path, columns: Columns, notes: list[str]) -> tuple[Array, Clock]
     return moments - origin, Clock("utc", origin, f"UTC of the column {name}")
 
 
+def _fields(path: Path, lines: list[str], delimiter: str) -> list[list[str]]:
+    """Return the fields of some lines."""
+    try:
+        return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+    except csv.Error as error:
+        raise InputError(f"{path} cannot be read as a table: {error}.") from error
+
+
 def _listed(names: Iterable[str]) -> str:
     """Return names of columns for a message."""
     return shortened(", ".join(names), 300)
@@ -233,15 +242,14 @@ def _delimiter(line: str) -> str:
 
 def _csv(path: Path, notes: list[str]) -> dict[str, list[str]]:
     try:
-        data = path.read_bytes()
+        data = read_bytes(path)
         text = data.decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} cannot be read as text: {error}.") from error
     lines = [line for line in text.splitlines() if _is_line(line)]
     if not lines:
         raise InputError(f"{path} is empty.")
-    rows = csv.reader(lines, delimiter=_delimiter(lines[0]), skipinitialspace=True)
-    names = [name.strip() for name in next(rows)]
+    names = [name.strip() for name in _fields(path, lines[:1], _delimiter(lines[0]))[0]]
     columns: dict[str, list[str]] = {name: [] for name in names}
     if len(columns) < len(names):
         raise InputError(f"{path} has two columns of one name: {_listed(names)}.")
@@ -249,8 +257,7 @@ def _csv(path: Path, notes: list[str]) -> dict[str, list[str]]:
     if cut.notes:
         notes += cut.notes
         lines = [line for line in cut.without(data).decode("utf-8-sig").splitlines() if _is_line(line)]
-        rows = csv.reader(lines[1:], delimiter=_delimiter(lines[0]), skipinitialspace=True)
-    for number, row in enumerate(rows, start=1):
+    for number, row in enumerate(_fields(path, lines[1:], _delimiter(lines[0])), start=1):
         if len(row) != len(names):
             raise InputError(f"{path}, row {number}: {len(row)} fields, but the first line names {len(names)} columns.")
         for name, value in zip(names, row, strict=True):
@@ -263,7 +270,7 @@ def _parquet_names(path: Path) -> list[str]:
     import pyarrow.parquet as pq
 
     try:
-        return list(pq.read_schema(path).names)
+        return list(pq.read_schema(user_file(path)).names)
     except (OSError, pa.ArrowException) as error:
         raise InputError(f"{path} cannot be read as Parquet: {error}.") from error
 
@@ -276,7 +283,7 @@ def _parquet(path: Path) -> dict[str, Array]:
     all_names = _parquet_names(path)
     names = [name for name in all_names if name in wanted or _quantity(name) is not None]
     try:
-        table = pq.read_table(path, columns=names)
+        table = pq.read_table(user_file(path), columns=names)
         read = {name: np.asarray(table[name].to_numpy(), np.float64) for name in names}
         return read | {name: np.empty(0) for name in all_names if name not in names}
     except (OSError, ValueError, pa.ArrowException) as error:

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from sinssim.errors import InputError
+from sinssim.system.user_file import open_file
 
 
 def read_xml(path: Path) -> ElementTree.Element:
@@ -37,7 +38,7 @@ def read_xml(path: Path) -> ElementTree.Element:
     parser.EntityDeclHandler = refuse
     parser.ExternalEntityRefHandler = refuse  # type: ignore[assignment]
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             parser.ParseFile(file)
         return builder.close()
     except OSError as error:

@@ -21,6 +21,7 @@ from sinssim.logs.text.dates import date_seconds, is_date
 from sinssim.logs.text.description import WHITESPACE, Column
 from sinssim.logs.text.selection import RowLayout, read_rows, selected_text
 from sinssim.system.memory import machine_memory
+from sinssim.system.user_file import open_file, read_bytes, user_file
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
 """Suffixes of text files."""
@@ -78,7 +79,7 @@ class Table:
             raise InputError(f"{path}: rows selects lines of text files only, not of a {suffix} file.")
         read = _text if self._text else _parquet if suffix == ".parquet" else _npz
         try:
-            with path.open("rb"):  # its message for a missing file is clearer than pyarrow's
+            with open_file(path):  # its message for a missing file is clearer than pyarrow's
                 pass
             cut = _cut(path, layout) if self._text else None
             if cut is not None:
@@ -196,9 +197,9 @@ Columns = tuple[list[Column], dict[Column, NDArray[Any]]]
 
 
 def _npz(path: Path, layout: Layout, wanted: frozenset[Column], cut: object) -> Columns:
-    if not zipfile.is_zipfile(path):
+    if not zipfile.is_zipfile(user_file(path)):
         raise ValueError("it is not an archive of arrays as written by numpy.savez")
-    with zipfile.ZipFile(path) as archive:
+    with zipfile.ZipFile(user_file(path)) as archive:
         names: list[Column] = [name.removesuffix(".npy") for name in archive.namelist()]
         members = [info for info in archive.infolist() if info.filename.removesuffix(".npy") in wanted]
         _fits(path, sum(info.file_size for info in members))
@@ -224,7 +225,7 @@ def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
 def _parquet(path: Path, layout: Layout, wanted: frozenset[Column], cut: object) -> Columns:
     from pyarrow import parquet
 
-    with parquet.ParquetFile(path) as file:
+    with parquet.ParquetFile(user_file(path)) as file:
         raw = file.schema_arrow.names
         names: list[Column] = [_plain(name) for name in raw]
         chosen = [name for name, plain in zip(raw, names, strict=True) if plain in wanted and names.count(plain) == 1]
@@ -247,10 +248,10 @@ def _text(path: Path, layout: Layout, wanted: frozenset[Column], cut: CutRows | 
     if layout.rows:
         source = io.BytesIO(selected_text(path, layout))
     elif delimiter == WHITESPACE:
-        data = path.read_bytes() if cut is None else cut.without(path.read_bytes())
+        data = read_bytes(path) if cut is None else cut.without(read_bytes(path))
         source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in data.splitlines()))
     elif cut is not None and cut.notes:
-        source = io.BytesIO(cut.without(path.read_bytes()))
+        source = io.BytesIO(cut.without(read_bytes(path)))
     try:
         table = arrow_csv.read_csv(
             source,
@@ -283,7 +284,7 @@ def _cut(path: Path, layout: Layout) -> CutRows | None:
 
 def _check_text(path: Path, layout: Layout) -> None:
     """Refuse a file that is not text, or whose line of names is not in UTF-8."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         first = file.read(4096)
         if first.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in first:
             raise InputError(
@@ -294,7 +295,7 @@ def _check_text(path: Path, layout: Layout) -> None:
         file.seek(0)
         for _ in range(layout.skip_lines):
             if not file.readline():
-                lines = sum(1 for _ in path.open("rb"))
+                lines = sum(1 for _ in open_file(path))
                 raise InputError(f"{path} has {lines} lines; skip_lines = {layout.skip_lines} skips all of them.")
         names = b"" if layout.numbered else file.readline(1 << 20)
     try:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from sinssim.system.user_file import open_file
+
 _TAIL = 1 << 16  # bytes at the end of a file, which hold its last rows
 _PART = re.compile(rb"[-+0-9.eE:/TZ]*")
 """Part of a number or a date."""
@@ -67,7 +69,7 @@ def cut_rows(path: Path, delimiter: str | None, skip: int, width: int | None = N
         The rows; none if the neighbour of a short row is not whole.
     """
     sign = None if delimiter is None else delimiter.encode()
-    with path.open("rb") as file:
+    with open_file(path) as file:
         begin: list[tuple[int, list[bytes]]] = []
         for number in range(1, skip + 1000):
             line = file.readline(_LONGEST)
@@ -125,7 +127,7 @@ def _is_number(field: bytes) -> bool:
 def _lines(path: Path, end: int) -> int:
     """Return the number of lines within the first bytes of a file."""
     count = 0
-    with path.open("rb") as file:
+    with open_file(path) as file:
         while end > 0 and (block := file.read(min(end, 1 << 20))):
             count, end = count + block.count(b"\n"), end - len(block)
     return count

@@ -10,6 +10,7 @@ from typing import Protocol
 
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.text.description import WHITESPACE
+from sinssim.system.user_file import open_text
 
 Row = tuple[int, list[str]]
 """Number of a line, from 1, and its fields."""
@@ -83,7 +84,7 @@ def selected_text(path: Path, layout: RowLayout) -> bytes:
 
 def _all_rows(path: Path, layout: RowLayout) -> Iterator[Row]:
     # Latin-1 accepts any byte
-    with path.open(encoding="latin-1", newline="") as file:
+    with open_text(path, encoding="latin-1", newline="") as file:
         lines = (line for number, line in enumerate(file) if number >= layout.skip_lines)
         if layout.delimiter == WHITESPACE:
             split = ((number, line.split()) for number, line in enumerate(lines, start=1))

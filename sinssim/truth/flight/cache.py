@@ -23,6 +23,7 @@ from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.system.drafts import draft
 from sinssim.system.kernel_files import cache_root
+from sinssim.system.user_file import read_bytes
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.jsbsim_flight import model_folder
 from sinssim.truth.flight.subprocess_flight import fly_apart
@@ -119,11 +120,11 @@ def flight_key(flight: FlightSection, seed: int) -> str:
     add("versions", f"{jsbsim.__version__} {np.__version__} {scipy.__version__} {platform.machine()}".encode())
     add("flight", flight.model_dump_json(exclude={"aircraft"}).encode())
     add("seed", str(seed if flight.turbulence else 0).encode())
-    add("aircraft", find_content("aircraft", flight.aircraft).read_bytes())
+    add("aircraft", read_bytes(find_content("aircraft", flight.aircraft)))
     model = model_folder(flight.aircraft, load_aircraft(flight.aircraft).jsbsim_model)
     for path in sorted(model.rglob("*")):
         if path.is_file():
-            add(path.relative_to(model).as_posix(), path.read_bytes())
+            add(path.relative_to(model).as_posix(), read_bytes(path))
     for source in _sources():
         add(source.relative_to(_PACKAGE).as_posix(), source.read_bytes())
     return digest.hexdigest()

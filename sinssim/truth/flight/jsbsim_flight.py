@@ -22,6 +22,7 @@ from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Turbulence
 from sinssim.scenario.sections.within_flight.wind import Gust
 from sinssim.system.drafts import Draft
+from sinssim.system.user_file import user_file
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.engines import Engines
@@ -113,7 +114,7 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
     shutil.copytree(model, Path(folder) / model.name)
     definition = Path(folder) / model.name / f"{model.name}.xml"
     try:
-        tree = ElementTree.parse(definition)
+        tree = ElementTree.parse(user_file(definition))
     except ElementTree.ParseError as error:
         raise InputError(f"{model / definition.name} is not XML: {error}.") from error
     for tag in ("input", "output"):

@@ -34,7 +34,7 @@ def track_format(path: Path, name: str | None) -> str:
     Raises:
         InputError: the file cannot be read, or no format is recognised.
     """
-    if not path.is_file():
+    if not path.exists() or path.is_dir():
         raise InputError(f"track.file = {str(path)!r} cannot be read: there is no such file.")
     if name is not None:
         return name

@@ -12,6 +12,7 @@ import numpy as np
 
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.errors import InputError
+from sinssim.system.user_file import open_file
 from sinssim.truth.curve import Curve
 from sinssim.truth.track.curve import fitted
 from sinssim.truth.track.files import read_samples
@@ -82,7 +83,7 @@ def file_digest(section: TrackSection) -> str:
     if section.file is None:
         return ""
     try:
-        with Path(section.file).open("rb") as file:
+        with open_file(Path(section.file)) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise InputError(

@@ -15,6 +15,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.formats.number_table import check_finite, read_numbers
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.system.user_file import open_text
 from sinssim.units import DEG, G0
 
 _UNITS = {"deg/s": DEG, "rad/s": 1.0, "deg/hr": DEG / 3600.0, "m/s^2": 1.0, "m/s2": 1.0, "g": G0, "sec": 1.0,
@@ -57,7 +58,7 @@ def read(path: Path) -> Streams:
 
 def _table(path: Path, width: int, notes: list[str]) -> Array:
     """Return the columns of a file in SI units, by its heading."""
-    with path.open(encoding="utf-8", errors="replace") as file:
+    with open_text(path, encoding="utf-8", errors="replace") as file:
         heads = file.readline().split(",")
     units = [match[1] if (match := re.search(r"\(([^)]*)\)\s*$", head.strip())) else "" for head in heads]
     if len(units) != width or any(unit not in _UNITS for unit in units):

@@ -20,6 +20,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, HeightDatum, SolutionStream, Streams
 from sinssim.logs.text.cut_rows import cut_rows
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 
 _FASTER = 2.0  # m/s; above this a vehicle moves about where it points
@@ -41,7 +42,7 @@ def _is_heading(names: str, units: str) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the solution."""
-    lines = path.read_text(encoding="latin-1").splitlines()
+    lines = read_text(path, encoding="latin-1").splitlines()
     at = next((k for k in range(len(lines) - 1) if _is_heading(lines[k], lines[k + 1])), None)
     if at is None:
         raise InputError(f"{path} has no line of names with Latitude, Longitude and H-Ell above a line of units.")

@@ -18,6 +18,7 @@ from sinssim.earth.coordinates import radii
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK, unrolled
 from sinssim.logs.streams import Clock, SolutionStream, Streams
+from sinssim.system.user_file import user_file
 
 _RECORD = 17 * 8
 _LOOKED_AT = 2000  # records for finding the axes
@@ -53,7 +54,7 @@ def read(path: Path) -> Streams:
         raise InputError(
             f"{path} has {size} bytes; a record of SBET has {_RECORD}, so that {size % _RECORD} bytes are left over."
         )
-    rows = np.fromfile(path, dtype="<f8").reshape(-1, 17)
+    rows = np.fromfile(user_file(path), dtype="<f8").reshape(-1, 17)
     bad = ~np.isfinite(rows[:, :11]).all(axis=1) | (np.abs(rows[:, 1]) > np.pi / 2.0 + 1e-9) | (rows[:, 0] < 0.0)
     if bad.any():
         row = int(np.argmax(bad))

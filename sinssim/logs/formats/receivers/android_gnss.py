@@ -16,6 +16,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
 from sinssim.logs.text.cut_rows import cut_row
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 
 _KINDS = ("Accel", "UncalAccel", "Gyro", "UncalGyro", "Fix")
@@ -32,7 +33,7 @@ def read(path: Path) -> Streams:
     """Read the sensors and the fixes."""
     names: dict[str, list[str]] = {}
     rows: dict[str, list[tuple[int, list[str]]]] = {}
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_text(path, encoding="utf-8", errors="replace").splitlines()
     notes: list[str] = []
     for number, line in enumerate(lines, start=1):
         fields = [field.strip() for field in line.lstrip("# ").split(",")]

@@ -17,6 +17,7 @@ from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG, G0
 
 _ADDRESSES = ("$GPCHC", "$GICHC")
@@ -33,7 +34,7 @@ def read(path: Path) -> Streams:
     """Read the readings and the solution."""
     rows: list[list[float]] = []
     damaged: list[int] = []
-    for number, line in enumerate(path.read_text(encoding="latin-1").splitlines(), start=1):
+    for number, line in enumerate(read_text(path, encoding="latin-1").splitlines(), start=1):
         body, star, check = line.strip().partition("*")
         if body[:6] not in _ADDRESSES:
             continue

@@ -18,6 +18,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import DAY, gps_from_unix, unrolled
 from sinssim.logs.libraries import library
 from sinssim.logs.streams import Clock, FixStream, Streams
+from sinssim.system.user_file import open_file
 from sinssim.units import DEG, KNOT
 
 QUALITY = {
@@ -44,7 +45,7 @@ def read(path: Path) -> Streams:
     epochs = _Epochs()
     bad: list[int] = []
     first = ""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         for number, line in enumerate(file, start=1):
             if line[:1] != b"$" or line[3:6] not in _READERS:
                 continue

@@ -23,6 +23,7 @@ from sinssim.logs.formats.receivers.novatel_ascii import WORDS, is_ascii, read_a
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.libraries import library, refused
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import open_file
 from sinssim.units import DEG
 
 _WANTED = ("RAWIMUSX", "BESTPOS", "BESTVEL", "INSPVAX")
@@ -38,7 +39,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the logs."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         if is_ascii(file.read(4096)):
             return read_ascii(path)
     oem = library("novatel_edie.oem", "novatel-edie", str(path))

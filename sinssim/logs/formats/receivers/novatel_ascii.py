@@ -20,6 +20,7 @@ from sinssim.errors import InputError
 from sinssim.logs.formats.receivers.imu_counts import SCALES
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG, G0
 
 TYPES = {
@@ -87,7 +88,7 @@ def _logs(path: Path) -> tuple[dict[str, list[Row]], list[str]]:
     """Return the logs by name, without the A of ASCII, and notes on damaged lines."""
     found: dict[str, list[Row]] = {}
     damaged: list[int] = []
-    lines = path.read_text(encoding="latin-1").splitlines()
+    lines = read_text(path, encoding="latin-1").splitlines()
     for number, line in enumerate(lines, start=1):
         at = max(line.find("#"), line.find("%")) if line[:1] not in "#%" else 0
         text, star, check = line[at:].partition("*")

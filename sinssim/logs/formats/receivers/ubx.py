@@ -17,6 +17,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK, gps_from_date, unrolled
 from sinssim.logs.libraries import library
 from sinssim.logs.streams import Clock, FixStream, Streams
+from sinssim.system.user_file import open_file
 from sinssim.units import DEG
 
 QUALITY = {0: "no fix", 1: "dead reckoning", 2: "2D", 3: "3D", 4: "GNSS and dead reckoning", 13: "float", 14: "fixed"}
@@ -49,7 +50,7 @@ def read(path: Path) -> Streams:
     module = library("pyubx2", "pyubx2", str(path))
     found: dict[str, dict[int, Any]] = {kind: {} for kind in _KINDS}
     bad = 0
-    with path.open("rb") as file:
+    with open_file(path) as file:
         reader = module.UBXReader(file, protfilter=2, quitonerror=0)
         while True:
             try:

@@ -16,6 +16,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, gps_from_unix, unrolled
 from sinssim.logs.streams import Clock, FixStream, Streams
 from sinssim.logs.text.cut_rows import cut_rows
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG, KNOT
 
 _GPS_EPOCH = datetime(1980, 1, 6)
@@ -30,7 +31,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the fixes."""
-    lines = path.read_text(encoding="latin-1").splitlines()
+    lines = read_text(path, encoding="latin-1").splitlines()
     sections: dict[str, list[tuple[int, str]]] = {}
     name = ""
     for number, line in enumerate(lines, start=1):

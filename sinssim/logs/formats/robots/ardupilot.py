@@ -19,6 +19,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
 from sinssim.logs.text.cut_rows import cut_row
+from sinssim.system.user_file import read_bytes
 from sinssim.units import DEG
 
 QUALITY = {0: "no receiver", 1: "no fix", 2: "2D", 3: "single", 4: "differential", 5: "float", 6: "fixed", 7: "static",
@@ -54,7 +55,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Streams:
     """Read the readings of all units and receivers."""
-    data = path.read_bytes()
+    data = read_bytes(path)
     notes: list[str] = []
     if data.startswith(_SYNC):
         found = _binary(path, data, notes)

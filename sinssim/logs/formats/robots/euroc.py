@@ -15,6 +15,7 @@ from sinssim.logs.formats.number_table import check_finite, read_numbers
 from sinssim.logs.formats.robots.stamps import clock_of, split_first
 from sinssim.logs.formats.robots.tum import local_solution, unit
 from sinssim.logs.streams import Clock, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import open_file
 
 _IMU, _TRUTH = "imu0/data.csv", "state_groundtruth_estimate0/data.csv"
 
@@ -49,7 +50,7 @@ def read(path: Path) -> Streams:
     clock: Clock | None = None
     notes: list[str] = []
     for file in files:
-        with file.open("rb") as opened:
+        with open_file(file) as opened:
             kind = _kind(opened.read(4096))
         if not kind:
             raise InputError(f"{file}, line 1: it does not begin with EuRoC's names, #timestamp, w_RS_S_x or p_RS_R_x.")

@@ -18,6 +18,7 @@ from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.logs.formats.robots.stamps import NS, clock_of
 from sinssim.logs.streams import InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 
 _FIELDS = 30
@@ -42,7 +43,7 @@ def files_of(folder: Path) -> list[Path]:
 def read(path: Path) -> Streams:
     """Read all instants; a missing file is left out with its stamp."""
     folder = _folder(path)
-    lines = (folder / "timestamps.txt").read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_text(folder / "timestamps.txt", encoding="utf-8", errors="replace").splitlines()
     stamps: list[int] = []
     rows: list[list[float]] = []
     missing = 0
@@ -82,7 +83,7 @@ def _stamp(file: Path, number: int, text: str) -> int:
 
 def _numbers(file: Path) -> list[float]:
     """Return the numbers of one instant."""
-    words = file.read_text(encoding="utf-8", errors="replace").split()
+    words = read_text(file, encoding="utf-8", errors="replace").split()
     if len(words) != _FIELDS:
         raise InputError(f"{file}, line 1: it has {len(words)} numbers; {_FIELDS} are needed.")
     try:

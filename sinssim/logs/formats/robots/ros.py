@@ -20,6 +20,7 @@ from sinssim.logs.formats.robots.tum import local_solution
 from sinssim.logs.libraries import library, refused
 from sinssim.logs.local_level import swapped
 from sinssim.logs.streams import FixStream, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import read_bytes, user_file
 from sinssim.units import DEG
 
 BAG1, MCAP, SQLITE = b"#ROSBAG V2.0\n", b"\x89MCAP0\r\n", b"SQLite format 3\0"
@@ -37,7 +38,7 @@ def recognises(path: Path, head: bytes) -> bool:
     """Return whether it is a bag of ROS 1 or 2, or an MCAP file."""
     if path.is_dir():
         file = path / "metadata.yaml"
-        return file.is_file() and b"rosbag2" in file.read_bytes()[:4096]
+        return file.is_file() and b"rosbag2" in read_bytes(file)[:4096]
     return head.startswith((BAG1, MCAP)) or (head.startswith(SQLITE) and path.suffix == ".db3")
 
 
@@ -52,7 +53,8 @@ def read(path: Path) -> Streams:
     typesys = library("rosbags.typesys", "rosbags", str(path))
     found: dict[str, dict[str, list[Any]]] = {kind: {} for kind in _KINDS.values()}
     try:
-        with highlevel.AnyReader([path], default_typestore=typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)) as reader:
+        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        with highlevel.AnyReader([user_file(path)], default_typestore=store) as reader:
             wanted = [c for c in reader.connections if c.msgtype in _KINDS]
             if wanted:
                 for connection, _, raw in reader.messages(connections=wanted):

@@ -12,6 +12,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.cut_rows import cut_rows
+from sinssim.system.user_file import open_file
 
 NS = 1_000_000_000
 
@@ -55,7 +56,7 @@ def split_first(path: Path, delimiter: str | None, skip: int) -> NDArray[np.int6
     found: list[int] = []
     sign = delimiter.encode() if delimiter else None
     cut = cut_rows(path, delimiter, skip)
-    with path.open("rb") as file:
+    with open_file(path) as file:
         for number, line in enumerate(file, start=1):
             plain = line.strip()
             if number <= skip or number in (cut.first, cut.last) or not plain or plain[:1] in (b"#", b"%"):

@@ -19,6 +19,7 @@ from sinssim.errors import InputError
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.libraries import library, refused
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import user_file
 from sinssim.units import DEG
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
@@ -63,7 +64,7 @@ def read(path: Path) -> Streams:
     module = library("pyulog", "pyulog", str(path))
     said = io.StringIO()  # pyulog prints what it finds damaged
     try:
-        with contextlib.redirect_stdout(said), path.open("rb", buffering=0) as raw:
+        with contextlib.redirect_stdout(said), user_file(path).open("rb", buffering=0) as raw:
             log = module.ULog(_OnlyForward(raw), _TOPICS)
     except Exception as error:  # pyulog raises various errors for a damaged file
         raise refused(path, "a PX4 ULog", error) from error

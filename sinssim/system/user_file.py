@@ -1,0 +1,110 @@
+"""Opens the files that a user names: ordinary ones only, which neither wait for ever nor have no end.
+
+Every file of a user is opened here: a named pipe waits until somebody writes, and /dev/zero has no end.
+"""
+
+from __future__ import annotations
+
+import stat
+from io import BufferedReader
+from pathlib import Path
+from typing import TextIO
+
+from sinssim.errors import InputError
+from sinssim.formatting import size_text
+from sinssim.system.memory import machine_memory
+
+_KINDS = (
+    (stat.S_ISFIFO, "a named pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def user_file(path: Path) -> Path:
+    """Return a path, for a library that opens it itself, if it can be read.
+
+    Args:
+        path: a file, or a folder for the formats that are folders.
+
+    Returns:
+        The same path.
+
+    Raises:
+        InputError: it is neither an ordinary file nor a folder, or larger than the memory.
+        OSError: it does not exist.
+    """
+    found = path.stat()
+    kind = next((words for test, words in _KINDS if test(found.st_mode)), None)
+    if kind is not None:
+        raise InputError(f"{path} is {kind}, not an ordinary file. Copy its contents to a file, and give that.")
+    if found.st_size > machine_memory():
+        raise InputError(
+            f"{path} has {size_text(found.st_size)}, and this machine's memory {size_text(machine_memory())}. Split it "
+            "into parts."
+        )
+    return path
+
+
+def open_file(path: Path) -> BufferedReader:
+    """Open a file for reading bytes.
+
+    Args:
+        path: the file.
+
+    Returns:
+        The open file.
+
+    Raises:
+        InputError, OSError: as for `user_file`.
+    """
+    return user_file(path).open("rb")
+
+
+def open_text(path: Path, encoding: str, errors: str = "strict", newline: str | None = None) -> TextIO:
+    """Open a file for reading text.
+
+    Args:
+        path: the file.
+        encoding, errors, newline: as for `open`.
+
+    Returns:
+        The open file.
+
+    Raises:
+        InputError, OSError: as for `user_file`.
+    """
+    return user_file(path).open(encoding=encoding, errors=errors, newline=newline)
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the contents of a file.
+
+    Args:
+        path: the file.
+
+    Returns:
+        Its bytes.
+
+    Raises:
+        InputError, OSError: as for `user_file`.
+    """
+    return user_file(path).read_bytes()
+
+
+def read_text(path: Path, encoding: str = "utf-8", errors: str = "strict") -> str:
+    """Return the contents of a text file.
+
+    Args:
+        path: the file.
+        encoding, errors: as for `open`.
+
+    Returns:
+        Its text.
+
+    Raises:
+        InputError, OSError: as for `user_file`.
+        UnicodeError: it is not in this encoding.
+    """
+    return user_file(path).read_text(encoding=encoding, errors=errors)
