@@ -88,6 +88,15 @@ BEYOND = (
     ),
     Row(
         "",
+        "Two systems compared: s = dᵀ(2C)⁻¹d against χ²; after a fault non-central with λ = eᵀ(2C)⁻¹e",
+        ("statistics.systems.compare_systems", "statistics.systems.detection_probability"),
+        (
+            "statistics/test_systems.py::test_false_alarms_are_as_frequent_as_stated",
+            "statistics/test_systems.py::test_detection_time_is_the_predicted_one",
+        ),
+    ),
+    Row(
+        "",
         "Instantaneous rates, integrated by trapezoids, under coning: d' = κ² (½ a²Ω + d) − ½ a²Ω, κ = x/tan x, "
         "x = ΩT/2; rounding of rates: a random walk Q/√(12 T)",
         ("sensors.rates.measured_increments", "sensors.rates.of_output"),
