@@ -26,6 +26,7 @@ FORMATS: dict[str, tuple[str, str]] = {
     "novatel": ("receivers.novatel", "NovAtel, Unicore: RAWIMU, BESTPOS, BESTVEL, INSPVA (binary by novatel-edie)"),
     "chc": ("receivers.chc", "CHC CGI receivers: GPCHC sentences with IMU data and solution"),
     "vbox": ("receivers.vbox", "Racelogic VBOX (.vbo): fixes"),
+    "flysight": ("receivers.flysight", "FlySight 2: TRACK.CSV with fixes, SENSOR.CSV with gyros and accelerometers"),
     "android-gnss": ("receivers.android_gnss", "GnssLogger of Android: gyros, accelerometers, fixes"),
     "ardupilot": ("robots.ardupilot", "ArduPilot: DataFlash .bin and .log, text of mavlogdump: IMU, GPS"),
     "ulog": ("robots.ulog", "PX4 ULog (library pyulog)"),

@@ -114,6 +114,21 @@ def vbox(path: Path) -> Path:
     return path
 
 
+def flysight(path: Path) -> Path:
+    """Kinds of rows with columns of their own; the fixes in TRACK.CSV beside it."""
+    head = ["$FLYS,1", "$VAR,DEVICE_ID,1", "$COL,IMU,time,wx,wy,wz,ax,ay,az,temperature"]
+    head += ["$UNIT,IMU,s,deg/s,deg/s,deg/s,g,g,g,deg C", "$COL,TIME,time,tow,week", "$UNIT,TIME,s,s,", "$DATA"]
+    gyro, accel = [f"{57.29577951308232 * x:.9f}" for x in GYRO], [f"{x / 9.80665:.9f}" for x in ACCEL]
+    rows = [",".join(["$IMU", f"{100.0 + 0.25 * k:.3f}", *gyro, *accel, "24.6"]) for k in range(4)]
+    path.write_text("\r\n".join([*head, *rows[:2], f"$TIME,100.4,{TOW + 0.4},{WEEK}", *rows[2:]]) + "\r\n")
+    head = ["$FLYS,1", "$COL,GNSS,time,lat,lon,hMSL,velN,velE,velD,hAcc,vAcc,sAcc,numSV"]
+    head += ["$UNIT,GNSS,,deg,deg,m,m/s,m/s,m/s,m,m,m/s,", "$DATA"]
+    place = ",".join(f"{x:.9f}" for x in (*PLACE, *VELOCITY, 1.5, 2.5, 0.25))
+    rows = [f"$GNSS,2025-07-08T16:00:0{0.25 * k:.3f}Z,{place},7" for k in range(4)]
+    path.with_name("TRACK.CSV").write_text("\r\n".join(head + rows) + "\r\n")
+    return path
+
+
 def chc(path: Path) -> Path:
     """Right, forward, up; °/s and g; attitude heading, pitch, roll."""
     lines = []
@@ -196,6 +211,7 @@ def gnss_ins_sim(path: Path) -> Path:
 LOGGERS = {
     "ardupilot": (ardupilot, "x.bin"),
     "vbox": (vbox, "x.vbo"),
+    "flysight": (flysight, "SENSOR.CSV"),
     "chc": (chc, "chc.txt"),
     "android-gnss": (android, "gnss_log.txt"),
     "inertial-explorer": (inertial_explorer, "ie.txt"),

@@ -175,6 +175,22 @@ def test_vbox(tmp_path: Path) -> None:
     assert found.fixes["gnss"].time[1] == pytest.approx(16 * 3600.0 + 0.25)
 
 
+def test_flysight(tmp_path: Path) -> None:
+    """The rows of GPS time date those of the sensors; the fixes are in UTC."""
+    path = loggers.flysight(tmp_path / "SENSOR.CSV")
+    found, track = read_file(path), read_file(tmp_path / "TRACK.CSV")
+    _same(found.inertial["imu"], None)
+    assert found.clock.origin_gps_s + found.inertial["imu"].time[0] == pytest.approx(WEEK * 604800 + TOW)
+    fixes = track.fixes["gnss"]
+    _right(fixes)
+    np.testing.assert_allclose(fixes.position_sigma, [[1.5, 1.5, 2.5]] * 4)
+    np.testing.assert_allclose(fixes.velocity_sigma, [[0.25, 0.25, 0.25]] * 4)
+    assert track.clock.origin_gps_s == 1751990400 - 315964800 + 18
+    path.write_text(path.read_text() + "$IMU,1,2\n$IMU,1,2\n")
+    with pytest.raises(InputError, match="it has 3 fields; 9 are described"):
+        read_file(path)
+
+
 def test_chc(tmp_path: Path) -> None:
     path = loggers.chc(tmp_path / "x.txt")
     found = read_file(path)
