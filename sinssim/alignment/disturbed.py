@@ -163,8 +163,9 @@ def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
         Quaternion ib0 from b, (N+1, 4), and the integral of the specific force in ib0, (N+1, 3) m/s.
     """
     theta, dvel = imu.dtheta, imu.dvel
-    # Change of the increments per interval, centred: coning and sculling to the next order (Savage 1998).
-    d_theta, d_dvel = np.gradient(theta, axis=0), np.gradient(dvel, axis=0)
+    # Change of the increments per interval, centred: coning and sculling to the next order (Savage 1998). A single
+    # interval shows none.
+    d_theta, d_dvel = (np.gradient(of, axis=0) if len(of) > 1 else np.zeros_like(of) for of in (theta, dvel))
     phi = theta + np.cross(theta, d_theta) / 12.0
     turned = np.cross(phi, dvel)
     u = dvel + 0.5 * turned + np.cross(phi, turned) / 6.0

@@ -255,11 +255,11 @@ def averaging_intervals(time: Array, start: float) -> Array:
         start: start of the data, s.
 
     Returns:
-        (M,) s; after a pause, the usual interval.
+        (M,) s; after a pause, or at the time of a reading that is not used, the usual interval.
     """
     interval = np.diff(time, prepend=start)
     usual = float(np.min(interval[interval > _SAME], initial=np.inf))
-    return np.where(interval > 1.5 * usual, usual, interval)
+    return np.where((interval > 1.5 * usual) | (interval <= _SAME), usual, interval)
 
 
 def _check_correlation(correlation: Array, label: str, shape: tuple[int, ...]) -> None:

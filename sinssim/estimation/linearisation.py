@@ -324,6 +324,6 @@ def _carried_back(h: Array, delay: float, before: Before, row: NDArray[np.intp])
     Returns:
         (M, k, n).
     """
-    interval = before.interval[row]
-    part = np.divide(delay, interval, out=np.zeros_like(interval), where=interval > 0.0)
+    row = np.where(before.interval[row] > 0.0, row, row + 1)  # the run's first epoch has no interval before it
+    part = delay / before.interval[row]
     return np.asarray(h - part[:, None, None] * (h @ before.phi[row] - h))

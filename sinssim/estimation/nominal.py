@@ -118,7 +118,7 @@ def near(
     out = np.flatnonzero(beyond)
     if not len(out):
         return state
-    span = min(round(_EXTRAPOLATED / max(float(np.mean(np.diff(solution.time))), 1e-9)), last) if last else 0
+    span = min(max(round(_EXTRAPOLATED / float(np.mean(np.diff(solution.time)))), 1), last) if last else 0
     by = beyond[out, None]
     pushed = np.zeros((len(out), 3))
     if span:
@@ -181,7 +181,7 @@ class MeanGyroRates:
         self._interval = float(imu.time[-1] - imu.time[0]) / len(imu)
 
     def mean(self, begin: Array, end: Array, calibration: ImuErrors) -> Array:
-        """Return the mean inertial rate over intervals.
+        """Return the mean inertial rate over intervals; one that reaches beyond the data is moved to their end.
 
         Args:
             begin, end: ends of each interval, (K,) s.
@@ -192,6 +192,9 @@ class MeanGyroRates:
         """
         if not len(begin):
             return np.zeros((0, 3))
+        # an instant less a delay may lie beyond the data
+        shift = np.maximum(self._time[0] - begin, 0.0) - np.maximum(end - self._time[-1], 0.0)
+        begin, end = np.maximum(begin + shift, self._time[0]), np.minimum(end + shift, self._time[-1])
         # only the part of the run that the intervals cover is summed and searched
         first, last = np.searchsorted(self._time, (np.min(begin), np.max(end)))
         start = max(int(first) - 1, 0)
@@ -206,9 +209,12 @@ class MeanGyroRates:
 
     def at(self, time: Array, calibration: ImuErrors) -> Array:
         """Return the mean inertial rate over two samples around each instant, (K, 3) rad/s."""
-        begin = np.maximum(time - self._interval, self._time[0])
-        end = np.minimum(time + self._interval, self._time[-1])
-        return self.mean(begin, end, calibration)
+        inside = np.clip(time, self._time[0], self._time[-1])
+        return self.mean(
+            np.maximum(inside - self._interval, self._time[0]),
+            np.minimum(inside + self._interval, self._time[-1]),
+            calibration,
+        )
 
 
 def motion(

@@ -227,6 +227,7 @@ class Record:
         names = vars(self._navigation[0])
         return History(
             time=self._epochs.time[self._rows[:count]],
+            on_edge=self._epochs.on_edge[self._rows[:count]],
             covariance=self._complete.first(count),
             navigation=NavState(*(np.concatenate([getattr(n, name) for n in self._navigation]) for name in names)),
             **{name: rows.first(count) for name, rows in self._history.items()},

@@ -170,6 +170,8 @@ class History:
             n); the unit matrix for the first row.
         navigation: inertial navigation after the feedback, R rows.
         compensated: values of the compensated parameters, zero for the others, (R, n).
+        on_edge: whether the row lies at the end of a sample, (R,); the state between two is interpolated. None if all
+            do.
     """
 
     time: Array
@@ -182,6 +184,7 @@ class History:
     decay: Array
     navigation: NavState
     compensated: Array
+    on_edge: Mask | None = None
 
 
 @short_repr

@@ -65,7 +65,8 @@ class SensorComparison:
             End of each window, (M,) s, and means, (M, k), in rad/s or m/s²; in rad for an attitude sensor. M is 0 for a
             run shorter than a window.
         """
-        edges = np.unique(np.searchsorted(self.time, np.arange(self.time[0], self.time[-1] + 1e-9, self.window)))
+        ends = np.arange(self.time[0], self.time[-1] + 1e-9, self.window)
+        edges = np.unique(np.searchsorted(self.time, ends - 1e-6 * self.window))  # whatever the rounding of the ends
         time = self.time[edges]
         if self.measured is None:
             readings = np.diff(edges)[:, np.newaxis]

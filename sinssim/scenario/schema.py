@@ -265,11 +265,6 @@ class Scenario(WithOwnContent):
         how = self.filter.alignment
         if how != "at-rest" and (gnss is None or not (gnss.position and gnss.velocity)):
             raise ValueError(f'filter.alignment = "{how}" needs [aiding.gnss] with position and velocity')
-        if how == "in-motion" and gnss is not None and gnss.velocity_averaging_s:
-            raise ValueError(
-                'filter.alignment = "in-motion" needs positions and velocities at the same times: set '
-                "aiding.gnss.velocity_averaging_s = 0"
-            )
         source = self.parked or self.great_circle or self.motion or self.turntable
         if source is not None and wanted >= source.duration_s:
             raise ValueError(

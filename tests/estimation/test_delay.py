@@ -136,3 +136,54 @@ def test_a_delay_belongs_to_a_sensor_that_can_have_one() -> None:
     model = ErrorModel((*MODEL.blocks[:3], Block("gnss-position delay", (0.1, 0.1))), 1e-4, 1e-3)
     with pytest.raises(InputError, match=r"gnss-position delay \(1\)"):
         estimate(imu, initial, given, model)
+
+
+@pytest.mark.parametrize("by", [-1.0, -0.05, -0.04, 0.0, 0.04, 0.05, 1.0])
+@pytest.mark.parametrize("interval", [0.0, 0.02, 1.0])
+def test_the_mean_rate_beyond_the_data_is_that_at_their_end(by: float, interval: float) -> None:
+    """A constant rate is its own mean over any interval, also over one that ends before the data begin."""
+    rate = np.array([0.1, -0.2, 0.3])
+    time = np.arange(201) / 20.0
+    gyros = MeanGyroRates(ImuData(time, np.tile(rate / 20.0, (200, 1)), np.zeros((200, 3))))
+    instant = np.array([max(by, 0.0) + 10.0 if by >= 0.0 else by])
+    if interval:
+        found = gyros.mean(instant - interval, instant, ImuErrors())
+    else:
+        found = gyros.at(instant, ImuErrors())
+    np.testing.assert_allclose(found[0], rate, rtol=1e-12)
+
+
+@pytest.mark.parametrize("rate_hz", [5.0, 20.0])
+def test_every_reading_from_the_first_instant_to_the_last_is_used(rate_hz: float) -> None:
+    """The slope of a delay is taken over ±0.05 s, which is one interval of 20 Hz: at the ends of the data it has none.
+
+    All readings are used, and the offset is found; the fixes are right to 1.5 m and 0.05 m/s.
+    """
+    trajectory, ideal = drive(50.0, rate_hz, False)
+    sigma = (0.5, 1e-3, 1e-3)
+    blocks = [Block(name, s) for name, s in zip(("position", "velocity", "attitude"), sigma, strict=True)]
+    model = ErrorModel((*blocks, Block("gnss lever arm", 1e-3), Block("gnss time offset", 0.3)), 1e-5, 1e-3)
+    time, late = np.arange(0.0, 50.5), 0.2
+    shifted = np.clip(time - late, 0.0, 50.0)
+    rng = np.random.default_rng(5)
+    given = [positions(trajectory, shifted, rng), velocities(trajectory, shifted, rng)]
+    given = [Measurements(m.kind, time, time, m.value, m.sigma, np.zeros(3)) for m in given]
+    given = [Measurements(m.kind, m.time[1:], m.time[1:], m.value[1:], m.sigma[1:]) for m in given[:1]] + given[1:]
+    found = estimate(ideal, trajectory.state(0.0), given, model, rate_hz=5.0, gate=None)
+    assert found.divergence is None
+    assert all(np.isfinite(i.nis).all() and i.accepted.all() for i in found.innovations)
+    off = found.parameters["gnss time offset"][-1, 0] - late
+    assert abs(off) < 4.0 * found.sigma[-1, -1] < 0.1
+
+
+def test_a_zero_rate_at_the_time_of_one_that_is_not_used() -> None:
+    """The mean rate is taken over the usual interval, not over none."""
+    imu, initial, _ = world()
+    time = np.array([1.0, 2.0, 3.0, 3.0, 4.0])
+    value = np.zeros((5, 3))
+    value[2] = np.nan
+    model = ErrorModel(MODEL.blocks[:4], 1e-4, 1e-3)
+    zero = Measurements("zero-rate", time, time, value, np.ones((5, 3)))
+    found = estimate(imu, initial, [zero], model, gate=None).innovations[0]
+    assert found.accepted.tolist() == [True, True, False, True, True]
+    assert np.isfinite(found.nis[[0, 1, 3, 4]]).all()

@@ -112,7 +112,7 @@ def test_a_zero_rate_reading_is_a_mean_since_the_one_before_or_as_long_as_that()
         ([0.4, 0.9, 1.4], [0.4, 0.5, 0.5]),  # the first since the data begin
         ([0.5, 1.0, 2.0, 2.5], [0.5] * 4),  # a pause of one reading
         ([0.5, 1.0, 1.7, 2.2], [0.5, 0.5, 0.7, 0.5]),  # one that is late
-        ([0.5, 1.0, 1.0, 1.5], [0.5, 0.5, 0.0, 0.5]),  # one that comes twice
+        ([0.5, 1.0, 1.0, 1.5], [0.5] * 4),  # one that comes twice, the second of which is not used
     ],
 )
 def test_intervals_of_zero_rate_readings(time: list[float], interval: list[float]) -> None:

@@ -55,12 +55,6 @@ def test_alignments_say_what_they_need() -> None:
     course = {"alignment": "by-course", "alignment_s": 10.0}
     with pytest.raises(ValidationError, match=r'"by-course" needs \[aiding.gnss\] with position and velocity'):
         road(filter=course, aiding={"gnss": {"velocity": False}})
-    with pytest.raises(ValidationError, match=r"set aiding\.gnss\.velocity_averaging_s = 0"):
-        road(
-            filter={"alignment": "in-motion", "alignment_s": 50.0},
-            aiding={"gnss": {"velocity_averaging_s": 0.25}},
-            great_circle={**ROAD["great_circle"], "duration_s": 100.0},
-        )
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,7 @@ class _Process:
                 pickle.dump(runs, process.stdin)
                 process.stdin.flush()
             while True:
-                answer = _answer(process.stdout)
+                answer = _received(process.stdout)
                 if answer is None:
                     break
                 kind, value = answer
@@ -171,10 +171,10 @@ class _Process:
             self._process.wait()
 
 
-def _answer(pipe: IO[bytes]) -> tuple[str, Any] | None:
+def _received(pipe: IO[bytes]) -> Any:
+    """Return the next object of a pipe; None at its end, also if that is in the middle of the object."""
     try:
-        answer: tuple[str, Any] = pickle.load(pipe)
-        return answer
+        return pickle.load(pipe)
     except (EOFError, pickle.UnpicklingError):
         return None
 
@@ -196,19 +196,18 @@ def serve() -> None:
 
     truths = TruthCache()
     try:
-        plan, folder, shared = pickle.load(sys.stdin.buffer)
-        if shared is not None:
-            truths.keep(plan.scenario, shared)
-        while True:
-            runs = pickle.load(sys.stdin.buffer)
+        task = _received(sys.stdin.buffer)
+        if task is not None and task[2] is not None:
+            truths.keep(task[0].scenario, task[2])
+        while task is not None and (runs := _received(sys.stdin.buffer)) is not None:
             try:
-                make_chunk(plan, runs, folder, truths, lambda count: answer("runs", count))
+                make_chunk(task[0], runs, task[1], truths, lambda count: answer("runs", count))
             except (BrokenPipeError, KeyboardInterrupt):
                 raise
             except BaseException as error:
                 answer("error", error)
             else:
                 answer("done", None)
-    except (BrokenPipeError, EOFError, KeyboardInterrupt):
-        pass  # the parent process has ended, or has no more work
+    except (BrokenPipeError, KeyboardInterrupt):
+        pass  # the parent process has ended
     os._exit(0)  # nothing is left to clean up; Python's own exit could complain about closed pipes

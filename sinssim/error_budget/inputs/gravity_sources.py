@@ -14,12 +14,10 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.harmonics.field import DisturbingField
-from sinssim.earth.models import ELLIPSOIDS
 from sinssim.error_budget.inputs.processes import AlongWay
 from sinssim.error_budget.inputs.sources import InertialNoise, Source
 from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.gravity.from_scenario import remainder_model
+from sinssim.truth.gravity.from_scenario import remainder_model, unknown_field
 from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
@@ -43,25 +41,6 @@ def in_normal_gravity(scenario: Scenario) -> Scenario:
         return scenario
     navigation = scenario.navigation.model_copy(update={"gravity_degree": None})
     return scenario.model_copy(update={"gravity": None, "navigation": navigation})
-
-
-def unknown_field(scenario: Scenario) -> DisturbingField | None:
-    """Return the part of the true field that the navigator does not know.
-
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        The field; None if there is none.
-    """
-    gravity, known = scenario.gravity, scenario.navigation.gravity_degree
-    model = None if gravity is None else gravity.coefficients()
-    if model is None or known == model.degree:
-        return None
-    ellipsoid = ELLIPSOIDS[scenario.truth.ellipsoid]
-    if known is None:
-        return DisturbingField(model, ellipsoid)
-    return DisturbingField(model, ellipsoid).beyond(known)
 
 
 def field_readings(scenario: Scenario, trajectory: Trajectory, ideal: ImuData) -> tuple[list[Source], Array, Array]:

@@ -24,9 +24,11 @@ import scipy
 from sinssim.data import Array
 from sinssim.estimation.result import Estimate, Innovations
 from sinssim.estimation.smoother import scaled_solve
+from sinssim.statistics.quadratic_form import quantile, upper_tail
 
 FALSE_ALARM = 0.01
-"""Probability that a sound filter is called inconsistent, over all tests of all sensors."""
+"""Largest probability that a sound filter is called inconsistent, over all tests: half of it for those of the
+innovations of all sensors, half for those with the truth, each divided by the number of tests (Bonferroni)."""
 
 LAGS = 20
 """Lags of the test of whiteness."""
@@ -115,6 +117,23 @@ def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
     lower, upper = (float(scipy.special.chdtri(freedom, tail)) / freedom for tail in (0.975, 0.025))
     probability = 2.0 * min(scipy.special.chdtr(freedom, statistic), scipy.special.chdtrc(freedom, statistic))
     return ChiSquare(name, statistic / freedom, lower, upper, min(float(probability), 1.0))
+
+
+def weighted_test(name: str, statistic: float, weights: Array) -> ChiSquare:
+    """Compare a statistic with the distribution of a sum of squares of correlated numbers.
+
+    Args:
+        name: what is tested.
+        statistic: the sum of squares.
+        weights: eigenvalues of the covariance of the numbers.
+
+    Returns:
+        The test.
+    """
+    upper = upper_tail(weights, statistic)
+    low, high = (quantile(weights, tail) for tail in (0.975, 0.025))
+    size = float(np.sum(weights))
+    return ChiSquare(name, statistic / size, low / size, high / size, min(2.0 * min(upper, 1.0 - upper), 1.0))
 
 
 def _whitened(innovations: Innovations) -> Array:
@@ -212,7 +231,7 @@ def consistency(estimate: Estimate) -> Consistency:
     Returns:
         The verdicts.
     """
-    level = FALSE_ALARM / max(len(estimate.innovations), 1)
+    level = 0.5 * FALSE_ALARM / max(len(estimate.innovations), 1)
     sensors = tuple(sensor_consistency(i, level) for i in estimate.innovations)
     sentences = []
     for s in sensors:

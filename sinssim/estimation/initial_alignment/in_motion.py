@@ -105,7 +105,7 @@ def align_in_motion(
     Args:
         imu: increments from before the first to after the last fix to be used; a minute or two.
         position: "gnss-position".
-        velocity: "gnss-velocity" at the same instants.
+        velocity: "gnss-velocity"; those of a receiver that delays or averages them are valid before its positions.
         sigma: standard deviations of the sensor block's errors.
         gravity: one of `sinssim.GRAVITY_MODELS`.
         ellipsoid: name of the reference ellipsoid.
@@ -164,8 +164,9 @@ def _fixes(imu: ImuData, position: Measurements, velocity: Measurements, gravity
     for m, kind in ((position, "gnss-position"), (velocity, "gnss-velocity")):
         if m.kind != kind:
             raise InputError(f"alignment in motion needs measurements of kind {kind!r}, not {m.kind!r}.")
-    _, first, second = np.intersect1d(position.time, velocity.time, return_indices=True)
-    time, place, speed = position.time[first], position.value[first], velocity.value[second]
+    first, second = _together(position.time, velocity.time)
+    time, speed = velocity.time[second], velocity.value[second]
+    place = _moved(position.value[first], speed, time - position.time[first], ellipsoid)
     used = np.isfinite(place).all(axis=1) & np.isfinite(speed).all(axis=1)
     used &= (time >= imu.time[0]) & (time <= imu.time[-1])
     time, place, speed = time[used], place[used], speed[used]
@@ -186,6 +187,26 @@ def _fixes(imu: ImuData, position: Measurements, velocity: Measurements, gravity
     arm = np.asarray(velocity.lever_arm, dtype=np.float64)
     beta = earth.ecef_to_eci(v_e, since, ellipsoid) - fallen
     return _Fixes(time, place, speed, beta, arm, rotation.conjugate(q_in))
+
+
+def _together(position: Array, velocity: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows of positions and of velocities that make a fix: the nearest ones, less than half a step apart."""
+    if not len(position) or not len(velocity):
+        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
+    after = np.clip(np.searchsorted(velocity, position), 1, max(len(velocity) - 1, 1))
+    nearest = np.where(velocity[after] - position < position - velocity[after - 1], after, after - 1)
+    rows, first = np.unique(nearest, return_index=True)
+    step = float(np.median(np.diff(velocity)))
+    near = np.abs(velocity[rows] - position[first]) < 0.5 * step
+    return first[near], rows[near]
+
+
+def _moved(place: Array, speed: Array, by: Array, ellipsoid: Ellipsoid) -> Array:
+    """Return positions after a time at their velocities; half a second of 1 g costs a metre, which gravity ignores."""
+    north, east, down = (speed * by[:, None]).T
+    latitude, longitude = earth.displaced(place[:, 0], place[:, 1], place[:, 2], north, east, ellipsoid)
+    moved = np.stack([latitude, longitude, place[:, 2] - down], axis=1)
+    return np.where(by[:, None] == 0.0, place, moved)
 
 
 def _attitude(imu: ImuData, fixes: _Fixes) -> tuple[Array, Array, float]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.recording.store.streams import Computed, Stream, Vector, error_stream, nav_stream
 
 if TYPE_CHECKING:
-    from sinssim.data import Measurements
+    from sinssim.data import Array, Measurements
     from sinssim.estimation import Block, Innovations
     from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.estimation.result import Rows
 
 
 _AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
@@ -104,12 +107,28 @@ def _readings(measurements: Measurements, innovations: Innovations | None) -> St
         Vector("sigma", named("sigma"), m.sigma),
         Vector("arrival", ("arrival_s",), m.arrival[:, np.newaxis]),
     ]
-    if innovations is not None and len(innovations.time) == len(m.time):
-        i = innovations
-        gate = Computed(lambda rows: np.column_stack((i.nis[rows], i.accepted[rows].astype(np.float64))))
+    if innovations is not None:
+        i, before = innovations, len(m.time) - len(innovations.time)  # the filter may start after the first readings
+
+        def gate(rows: Rows) -> Array:
+            return np.column_stack((i.nis[rows], i.accepted[rows].astype(np.float64)))
+
         vectors += [
-            Vector("innovation", named("innovation"), i.value),
-            Vector("innovation_sigma", named("innovation_sigma"), Computed(i.sigma_at)),
-            Vector("gate", ("nis", "accepted"), gate),
+            Vector("innovation", named("innovation"), _later(before, len(m.time), np.nan, lambda rows: i.value[rows])),
+            Vector("innovation_sigma", named("innovation_sigma"), _later(before, len(m.time), np.nan, i.sigma_at)),
+            Vector("gate", ("nis", "accepted"), _later(before, len(m.time), (np.nan, 0.0), gate)),
         ]
     return Stream(f"aiding_{m.label.replace('-', '_')}", m.time, tuple(vectors))
+
+
+def _later(before: int, count: int, without: ArrayLike, at: Callable[[Rows], Array]) -> Computed:
+    """Return rows that follow some without values, from a function of their numbers."""
+    if not before:
+        return Computed(at)
+
+    def rows_of(rows: slice) -> Array:
+        number = np.arange(-before, count - before)[rows]
+        known = at(number[number >= 0])
+        return np.concatenate((np.broadcast_to(without, (len(number) - len(known), known.shape[1])), known))
+
+    return Computed(rows_of)

@@ -148,6 +148,7 @@ class Encoders:
             ω_vb in the block's axes as it is commanded, (K, 3) rad/s.
         """
         interval = (self.edges[-1] - self.edges[0]) / (len(self.edges) - 1)
+        t = np.clip(t, self.edges[0], self.edges[-1])
         begin = np.maximum(t - interval, self.edges[0])
         length = np.minimum(t + interval, self.edges[-1]) - begin
         rates = [weight * self.turns.rate(begin + node * length) for node, weight in _GAUSS]

@@ -66,6 +66,22 @@ def known_field(scenario: Scenario) -> DisturbingField | None:
     return None if degree is None or gravity is None else field_of(gravity, scenario.truth.ellipsoid, degree)
 
 
+def unknown_field(scenario: Scenario) -> DisturbingField | None:
+    """Return the part of the true field that the navigator does not know.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        The field; None if there is none.
+    """
+    gravity, known = scenario.gravity, scenario.navigation.gravity_degree
+    field = None if gravity is None else field_of(gravity, scenario.truth.ellipsoid)
+    if field is None or known == field.degree:
+        return None
+    return field if known is None else field.beyond(known)
+
+
 @lru_cache(maxsize=4)
 def _field(model: Coefficients, ellipsoid: str) -> DisturbingField:
     return DisturbingField(model, ELLIPSOIDS[ellipsoid])

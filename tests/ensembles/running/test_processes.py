@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +43,17 @@ def test_motions_of_their_own_are_not_sent(monkeypatch) -> None:
     plan = make_plan(scenario(AIDED), truths)
     object.__setattr__(truths.of(plan.scenario), "trajectory", lambda: None)
     assert pickle.loads(processes._task(plan, Path(), truths))[2] is None
+
+
+@pytest.mark.parametrize("part", [0.0, 0.5, 1.0])
+def test_a_process_whose_parent_is_killed_ends_without_a_word(tmp_path: Path, part: float) -> None:
+    """The pipe breaks before, within, or after what the process is told."""
+    truths = TruthCache()
+    task = processes._task(make_plan(scenario(AIDED), truths), tmp_path, truths)
+    program = "from sinssim.ensembles.running.processes import serve; serve()"
+    told = task[: int(part * len(task))]
+    ended = subprocess.run([sys.executable, "-c", program], input=told, capture_output=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, b"", b"")
 
 
 @LINUX

@@ -50,6 +50,22 @@ def test_from_rest_by_gravity_and_the_course_of_the_first_motion(tmp_path: Path)
     assert float(found.state.latitude) == pytest.approx(float(truth.state(0.0).latitude), abs=1e-9)
 
 
+def test_from_a_single_sample(tmp_path: Path) -> None:
+    """The specific force of one sample of a vehicle at rest gives roll and pitch; the heading is given."""
+    roll, pitch = 0.02, -0.03
+    force = -rotation.dcm_from_quaternion(rotation.quaternion_from_euler(roll, pitch, 0.0))[2]
+    row = f"{{}},0,0,0,{force[0]:.15g},{force[1]:.15g},{force[2]:.15g}\n"
+    head = ",".join(("t_s", *RATES["gyro"]["columns"], *RATES["accel"]["columns"]))
+    (tmp_path / "imu.csv").write_text(head + "\n" + row.format(0.0) + row.format(0.01))
+    place = {"latitude_deg": 45.0, "longitude_deg": 8.0, "height_m": 100.0, "heading_deg": 20.0}
+    section = LogSection.model_validate({"imu": {"file": str(tmp_path / "imu.csv"), **RATES}, "start": place})
+    log = load_log(section, None)
+    assert len(log.imu) == 1
+    found = recorded_start(log, section.start)
+    true = rotation.quaternion_from_euler(roll, pitch, np.radians(20.0))
+    np.testing.assert_allclose(found.state.q_nb, true, atol=1e-9)
+
+
 def test_in_motion_by_the_satellites_acceleration(tmp_path: Path) -> None:
     truth = drive(60.0)
     found = start_of(tmp_path, truth, from_s=30.0)

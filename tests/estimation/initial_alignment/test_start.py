@@ -208,6 +208,24 @@ def test_alignment_in_motion_with_the_antenna_on_a_lever_arm() -> None:
     np.testing.assert_allclose(with_arm.state.velocity_ned, truth.velocity_ned[0], atol=0.02)
 
 
+@pytest.mark.parametrize("delay", [0.05, 0.2625, 1.3])
+def test_alignment_in_motion_with_velocities_older_than_the_positions(delay: float) -> None:
+    """Velocities valid before the positions, by less and by more than the step of the fixes: the known heading."""
+    sigma = ImuErrors(TriadErrors(), TriadErrors())
+    flight, imu = weaving(120.0, 25.0)
+    time, rng = np.arange(2.0, 120.5), np.random.default_rng(0)
+    speed = velocities(flight, time - delay, rng, 1e-3)
+    place = positions(flight, time, rng, (0.1, 0.1, 0.1))
+    found = align_in_motion(imu, place, speed, sigma)
+    truth = flight.state(imu.time[found.edge])
+    off = rotation.multiply(truth.q_nb, rotation.conjugate(found.state.q_nb))
+    assert np.degrees(np.linalg.norm(rotation.rotation_vector_from_quaternion(off))) < 0.05
+    metre = 1.0 / 6.4e6
+    # half the acceleration times the square of the time between them
+    np.testing.assert_allclose(found.state.latitude, truth.latitude, atol=1.0 * metre)
+    np.testing.assert_allclose(found.state.velocity_ned, truth.velocity_ned, atol=0.2)
+
+
 def earth_q_en(state: NavState) -> Array:
     from sinssim import earth
 

@@ -14,6 +14,7 @@ from sinssim.estimation.from_scenario.filter_states import hints
 from sinssim.formatting import number_text, signed
 from sinssim.recording.store.filter_streams import state_columns
 from sinssim.recording.store.summaries.diagnosis_summary import diagnosis_numbers
+from sinssim.recording.store.summaries.use_of_readings import unused_sentences, use_of_readings
 from sinssim.recording.store.summary import error_numbers_of, known_error_numbers_of
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import GnssSection, Jump, Ramp
@@ -73,7 +74,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     known = aided.true_parameters_known
     smoothed, backward = aided.smoothed_error, aided.backward_error
     numbers_of = error_numbers_of if known else known_error_numbers_of
-    end = estimate.divergence
+    end, used = estimate.divergence, use_of_readings(aided)
     return {
         "divergence": None
         if end is None
@@ -91,8 +92,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "sensors": {
             i.sensor: {
                 "kind": i.kind,
-                "readings": len(i.time),
-                "taken": int(np.count_nonzero(i.accepted)),
+                **used[i.sensor],
                 "refused": s.rejected,
                 "refused_expected": s.expected,
                 "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
@@ -280,6 +280,8 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     elif numbers["consistent"]:
         yield "The filter is consistent: its innovations and its errors agree with its covariance."
     else:
+        from sinssim.estimation.checks.consistency import FALSE_ALARM
+
         bad = []
         for verdict, meaning in _INCONSISTENT.items():
             sensors = [name for name, s in numbers["sensors"].items() if s["verdict"] == verdict]
@@ -291,8 +293,11 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         yield from numbers["hints"]  # the cause precedes its effect
         the = "Therefore the" if numbers["hints"] else "The"
         yield f"{the} filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
+        if bad:
+            yield f"A correct filter fails any of these tests in at most {100.0 * FALSE_ALARM:g} % of runs."
         yield from numbers.get("diagnosis", {}).get("what_to_try", ())
     yield from numbers["remarks"]
+    yield from unused_sentences(numbers["sensors"])
 
 
 def _actual(aided: Aided) -> ActualConsistency:
@@ -306,12 +311,8 @@ def _actual(aided: Aided) -> ActualConsistency:
 
 
 def _test_numbers(test: ChiSquare) -> dict[str, float]:
-    return {
-        "value": test.value,
-        "lower_95": test.lower,
-        "upper_95": test.upper,
-        "probability": test.probability,
-    }
+    numbers = {"value": test.value, "lower_95": test.lower, "upper_95": test.upper}
+    return {**numbers, "probability": test.probability}
 
 
 def _uncertain(estimate: Estimate, name: str) -> int:

@@ -16,8 +16,8 @@ from sinssim.recording.rerun.run import log_run as pictures
 from sinssim.recording.rerun.run.models import PATHS, kind_of, vehicle_mesh
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
 from sinssim.recording.rerun.views import RunInfo, load_view
-from sinssim.recording.scales import LENGTHS, suiting
-from sinssim.recording.sensor_comparison import compare_sensors
+from sinssim.recording.scales import ANGLES, LENGTHS, suiting
+from sinssim.recording.sensor_comparison import SensorComparison, compare_sensors
 from sinssim.scenario import load_scenario
 from sinssim.sensors.sets.reading import Readings
 from tests.recording.rerun.test_views import views
@@ -81,6 +81,17 @@ def test_what_a_compensation_took_away_is_seen():
     assert wide["widths"] > 2.0 * thin["widths"]
     assert thin["colors"] == style.colors(["x", "y", "z"])
     assert wide["colors"] == [style.tint(color) for color in thin["colors"]]
+
+
+@pytest.mark.parametrize("duration", [0.01, 10.1, 0.7, 20.3])
+def test_the_last_window_of_mean_errors_ends_with_the_run(duration: float) -> None:
+    """The end of the last window may lie beyond the last instant by rounding, as 10.1 s of 0.1 s do."""
+    time = np.arange(round(duration * 10.0) + 1) / 10.0 if duration > 0.1 else np.array([0.0, 0.01])
+    error = np.outer(time, (1.0, -2.0, 3.0))  # a constant rate
+    of = SensorComparison("gyro", "Gyros", ("x", "y", "z"), time, error, None, ANGLES, ("deg/h", 1.0), error, error)
+    at, mean = of.averaged(error)
+    assert len(at) == int(time[-1] / of.window + 1e-6)
+    np.testing.assert_allclose(mean, np.tile((1.0, -2.0, 3.0), (len(at), 1)))
 
 
 def test_an_attitude_sensors_error_is_averaged_not_differenced():

@@ -346,3 +346,31 @@ def test_a_ramp_that_is_believed_again_is_said_to_be():
     caught, again = filter_summary.fault_sentences({"faults": [ramp]})
     assert "was detected by the gate" in caught
     assert again.startswith("From 160 s on, with GNSS errors of 60.0 m, the filter accepted the fixes again")
+
+
+def test_every_reading_that_is_not_used_has_its_reason(tmp_path, recorded):
+    """Readings taken and not used add up to all, also with those before the filter's start; streams keep every one."""
+    parked = {"latitude_deg": 50.0, "heading_deg": 20.0, "duration_s": 40.0}
+    aiding = {"zero_velocity": {"rate_hz": 1.0, "outages_s": [[25.0, 28.0]], "latency_s": 1.5}}
+    quiet = {"grade": "laser-navigation", "rate_hz": 10.0}
+    own = scenario(
+        great_circle=None, parked=parked, imu=quiet, navigation={}, aiding=aiding, filter={"alignment_s": 10.0}
+    )
+    result = run(own, tmp_path / "run")
+    numbers = result.summary["filter"]["sensors"]["zero-velocity"]
+    assert numbers["readings"] == 36
+    assert numbers["unused"] == {"before the start of the filter": 10}
+    assert numbers["taken"] == 26
+    said = list(sentences(result.summary["filter"]))
+    assert "Measurements before the start of the filter, which are not used: 10 of 36 of zero-velocity." in said
+    rows = table(result, "aiding_zero_velocity")
+    known = np.isfinite(rows["nis"].to_numpy())
+    assert known.tolist() == [False] * 10 + [True] * 26
+    np.testing.assert_array_equal(rows["accepted"].to_numpy(), known)
+    np.testing.assert_array_equal(
+        rows["innovation_n_mps"].to_numpy()[known], result.aided.estimate.innovations[0].value[:, 0]
+    )
+    jumps = recorded[0].summary["filter"]["sensors"]
+    for s in jumps.values():
+        assert s["taken"] + sum(s["unused"].values()) == s["readings"]
+    assert jumps["gnss-position"]["unused"] == {"rejected by the gate": jumps["gnss-position"]["refused"]}
