@@ -65,11 +65,13 @@ def command(
     if plan.filter is not None:
         from sinssim.estimation.from_scenario import filter_states
         from sinssim.estimation.from_scenario.memory import check_memory
+        from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes
 
         resolved = filter_states.with_states(plan)
         check_memory(resolved)
         about_filter += filter_states.choice(plan)
-        about_filter += (f"note        {sentence}" for sentence in filter_states.notes(plan))
+        notes = (*filter_states.notes(plan), *gravity_notes(plan))
+        about_filter += (f"note        {sentence}" for sentence in notes)
     if as_json:
         duration = expected_duration(plan)
         print_json({"expected_duration_s": round(duration), "scenario": resolved.as_written()})

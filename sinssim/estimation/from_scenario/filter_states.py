@@ -156,7 +156,7 @@ def _times(ratio: float) -> str:
 
 
 def hints(scenario: Scenario) -> Iterator[str]:
-    """Explain an inconsistent filter by gravity that it does not know, and by states that it lacks.
+    """Explain an inconsistent filter by states that it lacks.
 
     Args:
         scenario: with a [filter] section.
@@ -164,9 +164,6 @@ def hints(scenario: Scenario) -> Iterator[str]:
     Yields:
         Whole sentences.
     """
-    from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes
-
-    yield from gravity_notes(scenario)
     own, every = states(scenario), weights(scenario)
     missing = [weight for weight in every if weight.needed and weight.block not in own]
     if missing:
@@ -180,7 +177,7 @@ def hints(scenario: Scenario) -> Iterator[str]:
 
 
 def notes(scenario: Scenario) -> Iterator[str]:
-    """Report what a scenario's sensors are not accurate enough for, and gravity that its filter does not know.
+    """Report what a scenario's sensors are not accurate enough for.
 
     Args:
         scenario: with a [filter] section.
@@ -188,11 +185,7 @@ def notes(scenario: Scenario) -> Iterator[str]:
     Yields:
         Whole sentences.
     """
-    from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes
-
     section, parked = scenario.filter, scenario.parked
-    if section is not None:
-        yield from gravity_notes(scenario)
     if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
         return
     gyro = inertial_sigma(scenario).gyro

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sinssim.earth import gravity_ned
-from sinssim.estimation.from_scenario.filter_model import filter_model
+from sinssim.estimation.from_scenario.filter_states import inertial_sigma
+from sinssim.estimation.model import error_model
 from sinssim.formatting import number_text
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.planned.path import planned_path
@@ -84,9 +85,8 @@ def unknown_gravity(scenario: Scenario) -> UnknownGravity | None:
         else:
             mean = mean + size
     lasts = expected_duration(scenario)
-    model = filter_model(scenario, lasts)
-    where = model.slices.get("accelerometer bias")
-    bias = float(np.max(model.sigma[where])) if where is not None else 0.0
+    model = error_model(inertial_sigma(scenario), duration=lasts)
+    bias = float(np.max(model.sigma[model.slices["accelerometer bias"]]))
     rms, changing = float(np.sqrt(np.sum(mean + variance))), float(np.sqrt(np.sum(variance)))
     ratio = rms * math.sqrt(lasts) / model.accel_noise if model.accel_noise else math.inf  # (1)
     return UnknownGravity(rms, changing, bias, model.accel_noise, ratio)

@@ -8,8 +8,7 @@ import pytest
 import sinssim
 from sinssim.earth.harmonics.coefficients import shipped
 from sinssim.earth.harmonics.field import DisturbingField
-from sinssim.estimation.from_scenario.filter_states import notes
-from sinssim.estimation.from_scenario.unknown_gravity import unknown_gravity
+from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes, unknown_gravity
 from sinssim.recording.store.summaries.filter_summary import filter_numbers, sentences
 from sinssim.scenario import Scenario
 
@@ -46,7 +45,7 @@ def test_what_is_known_or_too_small_is_not_reported() -> None:
     half = parked(gravity={"model": "egm2008"}, navigation={"gravity_degree": 60})
     whole = parked(gravity={"model": "egm2008"})
     assert unknown_gravity(half).rms < 0.9 * unknown_gravity(whole).rms
-    assert list(notes(known)) == list(notes(parked())) == []
+    assert list(gravity_notes(known)) == list(gravity_notes(parked())) == []
     coarse = parked(gravity={"model": "egm2008"}, imu={"grade": "consumer", "rate_hz": 10.0}, filter={})
     assert unknown_gravity(coarse).ratio < 10.0 < unknown_gravity(whole).ratio
 
@@ -67,7 +66,7 @@ def test_the_remainder_is_constant_for_a_parked_vehicle_and_changes_on_the_way()
 def test_a_run_is_not_consistent_and_names_it_and_no_test_exceeds_the_bound() -> None:
     """The sum of all squared errors exceeds the number of states by at most d², here by a tenth of it or more."""
     scenario = parked(gravity={"model": "egm2008"})
-    (foretold,) = notes(scenario)
+    (foretold,) = gravity_notes(scenario)
     ratio = unknown_gravity(scenario).ratio
     assert f"up to {ratio:.0f} times the noise" in foretold
     result = sinssim.run(scenario)

@@ -67,6 +67,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         error at the end, and whether it is observable: the motion shows it, and the filter at least halved its σ.
     """
     from sinssim.estimation.checks.consistency import consistency
+    from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes
 
     estimate = aided.estimate
     judged, truly = consistency(estimate), _actual(aided)
@@ -83,7 +84,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "consistent": not findings,
         "findings": findings,
         **({} if known else {"recorded": True}),
-        "hints": list(hints(scenario)) if findings and known else [],
+        "hints": [*gravity_notes(scenario), *hints(scenario)] if findings and known else [],
         "aided": numbers_of(aided.error_blocks) if len(estimate.time) else None,
         **({} if smoothed is None else {"smoothed": numbers_of(lambda: [smoothed])}),
         **({} if backward is None else {"backward": numbers_of(lambda: [backward])}),
