@@ -11,6 +11,7 @@ import numpy as np
 
 from sinssim.inspection.corrections import bridges, clock_keys
 from sinssim.inspection.inspection import Inspection
+from sinssim.inspection.standing import IMPOSSIBLE
 from sinssim.inspection.velocity_match import seen
 from sinssim.logs.streams import Clock
 from sinssim.sensors.from_readings.first_course import first_course
@@ -71,6 +72,9 @@ def suggested_scenario(
         lines.append('# first_row = "2026-01-01 00:00:00.000"  # which was the GPS time of the first row?')
     if inspection.inertial is not None and (bridge := bridges(inspection.inertial.time, _BRIDGED)[0]) is not None:
         lines.append(f"max_gap_s = {bridge:g}  # the longest gap, which is bridged with more noise")
+    ratio = next((f.numbers["of_gravity"] for f in inspection.findings if "of_gravity" in f.numbers), 1.0)
+    if not IMPOSSIBLE[0] < ratio < IMPOSSIBLE[1] and inspection.usable:
+        lines.append("check_scale = false  # the specific force is far from gravity: is that the motion?")
     lines += list(_tables("log.imu", keys))
     if fixes is not None:
         lines += ["", "[log.gnss]", f"file = {_text(_relative(fixes[0], folder))}", *_file_keys(fixes[1])]

@@ -141,7 +141,7 @@ def judge_reading(
             best = (residual, meaning, right, gyro, accel)
     numbers = {"residual_mps": own.residual, "residual_of_best_other_mps": best[0], "best_other": best[1]}
     text = (
-        f"In windows of {window:g} s the data agree with the velocities of the fixes to {own.residual:.3g} m/s rms; "
+        f"In windows of {window:.3g} s the data agree with the velocities of the fixes to {own.residual:.3g} m/s rms; "
         f"the best alternative interpretation, that {best[1]}, agrees to {best[0]:.3g} m/s."
     )
     if own.residual > CLEARLY * best[0]:
@@ -152,7 +152,7 @@ def judge_reading(
     fix = "The motion does not distinguish the two: verify the description."
     if own.residual > _EXPLAINED * own.moved:
         text = (
-            f"In windows of {window:g} s the velocity of the fixes changes by {own.moved:.3g} m/s rms, and the data "
+            f"In windows of {window:.3g} s the velocity of the fixes changes by {own.moved:.3g} m/s rms, and the data "
             f"explain it to {own.residual:.3g} m/s only; so does every other interpretation of the columns."
         )
         fix = "Are the files of the same vehicle and day, and the columns those of an IMU?"

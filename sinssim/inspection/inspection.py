@@ -15,12 +15,11 @@ from sinssim.inspection.channels import channel_findings
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.fixes import fix_findings
 from sinssim.inspection.mounting import Mounting, attitude_finding, mounting
+from sinssim.inspection.moves import Moves, motion_of
 from sinssim.inspection.standing import (
     AtRest,
-    Moves,
     at_rest,
     fast_noise,
-    motion_of,
     rates_of,
     rest_findings,
     scale_finding,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
-from sinssim.inspection.velocity_match import Seen
+from sinssim.inspection.moves import Moves
 from sinssim.logs.streams import InertialStream
 from sinssim.units import DEG, DEG_H, FOOT, G0
 
@@ -18,6 +18,9 @@ WINDOW = 1.0
 """Length of the windows, s: longer than a period of an engine, shorter than a stop at a crossing."""
 LOUDER = 2.5
 """A window is quiet if its noise is at most this many times that of the quietest twentieth of the log."""
+_QUIETEST = 5.0
+"""Percentage of the windows that are surely at rest, if fixes do not say which are: a stop or two in a drive. Of the
+windows in which fixes stand, the middle one counts, so that an engine may run at one stop and not at another."""
 SHORTEST = 3.0
 """Shortest quiet span, s."""
 TOLERANCE = 0.02
@@ -28,6 +31,12 @@ IN_MOTION = (0.8, 1.4)
 IMPOSSIBLE = (0.7, 1.5)
 """Range outside of which no calibration explains the specific force at rest; units differ by a factor of three."""
 
+OTHER_UNITS = (1.0 / 3.0, 3.0)
+"""Range of the median of a log without a quiet span in which no unit explains it: units differ by more than a factor of
+three (ft/s² and m/s²)."""
+_LARGEST_BIAS = 20.0 * DEG
+"""Largest bias of gyros in data sheets, rad/s: the rate at rest of cheap MEMS gyros, ±20 °/s."""
+
 _SCALES: dict[str, float] = {
     "the numbers are in g": 1.0 / G0,
     "the numbers are in m/s² and were taken for g": G0,
@@ -36,57 +45,6 @@ _SCALES: dict[str, float] = {
     "the numbers are in ft/s²": 1.0 / FOOT,
 }
 """What the specific force at rest is, over gravity, if the unit is not the stated one."""
-
-
-SLOWEST = 0.1
-"""Speed from which a vehicle moves, m/s: twice the noise of a velocity that receivers' data sheets state, 0.05 m/s."""
-_SIGMAS = 3.0
-_MEAN_S = 16.0
-"""Longest time over which velocities of fixes are averaged to tell motion from noise, s: as long as a stop lasts."""
-
-
-@dataclass(frozen=True)
-class Moves:
-    """The motion that fixes show.
-
-    Attributes:
-        time: on the unit's clock, (M,) s.
-        speed: horizontal speed, averaged, (M,) m/s.
-        limit: speed from which it is no noise, m/s.
-    """
-
-    time: Array
-    speed: Array
-    limit: float
-
-    def at(self, begin: Array, end: Array) -> NDArray[np.bool_]:
-        """Return whether the vehicle moves between instants, (W,); not where there are no fixes."""
-        middle = 0.5 * (begin + end)
-        known = (middle >= self.time[0]) & (middle <= self.time[-1])
-        return np.asarray(known & (np.interp(middle, self.time, self.speed) > self.limit))
-
-
-def motion_of(fixes: Seen, offset: float) -> Moves:
-    """Return the motion that fixes show.
-
-    Args:
-        fixes: the curve of the fixes.
-        offset: the unit's clock minus that of the fixes, s.
-
-    Returns:
-        The speed, averaged over as many fixes as it takes to tell `SLOWEST` from their noise, which is that of the
-        third differences.
-    """
-    from scipy.ndimage import uniform_filter1d
-
-    velocity = fixes.relative - np.sum(fixes.relative * fixes.up, axis=1)[:, None] * fixes.up
-    step = float(np.median(np.diff(fixes.time)))
-    # white noise of unit variance has third differences of variance 20, and a median of |x| of 0.6745
-    noise = float(np.median(np.abs(np.diff(velocity, n=3, axis=0)))) / (0.6745 * np.sqrt(20.0))
-    count = int(np.clip(np.ceil((_SIGMAS * noise / SLOWEST) ** 2), 1, max(_MEAN_S / step, 1.0)))
-    mean = uniform_filter1d(velocity, count, axis=0, mode="nearest")
-    limit = max(SLOWEST, _SIGMAS * noise / np.sqrt(count))
-    return Moves(fixes.time + offset, np.linalg.norm(mean, axis=1), float(limit))
 
 
 @dataclass(frozen=True)
@@ -164,9 +122,10 @@ def at_rest(time: Array, rate: Array, force: Array, moves: Moves | None = None) 
     ends = np.append(time[first[1:]], time[-1])
     moving = np.zeros(len(first), dtype=bool) if moves is None else moves.at(time[first], ends)
     some = enough & ~moving if (enough & ~moving).any() else enough
+    share = _QUIETEST if moves is None or not (enough & ~moving).any() else 50.0
     cells = np.array([[cell(axis) for axis in values.T] for values in (rate, force)])
     floor = [
-        max(float(np.percentile(x[some], 5.0)), float(np.linalg.norm(of)), 1e-12)
+        max(float(np.percentile(x[some], share)), float(np.linalg.norm(of)), 1e-12)
         for x, of in zip((gyro, accel), cells, strict=True)
     ]
     quiet = enough & (gyro <= LOUDER * floor[0]) & (accel <= LOUDER * floor[1])
@@ -253,6 +212,7 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
         size, low, high = float(np.linalg.norm(quiet.specific_force)), 1.0 - TOLERANCE, 1.0 + TOLERANCE
         where = "in the quiet spans"
     ratio = size / gravity
+    impossible = IMPOSSIBLE if quiet is not None else OTHER_UNITS
     text = f"The specific force {where} is {size:.5g} m/s², {ratio:.5g} times gravity ({gravity:.5g} m/s²)."
     numbers = {"specific_force_mps2": size, "of_gravity": ratio}
     if low <= ratio <= high:
@@ -267,8 +227,10 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
     if abs(ratio / factor - 1.0) <= 2.0 * TOLERANCE:
         fix = f"This fits if {meaning}: correct the unit or the kind."
         return wrong("accelerometers", text, fix, of_right_unit=factor, **numbers)
-    if IMPOSSIBLE[0] <= ratio <= IMPOSSIBLE[1]:
+    if impossible[0] <= ratio <= impossible[1]:
         fix = "The accelerometers have a large bias or scale error, or the span was not at rest: calibrate them."
+        if quiet is None:
+            fix = "Is it the motion, of a rocket, a runner or a centrifuge? Otherwise the unit is another one."
         return doubt("accelerometers", text, fix, **numbers)
     return wrong(
         "accelerometers",
@@ -341,6 +303,10 @@ def rest_findings(quiet: AtRest | None, moves: Moves | None = None) -> list[Find
         found.append(fact("gyros", f"{text}); the Earth turns by 15.04 °/h: they sense it.", **numbers))
     else:
         biases = ", ".join(f"{r / DEG:.3g}" for r in rate)
+        if float(np.max(np.abs(rate))) > _LARGEST_BIAS:
+            text = f"{text}): {biases} °/s about x, y, z. Is that a bias? Data sheets have 20 °/s at most."
+            fix = "See the unit and the columns of the gyros, and whether the vehicle turns there."
+            return [*found, doubt("gyros", text, fix, **numbers)]
         found.append(
             fact("gyros", f"{text}; the Earth's rate is 15.04 °/h): biases of x, y, z of {biases} °/s.", **numbers)
         )

@@ -16,7 +16,8 @@ from sinssim.estimation.from_scenario.recorded_run import prepare
 from sinssim.inspection.channels import channel_findings
 from sinssim.inspection.files import inspect
 from sinssim.inspection.inspection import Inspection, inspect_streams
-from sinssim.inspection.standing import at_rest, motion_of
+from sinssim.inspection.moves import motion_of
+from sinssim.inspection.standing import at_rest
 from sinssim.inspection.velocity_match import seen
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
 from sinssim.scenario import load_scenario
@@ -81,6 +82,28 @@ def test_fixes_vote_on_standing() -> None:
     assert voted.spans[-1][1] == pytest.approx(40.0, abs=3.0)
     assert voted.in_motion == pytest.approx(80.0, abs=4.0)
     assert np.abs(voted.rate).max() < 1e-3 < np.abs(alone.rate).max()
+
+
+def test_a_noisy_stop_counts_if_the_fixes_stand() -> None:
+    """The engine runs at the first stop and not at the last: both are at rest, as the fixes say."""
+    rng = np.random.default_rng(6)
+    unit, fixes = _still(180.0), _fixes(180.0, np.where(np.abs(np.arange(180.0) - 100.0) < 40.0, 8.0, 0.0))
+    shake = np.select([unit.time < 60.0, unit.time < 140.0], [0.01, 0.1], 0.0)
+    unit = replace(unit, gyro=unit.gyro + shake[:, None] * rng.normal(size=unit.gyro.shape))
+    curve = seen(fixes)
+    assert curve is not None
+    found = at_rest(unit.time, unit.gyro, unit.accel, motion_of(curve, 0.0))
+    assert found is not None
+    assert found.spans[0][1] - found.spans[0][0] > 55.0
+    assert found.spans[-1][0] == pytest.approx(141.0, abs=3.0)
+
+
+def test_a_rate_at_rest_beyond_any_data_sheet_is_asked() -> None:
+    unit = _still(30.0)
+    fast = replace(unit, gyro=unit.gyro - np.array((0.0, 0.0, 39.5 * DEG)))
+    result = inspect_streams([Streams(Path("imu.csv"), "text", GPS, inertial={"imu": fast})])
+    (said,) = (f for f in result.findings if f.subject == "gyros" and f.grade == "doubt")
+    assert "Is that a bias?" in said.text
 
 
 def test_a_dead_band_hides_the_noise() -> None:

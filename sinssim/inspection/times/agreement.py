@@ -176,7 +176,7 @@ def offset_finding(found: Agreement, value: float, unit: Clock, receiver: Clock)
     else:
         text = f"The unit's clock is {abs(late):.3f} s{sigma} {word} that of the positions"
     if not offset.shown:
-        evidence = "the motion is too small, or too short" if offset.inside else "no offset nearby fits best"
+        evidence = "the motion is too small, or too short" if offset.inside else "other offsets fit as well"
         if stated is not None and abs(late) <= NEAR:
             text = (
                 f"The motion does not show the offset of the clocks within {NEAR:g} s ({evidence}); none is described."
