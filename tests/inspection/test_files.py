@@ -59,6 +59,11 @@ def test_a_log_without_a_line_of_names(tmp_path: Path) -> None:
     assert told["log"]["gnss"]["velocity_delay_s"] == pytest.approx(0.125, abs=0.01)
     # roll 180° and yaw 180° turn the small angles: those of the renamed axes stay
     assert told["imu"]["mounting_deg"] == pytest.approx([0.0, -4.0, 6.0], abs=0.4)
+    # the world's noise, 0.05 °/s and 0.02 m/s² in each sample of 10 ms, and its gyros' largest bias
+    assert told["imu"]["gyro_arw_deg_sqrt_h"] == pytest.approx(0.05 * 0.1 * 60.0, rel=0.15)
+    assert told["imu"]["accel_vrw_ug_sqrt_hz"] == pytest.approx(0.02 * 0.1 / 9.80665e-6, rel=0.15)
+    largest = np.abs(np.array([0.1, -0.2, 0.15]) @ worlds.TO_UNIT).max() * 3600.0
+    assert told["imu"]["gyro_bias_sigma_deg_h"] == pytest.approx(largest, rel=0.05)
 
 
 def test_the_unit_of_the_gyros_is_decided_by_the_fixes(tmp_path: Path) -> None:

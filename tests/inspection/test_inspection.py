@@ -108,12 +108,18 @@ def test_manoeuvres_and_poor_accelerometers_are_no_wrong_scale() -> None:
     assert _inspect(turns, None).usable
 
 
-def test_times_that_repeat_go_back_or_are_missing() -> None:
+@pytest.mark.parametrize(("missing", "longest"), [(4, "0.05 s"), (200, "2.01 s")])
+def test_samples_that_are_missing(missing: int, longest: str) -> None:
     unit = worlds.readings()
     keep = np.ones(len(unit), dtype=bool)
-    keep[5000:5200] = False
+    keep[5000 : 5000 + missing] = False
     gap = replace(unit, time=unit.time[keep], gyro=unit.gyro[keep], accel=unit.accel[keep])
-    assert "1 gap with about 200 missing samples, the longest 2.01 s" in _said(_inspect(gap, None), "imu", "doubt")
+    words = f"1 gap with about {missing} missing samples, the longest {longest}"
+    assert words in _said(_inspect(gap, None), "imu", "doubt")
+
+
+def test_times_that_repeat_or_go_back() -> None:
+    unit = worlds.readings()
     time = unit.time.copy()
     time[7000:] -= 50.0
     assert "goes back 1 time, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "wrong")
