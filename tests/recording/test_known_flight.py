@@ -6,6 +6,7 @@ accelerometer: the position error is b (1 − cos ω t)/ω², with Schuler's fre
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,12 @@ LEVEL_GRAVITY = 9.7803253359 * (1.0 - 2.0 * HEIGHT * (1.0 + 1.0 / 298.257 + 0.00
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Array, Array]]:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("known") / "run"
+
+
+@pytest.fixture(scope="module")
+def recording(folder: Path) -> dict[str, tuple[Array, Array]]:
     """Time, s, and values of every series and of the map's aircraft, by name."""
     scenario = {
         "name": "known",
@@ -35,7 +41,6 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Array
         "aiding": {"gnss": {"rate_hz": 1.0, "position_sigma_m": 2.0, "height_sigma_m": 3.0}},
         "filter": {},
     }  # fmt: skip
-    folder = tmp_path_factory.mktemp("known") / "run"
     sinssim.run(sinssim.Scenario.model_validate(scenario), folder)
     return series(folder / "recording.rrd")
 
@@ -68,7 +73,7 @@ def test_the_motion(recording: dict[str, tuple[Array, Array]]) -> None:
         time, values = recording[name]
         assert (time[0], time[-1]) == pytest.approx((0.0, DURATION))
         np.testing.assert_allclose(values, np.broadcast_to(wanted, values.shape), atol=slack, err_msg=name)
-    time, place = recording["/map/aircraft"]
+    time, place = recording["/map/vehicle"]
     east = np.degrees(SPEED * time / (EQUATOR + HEIGHT))
     np.testing.assert_allclose(place, np.column_stack((np.zeros_like(time), 10.0 + east)), atol=1e-7)
 
@@ -83,6 +88,18 @@ def test_the_sensors(recording: dict[str, tuple[Array, Array]]) -> None:
     np.testing.assert_allclose(ideal, np.broadcast_to([0.0, 0.0, eotvos - LEVEL_GRAVITY], ideal.shape), atol=2e-4)
     _, error = recording["/sensors/accel/error"]
     np.testing.assert_allclose(error, np.broadcast_to([BIAS_UG, 0.0, 0.0], error.shape), atol=1e-6)
+
+
+def test_the_summary(folder: Path, recording: dict[str, tuple[Array, Array]]) -> None:
+    """Span, rate, and the errors at the end and over the run: ½ b t² grows as the square of time, its rms is √(1/5)."""
+    summary = json.loads((folder / "summary.json").read_text())
+    assert (summary["start_s"], summary["end_s"], summary["rate_hz"]) == pytest.approx((0.0, DURATION, 10.0))
+    own = summary["algorithms"]["quaternion"]
+    end = 0.5 * BIAS_UG * 1e-6 * G0 * DURATION**2
+    assert own["final_horizontal_error_m"] == pytest.approx(end, rel=2e-3)
+    assert own["max_horizontal_error_m"] == pytest.approx(end, rel=2e-3)
+    assert own["rms_horizontal_error_m"] == pytest.approx(end / np.sqrt(5.0), rel=5e-3)
+    assert own["final_velocity_error_mps"] == pytest.approx(BIAS_UG * 1e-6 * G0 * DURATION, rel=2e-3)
 
 
 def test_the_errors(recording: dict[str, tuple[Array, Array]]) -> None:

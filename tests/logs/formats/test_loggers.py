@@ -213,6 +213,20 @@ def test_android(tmp_path: Path) -> None:
     assert found.clock.origin_gps_s + found.fixes["gnss"].time[0] == pytest.approx(1751990400 - 315964800 + 18)
 
 
+def test_the_accuracies_of_an_android_log(tmp_path: Path) -> None:
+    """The vertical accuracy of a row without one is taken for twice the horizontal one."""
+    path = loggers.android(tmp_path / "x.txt")
+    fixes = read_file(path).fixes["gnss"]
+    assert fixes.position_sigma is not None
+    np.testing.assert_allclose(fixes.position_sigma[0], [2.5, 2.5, 3.5])
+    assert fixes.velocity_sigma is not None
+    np.testing.assert_allclose(fixes.velocity_sigma[0, :2], 0.2)
+    path.write_text(path.read_text().replace(",3.5\n", ",\n"))
+    fixes = read_file(path).fixes["gnss"]
+    assert fixes.position_sigma is not None
+    np.testing.assert_allclose(fixes.position_sigma[:, 2], 5.0)
+
+
 def test_inertial_explorer_takes_the_sense_of_the_heading_from_the_motion(tmp_path: Path) -> None:
     found = read_file(loggers.inertial_explorer(tmp_path / "x.txt"))
     solution = found.solutions["solution"]
