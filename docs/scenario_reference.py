@@ -270,6 +270,7 @@ motion. Alternatively, a scenario describes the system of [chapter 8](sources.md
 contains the table `[one_component]` and no others of these (see [One component](one-component.md)).
 
 If a key is a physical quantity, its name contains the unit. Keys that are left out have the default values shown here.
+`height_m` is accepted wherever a key is `altitude_m`.
 Keys that are commented out here have no default value, or are alternatives to other keys.
 
 `sinssim check FILE` lists every mistake in a file with its line and the correct value. `--set key.path=value` replaces

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import sys
 import warnings
 from collections.abc import Collection, Iterable
@@ -10,6 +11,27 @@ from types import FrameType
 
 _HEAD, _TAIL = 4800, 1200
 """Characters at the beginning and at the end of a longer message that are kept: three screens."""
+_SYNONYMS = {
+    "height": "altitude alt elevation",
+    "baro": "barometer barometric altimeter",
+    "magnetometer": "compass",
+    "gnss": "gps",
+    "odometer": "wheel wheelspeed",
+    "heading": "yaw azimuth",
+    "latitude": "lat",
+    "longitude": "lon lng long",
+    "h": "hr hrs hour hours",
+    "s": "sec secs second seconds",
+    "sqrt": "rt root",
+    "deg": "degree degrees",
+    "m": "meter meters metre metres",
+    "ft": "feet foot",
+    "kt": "knot knots kts",
+    "hz": "hertz",
+    "": "per",
+}
+"""Words that people use for one another in names of keys, sensors and units; the first one is that of sinssim."""
+_CANONICAL = {word: own for own, words in _SYNONYMS.items() for word in words.split()}
 _COMPARED = 200  # number of characters compared with the known names
 
 
@@ -90,6 +112,40 @@ def shortened(text: str, most: int = 80) -> str:
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
 
 
+def respelled(name: str) -> str:
+    """Return a name in the words and spellings of sinssim.
+
+    Args:
+        name: for example "altitude_ft", "gyro_arw_deg_rt_hr", "barometer".
+
+    Returns:
+        For example "height_ft", "gyro_arw_deg_sqrt_h", "baro"; lower-case, with underscores.
+    """
+    words = re.split(r"[\W_]+", name[:_COMPARED].lower())
+    return "_".join(filter(None, (_CANONICAL.get(word, word) for word in words)))
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is meant.
+
+    Args:
+        name: the given name.
+        known: all known names.
+
+    Returns:
+        The name of the same words, letters and digits; or else the one with the most similar spelling; None if there is
+        none.
+    """
+    names = sorted(known)
+    own = respelled(name)
+    plain = own.replace("_", "")
+    same = [one for one in names if plain and respelled(one).replace("_", "") == plain]
+    near = same or difflib.get_close_matches(name[:_COMPARED], names, n=1)
+    if not near:
+        near = difflib.get_close_matches(own, names, n=1)
+    return near[0] if near else None
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
     """Return the error for an unknown name, with the nearest known name and the list of all.
 
@@ -102,8 +158,8 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
         The error, ready to raise.
     """
     names = sorted(known)
-    near = difflib.get_close_matches(str(name)[:_COMPARED], names, n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
+    near = nearest(str(name), names)
+    hint = f" Did you mean {near!r}?" if near else ""
     return InputError(f"unknown {kind} {shortened(repr(name))}.{hint} Known: {', '.join(names)}.")
 
 

@@ -61,7 +61,19 @@ class Section(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _arrays_are_tuples(cls, data: Any) -> Any:
-        return {key: _tuples(value) for key, value in data.items()} if isinstance(data, dict) else data
+        if not isinstance(data, dict):
+            return data
+        return {cls._own_key(key, data): _tuples(value) for key, value in data.items()}
+
+    @classmethod
+    def _own_key(cls, key: Any, data: dict[Any, Any]) -> Any:
+        """Return the key that a table has for a given one: height_m is also the altitude_m of tables that have it."""
+        own = f"altitude_{key.removeprefix('height_')}" if isinstance(key, str) and key.startswith("height_") else key
+        if own == key or key in cls.model_fields or own not in cls.model_fields:
+            return key
+        if own in data:
+            raise ValueError(f"{key} and {own} are one quantity: keep one of them")
+        return own
 
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]

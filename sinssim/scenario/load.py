@@ -105,6 +105,8 @@ def override(data: dict[str, Any], setting: str) -> str:
     if isinstance(here, list):
         here[_index(here, key, ".".join(tables), setting)] = value
     else:
+        if key.startswith("height_"):  # which is another word for it, see `Section`
+            here.pop(f"altitude_{key.removeprefix('height_')}", None)
         here[key] = value
     return path
 

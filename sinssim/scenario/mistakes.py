@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from sinssim.errors import InputError, shortened
+from sinssim.errors import InputError, nearest, respelled, shortened
 from sinssim.sensors.imu import datasheet
 
 _MANY = 40  # more keys than this are no help in a message
@@ -161,6 +161,9 @@ def _place(
         path = (*path, str(error["ctx"]["discriminator"]).strip("'"))
     dotted = ".".join(path)
     if any(dotted == key or dotted.startswith(key + ".") for key in overridden):
+        if error["type"] in ("tuple_type", "list_type") and isinstance(error["input"], str):
+            word = shortened(error["input"])
+            return f"{text} (set from outside the file: --set '{dotted}=[\"{word}\"]')"
         return f"{text} (set from outside the file)"
     for length in range(len(path), 0, -1):
         if path[:length] in lines:
@@ -214,8 +217,8 @@ def _sentence(
     if kind in ("literal_error", "enum", "union_tag_invalid"):
         given = shortened(str(context["tag"] if kind == "union_tag_invalid" else value))
         known = re.findall(r"'([^']*)'", str(context.get("expected", context.get("expected_tags", ""))))
-        near = difflib.get_close_matches(given, known, n=1)
-        hint = f" Did you mean '{near[0]}'?" if near else ""
+        near = nearest(given, known)
+        hint = f" Did you mean '{near}'?" if near else ""
         key = str(context["discriminator"]).strip("'") if kind == "union_tag_invalid" else ""
         return f"{name}{'.' + key if key else ''} = '{given}' is not known.{hint} Known: {', '.join(known)}"
     if kind == "union_tag_not_found":
@@ -228,9 +231,8 @@ def _sentence(
 def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | None:
     """Return the intended key: the same quantity in another unit, or the nearest spelling."""
     known = sorted({field for holder in holders for field in holder.model_fields})
-    stem, _ = _split_unit(path[-1])
-    same = [field for field in known if _split_unit(field)[0] == stem and _split_unit(field)[1]]
-    return next(iter(same or difflib.get_close_matches(path[-1], known, n=1)), None)
+    same = [field for field in known if _same_quantity(path[-1], field) and _split_unit(field)[1]]
+    return next(iter(same), None) or nearest(path[-1], known)
 
 
 def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
@@ -238,6 +240,8 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
     fields = {field for holder in holders for field in holder.model_fields}
     if not _same_quantity(path[-1], meant) and (words := datasheet.in_words(path[-1], fields)):
         return f"unknown key '{name}' (= {_show(value)}): {words}"
+    if (own := _in_own_units(path[-1])) is not None:
+        return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], own))}'?"
     try:
         datasheet.line(path[-1])
     except InputError as error:  # an error of the sensor block, with an unknown unit
@@ -250,7 +254,7 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
             return f"unknown key '{name}'. {most}; the nearest: {', '.join(near)}"
         return f"unknown key '{name}'. {place} may have: {', '.join(sorted(fields))}"
     (stem, unit), (meant_stem, meant_unit) = _split_unit(path[-1]), _split_unit(meant)
-    if stem != meant_stem or not meant_unit:
+    if respelled(stem) != respelled(meant_stem) or not meant_unit or unit == meant_unit:
         return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], meant))}'?"
     converted = ""
     same = unit and _UNITS[unit][0] == _UNITS[meant_unit][0]
@@ -260,15 +264,23 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseMo
 
 
 def _same_quantity(key: str, meant: str | None) -> bool:
-    """Return whether two keys differ in the unit only."""
-    return meant is not None and _split_unit(key)[0] == _split_unit(meant)[0]
+    """Return whether two keys differ in the unit only, or in another word for the quantity."""
+    return meant is not None and respelled(_split_unit(key)[0]) == respelled(_split_unit(meant)[0])
+
+
+def _in_own_units(key: str) -> str | None:
+    """Return the key of an error of the sensor block in the usual spelling of its unit; None if it has none."""
+    own = respelled(key)
+    with suppress(InputError):
+        return own if own != key and datasheet.line(own) is not None else None
+    return None
 
 
 def _split_unit(key: str) -> tuple[str, str]:
     """Split a key into the quantity and its unit, "" if it has none: "gyro_bias_deg_h" → "gyro_bias", "deg_h"."""
     parts = key.split("_")
-    for count in (2, 1):
-        unit = "_".join(parts[-count:])
+    for count in (3, 2, 1):
+        unit = respelled("_".join(parts[-count:]))
         if len(parts) > count and unit in _UNITS:
             return "_".join(parts[:-count]), unit
     return key, ""

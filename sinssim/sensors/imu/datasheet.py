@@ -8,7 +8,7 @@ from collections.abc import Collection
 from functools import cache
 from typing import Any, NamedTuple
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, respelled
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.terms import TERMS
 
@@ -164,7 +164,7 @@ _WORDS = {
     "random_walk": "arw vrw anglerandomwalk angularrandomwalk velocityrandomwalk randomwalk noise noisedensity "
     "whitenoise ratenoisedensity ratenoise noisespectraldensity accelerationnoisedensity",
     "flicker": "biasinstability inrunbias inrunbiasstability inrunbiasinstability biasstability inrunstability "
-    "flickernoise flicker inrunbiasvariation zerooffsetinstability",
+    "flickernoise flicker inrunbiasvariation zerooffsetinstability biasinrunstability biasinruninstability biasinrun",
     "instability": "instability",
     "rrw": "rrw raterandomwalk accelerationrandomwalk biasrandomwalk",
     "g_sensitivity": "gsensitivity gsens gdependentbias gbias linearaccelerationeffect linearaccelerationsensitivity "
@@ -192,9 +192,10 @@ def in_words(key: str, known: Collection[str]) -> str | None:
     Returns:
         A sentence's end that names the key for it and says what to mind; None if the key is no such word.
     """
-    first, _, rest = key.lower().replace("-", "_").partition("_")
+    key = respelled(key)
+    first, _, rest = key.partition("_")
     triads = (_SENSORS[first],) if first in _SENSORS else ("gyro", "accel")
-    words, unit = _without_unit(rest if first in _SENSORS else key.lower().replace("-", "_"))
+    words, unit = _without_unit(rest if first in _SENSORS else key)
     name = _MEANING.get(words.replace("_", ""))
     if name is None:
         return None

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 
-from sinssim.errors import InputError, shortened
+from sinssim.errors import InputError, nearest, shortened
 from sinssim.scenario.content import find_content, list_content
 from sinssim.sensors.imu.grade_file import SUFFIX, Grade, TriadGrade, read_grade
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
@@ -121,8 +120,8 @@ def _file(name: str, folder: Path) -> Path:
     if name not in products:
         products = list_content("grades")
     if name not in products:
-        near = get_close_matches(name[:80], [*GRADE_TABLE, *products], n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
+        near = nearest(name, [*GRADE_TABLE, *products])
+        hint = f" Did you mean {near!r}?" if near else ""
         raise InputError(
             f"unknown IMU grade {shortened(repr(name))}.{hint} Known: {', '.join(sorted(GRADE_TABLE))}, and "
             f"{len(products)} products (`sinssim list grades`)."
