@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -12,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from sinssim import __version__
 from sinssim.errors import InputError, RunError
@@ -25,12 +26,18 @@ from sinssim.system.signals import interruptible
 RUN_ENTITY = "about/run"
 """Entity of the `RunInfo` in a recording."""
 
+T = TypeVar("T")
+
 _TIMELINE = "sim_time"
+_TILES = re.compile(r"walkers|tile\.|XDG_RUNTIME_DIR")
+"""Lines of the viewer's output about maps without internet and the session, which explain no failure."""
 _START_SECONDS = 60.0
-_SETTLE_SECONDS = 1.0
-"""Time that the picture needs to settle after the time cursor moved, s."""
-_NOTES_SECONDS = 6.0
-"""Time after its start during which the viewer's notices cover the picture, s."""
+_PICTURE_SECONDS = 180.0
+"""Longest time for a picture, on a machine that is busy with other work, s."""
+_LOOK_SECONDS = 0.3
+"""Time between two looks at the viewer, s."""
+_ATTEMPTS = 2
+"""Viewers that are started for a picture; another program may take the port of the first one."""
 
 
 def find_recording(path: Path) -> Path:
@@ -182,33 +189,57 @@ def screenshot(
         InputError: there is no such recording or view, or the picture cannot be written.
         RunError: the viewer does not start; it needs a graphics driver, which may be a software renderer.
     """
-    from rerun.experimental import ViewerClient
-
     if not picture.absolute().parent.is_dir():
         raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
     timed = _is_timed(find_recording(path))
-    (port,) = _free_ports(1)
-    arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
-    with _files(path, view, menu=False) as files, _Viewer([*arguments, *files]) as viewer:
-        viewer.wait_for_port(port)
-        started = time.monotonic()
-        try:
-            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-            while not (_loaded(client, timed) and (len(files) == 1 or _laid_out(client))):
-                viewer.check(started + _START_SECONDS)
-                time.sleep(0.1)
-            moment = _middle(client) if time_s is None else time_s
-            if moment is not None:
-                client.set_time(_TIMELINE, duration=moment, play_state="paused")
-            time.sleep(max(_SETTLE_SECONDS, started + _NOTES_SECONDS - time.monotonic()))
-            png = client.take_screenshot()
-        except (OSError, RuntimeError) as error:  # the viewer has ended, or does not answer
-            raise viewer.failure() from error
+    with _files(path, view, menu=False) as files:
+        for attempt in range(1, _ATTEMPTS + 1):
+            try:
+                png = _picture_of(files, size, timed, time_s)
+                break
+            except RunError:
+                if attempt == _ATTEMPTS:
+                    raise
     try:
         with draft(picture) as beside:
             beside.write_bytes(png)
     except OSError as error:
         raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
+
+
+def _picture_of(files: Sequence[str], size: tuple[int, int], timed: bool, time_s: float | None) -> bytes:
+    """Return the picture of a viewer that shows all of its files, as soon as it does not change any more."""
+    from rerun.experimental import ViewerClient
+
+    (port,) = _free_ports(1)
+    arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
+    with _Viewer([*arguments, *files], quiet=True) as viewer:
+        viewer.wait_for_port(port)
+        client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+        deadline = time.monotonic() + _PICTURE_SECONDS
+        viewer.until(lambda: _loaded(client, timed) and (len(files) == 1 or _laid_out(client)), deadline)
+        moment = viewer.until(lambda: (_middle(client) if time_s is None else time_s,), deadline)[0]
+        if moment is not None:
+            viewer.until(lambda: _moved(client, moment), deadline)
+        before = b""
+
+        def settled() -> bool:
+            """Return whether the picture is the one of the look before."""
+            nonlocal before
+            last, before = before, bytes(client.take_screenshot())
+            return last == before
+
+        viewer.until(settled, deadline)
+        return before
+
+
+def _moved(client: Any, moment: float) -> bool:
+    """Return whether the time cursor is at an instant, s; move it there if it is not."""
+    found = client.get_state().recordings
+    if any(r.current_time is not None and abs(1e-9 * r.current_time - moment) < 1e-3 for r in found):
+        return True
+    client.set_time(_TIMELINE, duration=moment, play_state="paused")
+    return False
 
 
 def _is_timed(recording: Path) -> bool:
@@ -298,11 +329,14 @@ class _Viewer:
     """Rerun's own binary as a child that ends with the block (the `rerun` script would leave its child behind)."""
 
     arguments: Sequence[str]
+    quiet: bool = False
+    """Whether it logs nothing: what it logs also covers the picture as notices."""
 
     def __enter__(self) -> _Viewer:
         import rerun_cli  # type: ignore[import-untyped]
 
         binary = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
+        quiet = {"RUST_LOG": "off"} if self.quiet else {}
         self._output: IO[bytes] = tempfile.TemporaryFile()
         # The viewer makes a temporary folder and leaves it behind when a signal ends it.
         self._folder = Draft()
@@ -311,7 +345,7 @@ class _Viewer:
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=self._output,
-            env={**os.environ, "TMPDIR": str(self._folder.path)},
+            env={**os.environ, "NO_COLOR": "1", "TMPDIR": str(self._folder.path), **quiet},
         )
         return self
 
@@ -339,6 +373,26 @@ class _Viewer:
         if self.process.poll() is not None or time.monotonic() > deadline:
             raise self.failure()
 
+    def until(self, done: Callable[[], T], deadline: float) -> T:
+        """Return the first answer of the child that is true; a busy one may leave questions unanswered.
+
+        Args:
+            done: asks the child.
+            deadline: as for `check`.
+
+        Returns:
+            The answer.
+
+        Raises:
+            RunError: the child has ended or the deadline has passed.
+        """
+        while True:
+            with contextlib.suppress(OSError, RuntimeError):
+                if answer := done():
+                    return answer
+            self.check(deadline)
+            time.sleep(_LOOK_SECONDS)
+
     def failure(self) -> RunError:
         """Return an error with the child's last output."""
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -356,7 +410,8 @@ class _Viewer:
                 "Rerun's viewer found no screen to open its window on. Show the run in a browser, sinssim view RUN "
                 "--web, or save a picture of it, sinssim view RUN --screenshot FILE."
             )
-        lines = [line.strip() for line in said.splitlines() if line.strip()]
+        plain = re.sub(r"\x1b\[[0-9;]*m", "", said)
+        lines = [line.strip() for line in plain.splitlines() if line.strip() and not _TILES.search(line)]
         ending = self.process.poll()
         how = "does not answer" if ending is None else f"ended with code {ending}"
         return RunError(f"Rerun's viewer {how}. Its last output: {' / '.join(lines[-3:]) or 'none'}")

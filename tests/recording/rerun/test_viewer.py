@@ -85,6 +85,7 @@ def broken_viewer(tmp_path, monkeypatch):
         ("No graphics adapter was found", "apt-get install mesa-vulkan-drivers"),
         ("Error: winit EventLoopError: neither WAYLAND_DISPLAY nor DISPLAY is set", "--web"),
         ("something else", "ended with code 101. Its last output: something else"),
+        ("\033[33mWARN\033[0m walkers::io::fetch: tile\n\033[1mbad\033[0m file", "Its last output: bad file"),
     ],
 )
 def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, expected):
@@ -150,14 +151,18 @@ def test_what_is_no_recording_makes_no_picture(tmp_path, broken_viewer):
 
 
 def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, monkeypatch):
-    """On a busy machine the viewer shows the recorded layout first, and its own some time later."""
+    """A busy viewer leaves questions unanswered, shows the recorded layout first, and draws its own by and by."""
     timeline = SimpleNamespace(name="sim_time", start=0, end=10**9)
-    state = SimpleNamespace(loading=[], recordings=[SimpleNamespace(timelines=[timeline])])
+    shown = SimpleNamespace(timelines=[timeline], current_time=0)
+    state = SimpleNamespace(loading=[], recordings=[shown])
 
     class Client:
-        looks = 0
+        looks, questions, drawn = 0, 0, [b"notices", b"half", b"whole", b"whole", b"never looked at"]
 
         def get_state(self):
+            self.questions += 1
+            if self.questions % 2:
+                raise RuntimeError("the viewer did not answer within 15 s")
             return state
 
         def get_blueprint(self, of):
@@ -166,14 +171,20 @@ def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, 
             panel = {"PanelBlueprint": {"state": "Expanded" if self.looks < 3 else "Hidden"}}
             return SimpleNamespace(blueprint={"/top_panel": panel} if self.looks > 1 else {})
 
-        def set_time(self, *_, **__):
-            pass
+        def set_time(self, timeline, *, duration, play_state):
+            assert (timeline, duration, play_state) == ("sim_time", 0.5, "paused")
+            shown.current_time = int(duration * 1e9)
 
         def take_screenshot(self):
-            return f"after {self.looks} looks".encode()
+            assert self.looks == 3
+            assert shown.current_time == 5 * 10**8
+            return self.drawn.pop(0)
 
     class Viewer:
-        def __init__(self, arguments):
+        until = viewer._Viewer.until
+
+        def __init__(self, arguments, quiet):
+            assert quiet
             assert len([a for a in arguments if a.endswith((".rrd", ".rbl"))]) == 2
 
         def __enter__(self):
@@ -190,10 +201,9 @@ def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, 
 
     monkeypatch.setattr(ViewerClient, "connect", lambda url: Client())
     monkeypatch.setattr(viewer, "_Viewer", Viewer)
-    monkeypatch.setattr(viewer, "_SETTLE_SECONDS", 0.0)
-    monkeypatch.setattr(viewer, "_NOTES_SECONDS", 0.0)
+    monkeypatch.setattr(viewer, "_LOOK_SECONDS", 0.0)
     viewer.screenshot(directory, tmp_path / "picture.png", "navigation")
-    assert (tmp_path / "picture.png").read_bytes() == b"after 3 looks"
+    assert (tmp_path / "picture.png").read_bytes() == b"whole"
 
 
 @pytest.mark.slow
