@@ -16,6 +16,7 @@ from sinssim.errors import SinssimError
 from sinssim.logs.stored.error_rule import ErrorRule
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
+from sinssim.recording.store.summaries.against_inertial import horizontal_of, worse_than_inertial
 from sinssim.recording.store.summaries.filter_summary import filter_markdown, filter_numbers
 from sinssim.recording.store.summaries.phase_summary import phase_numbers, phases_of
 from sinssim.recording.store.summaries.platform_summary import platform_numbers
@@ -182,11 +183,13 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             if folder is not None and kept.has_report:
                 with stages("record"):
                     drawn = draw_sections(run)
+            horizontal = horizontal_of(run.errors)
             run.forget()  # the filter needs none of it, and takes the most memory itself
             give_back_memory()
             with stages("filter"):
                 run.aided = _aid(run)
                 of_filter = plain(filter_numbers(run.aided, run.scenario))
+                of_filter["remarks"] += worse_than_inertial(run.aided, horizontal)
                 if phases:
                     fine = run.scenario.aiding is not None and "zero_velocity" in run.scenario.aiding.sensors()
                     of_phases["aided"] = phase_numbers(

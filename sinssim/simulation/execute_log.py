@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -176,19 +176,25 @@ def _height(run: Run, prepared: Prepared) -> Array | HeightReadings | None:
 
 
 def _aid(run: Run, prepared: Prepared, trajectory: Trajectory) -> RecordedAided:
-    """Run the filter; without a reference it is compared with its own smoothed solution."""
+    """Run the filter; without a reference it is compared with its own smoothed solution, which has no error then."""
     from sinssim.estimation.from_scenario.recorded_run import (
         aid_recorded,
         all_readings,
         as_reference,
         compare_recorded,
     )
+    from sinssim.strapdown.nav_error import NavError
 
     estimate = aid_recorded(prepared, run.compensated, first_of(run, prepared))
     reference = prepared.log.reference
     if reference is None and estimate.smoothed is not None:
         reference = as_reference("the smoothed solution", estimate.smoothed.solution)
-    return compare_recorded(estimate, all_readings(prepared), reference, float(run.time[-1]))
+    aided = compare_recorded(estimate, all_readings(prepared), reference, float(run.time[-1]))
+    if prepared.log.reference is None and (own := aided.smoothed_error) is not None:
+        # it would be zero, up to rounding
+        unknown = [np.full_like(error, np.nan) for error in (own.position_ned, own.velocity_ned, own.attitude)]
+        aided = replace(aided, smoothed_error=NavError(own.time, *unknown))
+    return aided
 
 
 def _compared_with(run: Run, reference: Reference | None) -> tuple[Reference | None, str | None]:
