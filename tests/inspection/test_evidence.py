@@ -12,6 +12,7 @@ import pytest
 
 from sinssim import earth
 from sinssim.data import Array
+from sinssim.errors import InputError
 from sinssim.estimation.from_scenario.recorded_run import prepare
 from sinssim.inspection.channels import channel_findings
 from sinssim.inspection.files import inspect
@@ -195,6 +196,21 @@ def test_a_walk_has_a_course_from_the_accuracy_of_its_velocities() -> None:
     found = first_course(time, faster, np.full(60, 0.1))
     assert found is not None
     assert found[0] == 40
+
+
+@pytest.mark.parametrize("spoilt", ["gyros", "accelerometers"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300, 0.0])
+def test_no_warning_of_columns_without_numbers_reaches_the_user(tmp_path: Path, spoilt: str, value: float) -> None:
+    """Columns that are empty, infinite, huge or constant are refused in words."""
+    unit = _still(20.0)
+    rows = np.column_stack([unit.time, unit.gyro, unit.accel])
+    rows[:, 1 : 4 if spoilt == "gyros" else 7][:, -3:] = value
+    for names in ("t_s,gx,gy,gz,ax,ay,az", ""):
+        np.savetxt(tmp_path / "imu.csv", rows, delimiter=",", fmt="%.6g", header=names, comments="")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(InputError):
+                inspect([tmp_path / "imu.csv"])
 
 
 def _odd() -> list[tuple[str, InertialStream, FixStream]]:

@@ -102,6 +102,9 @@ def no_gravity_words(table: TextTable, three: Three) -> str:
         table: the numbers.
         three: columns x, y, z.
     """
+    if not varies(table, three):
+        names = ", ".join(str(table.label(k)) for k in three)
+        return f"{table.path}: the columns {names} of the accelerometers have no numbers, or never change."
     size = float(np.nanmedian(np.linalg.norm(table.values[:, list(three)], axis=1)))
     names = ", ".join(str(table.label(k)) for k in three)
     text = f"{table.path}: the columns {names} have a median magnitude of {size:.3g}, which is not gravity in any unit."

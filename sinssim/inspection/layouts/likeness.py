@@ -65,7 +65,8 @@ def quaternion(table: TextTable) -> set[int]:
 def varies(table: TextTable, three: Three) -> bool:
     """Return whether three columns have numbers in enough rows, and none of them is constant."""
     values = table.values[:, list(three)]
-    return bool(np.isfinite(values).mean() > _FILLED and (np.nanstd(values, axis=0) > 0.0).all())
+    filled = bool((np.isfinite(values).mean(axis=0) > _FILLED).all())
+    return filled and bool((np.nanstd(values, axis=0) > 0.0).all())
 
 
 def lasts(values: Array, interval: float) -> bool:
@@ -79,7 +80,7 @@ def lasts(values: Array, interval: float) -> bool:
 def turns(table: TextTable, interval: float) -> bool:
     """Return whether gyros with names turn by a radian within `_LASTING_S` half of the time: gravity does not last."""
     for three in triads(table.words):
-        if table.words is None or {quantity(table.words[k]) for k in three} != {"gyro"}:
+        if table.words is None or {quantity(table.words[k]) for k in three} != {"gyro"} or not varies(table, three):
             continue
         values = table.values[:, list(three)] * UNITS["gyro", "rates"][gyro_unit_of(table, three, "rates")[0]]
         width = min(max(round(_LASTING_S / interval), 1), len(values))

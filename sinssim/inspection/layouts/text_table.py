@@ -19,6 +19,8 @@ from sinssim.logs.text.dates import date_seconds, is_date
 from sinssim.system.user_file import open_file, open_text, user_file
 
 _HEAD_LINES = 200
+_LARGEST = 1e30
+"""Numbers from here on are no measurements: times in ns since 1970 are below 1e20."""
 _COMMENT = ("#", "%", "//", "!")
 _LONGEST_WORD = 500  # letters of a name with its unit; what is longer is no name, and is compared with many patterns
 _DELIMITERS = (";", "\t", "|", ",")
@@ -35,7 +37,8 @@ class TextTable:
         delimiter: "," ";" a tab, or "whitespace".
         skip_lines: lines before the line of names, or before the numbers if there is none.
         names: names of the columns; None without a line of names.
-        values: (N, columns); NaN for fields that are no numbers; dates are seconds since the whole second of the first.
+        values: (N, columns); NaN for fields that are no numbers, or beyond 1e30; dates are seconds since the whole
+            second of the first.
         decimal: the decimal sign, "." or ",".
         dates: columns that hold dates or times of day, from 0, with the first one as text.
         clocks: clock of each such column; None for times of day.
@@ -162,6 +165,7 @@ def read_table(path: Path) -> TextTable:
         names = comment = None
     dates = {k: f for k, f in enumerate(fields) if is_date(f)}
     values, kinds = _values(path, delimiter, first, widths[first], decimal, dates)
+    values = np.where(np.abs(values) < _LARGEST, values, np.nan)
     clocks = {k: date_seconds([text])[1] for k, text in dates.items()}
     skip = heading - (names is not None)
     return TextTable(
